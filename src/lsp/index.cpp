@@ -97,6 +97,7 @@ FileKind kind_of(const fs::path& file, std::string_view text) {
   if (ending == ".thrift") return FileKind::kInterface;
   if (ending != ".yaml" && ending != ".yml") return FileKind::kOther;
   if (file.filename() == "sentree.yaml") return FileKind::kProject;
+  if (file.filename() == "campaign.yaml") return FileKind::kScenario;
   const std::string folder = file.parent_path().filename().string();
   if (folder == "scenarios" || folder == "verify" || folder == "campaign") return FileKind::kScenario;
   return folder == "world" ? FileKind::kWorld : FileKind::kOther;
@@ -267,6 +268,7 @@ void Index::gather() {
   names_.charts.clear();
   names_.monitors.clear();
   names_.locations.clear();
+  names_.members.clear();
   palette_ = {};
   for (const auto& [name, file] : files_) {
     names_.skills.insert(file.skill_ids.begin(), file.skill_ids.end());
@@ -307,6 +309,15 @@ void Index::gather() {
     palette_.add({model});
   }
   for (const std::string& builtin : names_.builtins) names_.skills.erase(builtin);
+  for (const auto& [file, schema] : schemas_) {
+    const auto take = [&](const idl::Struct& structure) {
+      for (const idl::Field& field : structure.fields) names_.members.insert(field.name);
+    };
+    for (const idl::Struct& structure : schema.structures()) take(structure);
+    for (const idl::Service& service : schema.services()) {
+      for (const idl::Method& method : service.own_methods) take(method.arguments);
+    }
+  }
   if (const auto world = yaml_.find(world_file_); world != yaml_.end()) {
     for (const char* section : {"locations", "areas"}) {
       const text::YamlNode* const places = world->second.find(section);

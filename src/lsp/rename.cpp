@@ -4,6 +4,8 @@
 #include <cctype>
 #include <filesystem>
 
+#include "sentree/text/yaml.h"
+
 namespace sentree::lsp {
 
 namespace {
@@ -30,6 +32,39 @@ Symbol renamed(const Symbol& symbol, const std::string& name) {
   return {symbol.kind, hash == std::string::npos ? name : symbol.name.substr(0, hash + 1) + name};
 }
 
+// What else of the project has that name, so that a text could mean either; empty: nothing.
+std::string another_meaning(const Index& index, const std::string& name) {
+  const Names& names = index.names();
+  if (names.services.contains(name)) return "a service";
+  if (names.nodes.contains(name) || names.skills.contains(name) || names.builtins.contains(name)) return "a node";
+  const auto has_it = [&](const idl::Enum& one) { return one.find(name) != nullptr; };
+  for (const auto& [file, content] : index.files()) {
+    const idl::Schema* const schema = index.schema(file);
+    if (schema != nullptr && std::any_of(schema->enumerations().begin(), schema->enumerations().end(), has_it))
+      return "a value of the interface " + fs::path(file).filename().string();
+  }
+  const IndexedFile* const world = index.find(index.world_file());
+  const auto root = world == nullptr ? Result<text::YamlNode>() : text::parse_yaml(world->text, index.world_file());
+  for (const char* section : {"robots", "stations", "doors", "obstacles", "people"}) {
+    const text::YamlNode* const things = root ? root->find(section) : nullptr;
+    if (things != nullptr && things->find(name) != nullptr) return "one of the world's " + std::string(section);
+  }
+  return {};
+}
+
+// A place is named by texts, which have to mean it and nothing else.
+Result<void> may_rename_place(const Index& index, const Symbol& symbol, const std::string& name) {
+  const auto places = index.places_of(symbol);
+  if (std::all_of(places.begin(), places.end(), [&](const auto& place) { return *place.file == index.world_file(); }))
+    return {};
+  for (const std::string& one : {symbol.name, name}) {
+    if (const std::string other = another_meaning(index, one); !other.empty())
+      return fail("lsp.rename",
+                  "\"" + one + "\" is the name of " + other + " too, and texts do not tell which of them they mean");
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<void> may_rename(const Index& index, const Symbol& symbol) {
@@ -39,7 +74,8 @@ Result<void> may_rename(const Index& index, const Symbol& symbol) {
     case SymbolKind::kTree:
     case SymbolKind::kService:
     case SymbolKind::kState:
-    case SymbolKind::kDefinition: return {};
+    case SymbolKind::kDefinition:
+    case SymbolKind::kLocation: return {};
     case SymbolKind::kRequirement:
       for (const Index::Place& place : index.places_of(symbol)) {
         if (place.occurrence->defines && place.file->ends_with(".req")) return {};
@@ -48,8 +84,7 @@ Result<void> may_rename(const Index& index, const Symbol& symbol) {
     case SymbolKind::kInterface:
     case SymbolKind::kMethod:
     case SymbolKind::kType: return fail("lsp.rename", "programs in other languages use this name of the interface too");
-    case SymbolKind::kData:
-    case SymbolKind::kLocation: break;
+    case SymbolKind::kData: break;
   }
   return fail("lsp.rename", "not every place that names this can be told");
 }
@@ -67,6 +102,9 @@ Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::str
   if (is_observed && (names.services.contains(name) || names.nodes.contains(name) || names.skills.contains(name) ||
                       names.builtins.contains(name)))
     return fail("lsp.rename", "\"" + name + "\" is the name of something else, and their messages would look alike");
+  if (symbol.kind == SymbolKind::kLocation) {
+    if (auto may = may_rename_place(index, symbol, name); !may) return tl::unexpected(may.error());
+  }
   for (const auto& [file, content] : index.files()) {
     if (!content.readable && content.text.find(old) != std::string::npos)
       return fail("lsp.rename", shown(index, file) + " may name it and cannot be read; mend it first");

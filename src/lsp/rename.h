@@ -21,8 +21,10 @@ struct Renaming {
 [[nodiscard]] Result<void> may_rename(const Index& index, const Symbol& symbol);
 
 /// Every place that names the symbol, in all files of the project, gets another name; everything else stays byte for
-/// byte. A skill's chart is renamed with it.
-/// Errors: lsp.rename (no such name can be given, it is taken, or a file that may name it cannot be read).
+/// byte. A skill's chart is renamed with it. A place of the world is also named by what calls, constants, ports and the
+/// blackboard are given, by texts in charts and requirements, and by what objects in charts keep by its name.
+/// Errors: lsp.rename (no such name can be given, it is taken, texts could mean something else of that name, or a file
+/// that may name it cannot be read).
 [[nodiscard]] Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::string& name);
 
 }  // namespace sentree::lsp

@@ -687,7 +687,7 @@ struct Server::Impl {
     const IndexedFile* const file = at.index.find(at.file);
     if (file == nullptr) return list;
     const std::string folder = at.index.folder().string();
-    if (file->kind == FileKind::kScenario) {
+    if (file->kind == FileKind::kScenario && at.text.path.parent_path().filename() == "scenarios") {
       list.push_back(lens(*file, 0, "run this scenario", "sentree.run", {folder, at.text.path.stem().string()}));
       list.push_back(lens(*file, 0, "test this scenario", "sentree.test", {at.file}));
     } else if (file->kind == FileKind::kProject) {

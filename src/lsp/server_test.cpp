@@ -9,6 +9,7 @@
 #include "sentree/design/text_edit.h"
 #include "sentree/lsp/framing.h"
 #include "sentree/lsp/lines.h"
+#include "sentree/lsp/rename.h"
 #include "sentree/lsp/test_project.h"
 #include "sentree/record/observation.h"
 #include "sentree/record/recorder.h"
@@ -487,6 +488,79 @@ TEST_F(Renaming, OfASkillRenamesItsChart) {
   EXPECT_THAT(editor.text("mission.xml"),
               AllOf(HasSubstr("<AwaitPerson name=\"WaitForUser\"/>"), HasSubstr("<Action ID=\"AwaitPerson\"/>")));
   EXPECT_THAT(problems(), ::testing::IsEmpty());
+}
+
+TEST_F(Renaming, OfAPlaceChangesWorldTreeChartsModelsAndRequirements) {
+  const std::string model = editor.text("models/robot.scxml");
+  const auto changed = rename("world/world.yaml", "station:", 2, "charger");
+  EXPECT_THAT(changed, ::testing::UnorderedElementsAre("mission.xml", "models/robot.scxml", "monitors/recharge.scxml",
+                                                       "monitors/shield.scxml", "requirements/published.req",
+                                                       "requirements/recharge.req", "world/world.yaml"));
+  EXPECT_THAT(problems(), ::testing::IsEmpty());
+  EXPECT_THAT(editor.text("world/world.yaml"),
+              AllOf(HasSubstr("  charger: [8.2, 5.2"), HasSubstr("stations:"), HasSubstr("{pose: charger,")));
+  EXPECT_THAT(editor.text("models/robot.scxml"), AllOf(HasSubstr("({charger: 2, kitchen: 10})"),
+                                                       HasSubstr("cells.charger"), HasSubstr("the station is cell 2")));
+  EXPECT_THAT(editor.text("requirements/recharge.req"),
+              AllOf(HasSubstr("turns_to_station"), HasSubstr("destination = charger or at(charger)")));
+  EXPECT_THAT(editor.text("monitors/shield.scxml"), HasSubstr("args.name !== 'charger'"));
+}
+
+TEST_F(Renaming, OfAPlaceChangesWhereRobotsBeginInCampaignsToo) {
+  EXPECT_THAT(rename("world/world.yaml", "  start:", 4, "entrance"),
+              ::testing::UnorderedElementsAre("campaign.yaml", "world/world.yaml"));
+  EXPECT_THAT(editor.text("campaign.yaml"), HasSubstr("{choice: [entrance, study, bedroom]}"));
+  EXPECT_THAT(problems(), ::testing::IsEmpty());
+}
+
+TEST_F(Renaming, OfAPlaceIsRefusedWhereATextCouldMeanSomethingElse) {
+  editor.open("world/world.yaml");
+  const auto refusal = [&](const std::string& name) {
+    Map params{{"textDocument", Map{{"uri", editor.uri("world/world.yaml")}}},
+               {"position", editor.position("world/world.yaml", "  kitchen:", 4)},
+               {"newName", name}};
+    const Value answer = editor.request("textDocument/rename", std::move(params));
+    return answer.find("error") == nullptr ? "" : std::string(answer.at({"error", "message"})->text());
+  };
+  EXPECT_THAT(refusal("battery"), HasSubstr("a service"));
+  EXPECT_THAT(refusal("dock"), HasSubstr("stations"));
+  EXPECT_THAT(refusal("CHARGING"), HasSubstr("interface"));
+  EXPECT_THAT(refusal("study"), HasSubstr("is there already"));
+  EXPECT_EQ(refusal("galley"), "");
+}
+
+// Whatever a project calls its places, check says the same of it.
+TEST(RenamingOfPlaces, OfEachExampleChangesNoFinding) {
+  const std::filesystem::path examples = project::shipped_folder("examples");
+  int renamed = 0;
+  for (const char* name : {"inspection", "minimal", "nav2", "recharge", "telemetry", "two-robots"}) {
+    SCOPED_TRACE(name);
+    const TemporaryFolder copy("renaming");
+    const std::filesystem::path folder = std::filesystem::canonical(copy.path()) / "project";
+    std::filesystem::copy(examples / name, folder, std::filesystem::copy_options::recursive);
+    std::filesystem::remove_all(folder / "runs");
+    const auto findings = [&] {
+      std::string all;
+      for (const Diagnostic& diagnostic : project::check_project(folder)) all += to_string(diagnostic) + "\n";
+      return all;
+    };
+    const std::string before = findings();
+    Index index(folder);
+    index.refresh({});
+    const std::set<std::string, std::less<>> places = index.names().locations;
+    EXPECT_FALSE(places.empty());
+    for (const std::string& place : places) {
+      const auto renaming = rename(index, {SymbolKind::kLocation, place}, "x_" + place);
+      ASSERT_TRUE(renaming.has_value()) << to_string(renaming.error());
+      for (const auto& [file, edits] : renaming->edits)
+        std::ofstream(file) << design::with_edits(index.find(file)->text, edits).value();
+      index.refresh({});
+      EXPECT_TRUE(index.places_of({SymbolKind::kLocation, place}).empty()) << place;
+      ++renamed;
+    }
+    EXPECT_EQ(findings(), before);
+  }
+  EXPECT_GT(renamed, 20);
 }
 
 TEST_F(Renaming, IsRefusedWhereItWouldBreakSomething) {

@@ -70,6 +70,119 @@ class Collector {
   Occurrences found;
 
  protected:
+  void place(std::size_t from, std::size_t to) {
+    if (to <= text_.size() && names_.locations.contains(text_.substr(from, to - from)))
+      add(SymbolKind::kLocation, at(from, to), from, to);
+  }
+
+  // Names of places in an expression or a script: whole texts, and what tables keep by such names. `owner` is what the
+  // expression is the value of.
+  void places_in_code(std::size_t from, std::size_t to, const std::string& owner = {}) {
+    const std::string_view code = text_.substr(0, to);
+    for (std::size_t i = from; i < to;) {
+      if (is_word(code[i])) {
+        const std::size_t end = end_of_word(code, i);
+        if (is_of_table(code, from, i, end)) place(i, end);
+        i = end;
+        continue;
+      }
+      if (code[i] == '{') table(code, from, i, owner);
+      std::size_t begin = 0;
+      std::size_t end = 0;
+      const std::size_t next = after_token(code, i, begin, end);
+      if (begin < end && !code.substr(from, i - from).ends_with("In(")) place(begin, end);
+      i = next;
+    }
+  }
+
+ private:
+  static std::size_t end_of_word(std::string_view code, std::size_t at) {
+    while (at < code.size() && is_word(code[at])) ++at;
+    return at;
+  }
+  static std::size_t after_spaces(std::string_view code, std::size_t at) {
+    while (at < code.size() && is_space(code[at])) ++at;
+    return at;
+  }
+
+  // Behind a comment, a text (which lies from `begin` to `end`) or one other character.
+  static std::size_t after_token(std::string_view code, std::size_t at, std::size_t& begin, std::size_t& end) {
+    const std::string_view rest = code.substr(at);
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kComments{
+        {{"//", "\n"}, {"/*", "*/"}, {"<!--", "-->"}}};
+    for (const auto& [opens, closes] : kComments) {
+      if (!rest.starts_with(opens)) continue;
+      const std::size_t found = code.find(closes, at + opens.size());
+      return found == std::string_view::npos ? code.size() : found + closes.size();
+    }
+    for (const std::string_view quote : {"'", "\"", "`", "&apos;", "&quot;"}) {
+      if (!rest.starts_with(quote)) continue;
+      begin = end = at + quote.size();
+      while (end < code.size() && !code.substr(end).starts_with(quote)) end += code[end] == '\\' ? 2 : 1;
+      end = std::min(end, code.size());
+      return std::min(end + quote.size(), code.size());
+    }
+    return at + 1;
+  }
+
+  // {kitchen: 2, study: 3}: an object all of whose members are called like places.
+  void table(std::string_view code, std::size_t first, std::size_t open, const std::string& owner) {
+    std::vector<std::pair<std::size_t, std::size_t>> keys;
+    int depth = 0;
+    bool at_key = true;
+    for (std::size_t i = open + 1; i < code.size();) {
+      i = after_spaces(code, i);
+      if (i == code.size()) return;
+      if (at_key && is_word(code[i])) {
+        const std::size_t end = end_of_word(code, i);
+        const std::size_t colon = after_spaces(code, end);
+        if (colon == code.size() || code[colon] != ':' || !names_.locations.contains(code.substr(i, end - i))) return;
+        keys.emplace_back(i, end);
+        at_key = false;
+        i = colon + 1;
+        continue;
+      }
+      const char c = code[i];
+      if (c == '}' && depth == 0) break;
+      if (c == ',' && depth == 0)
+        at_key = true;
+      else if (at_key)
+        return;
+      if (c == '(' || c == '[' || c == '{') ++depth;
+      if (c == ')' || c == ']' || c == '}') --depth;
+      std::size_t begin = 0;
+      std::size_t end = 0;
+      i = after_token(code, i, begin, end);
+    }
+    // A single one may be the argument of a call.
+    if (keys.empty() || (keys.size() == 1 && is_member(code, keys.front()))) return;
+    for (const auto& [from, to] : keys) place(from, to);
+    std::size_t before = open;
+    while (before > first && (is_space(code[before - 1]) || code[before - 1] == '(')) --before;
+    if (before == first && !owner.empty()) tables_.insert(owner);
+    if (before == first || code[before - 1] != '=') return;
+    for (--before; before > first && is_space(code[before - 1]);) --before;
+    std::size_t name = before;
+    while (name > first && is_word(code[name - 1])) --name;
+    tables_.insert(std::string(code.substr(name, before - name)));
+  }
+  [[nodiscard]] bool is_member(std::string_view code, const std::pair<std::size_t, std::size_t>& word) const {
+    return names_.members.contains(code.substr(word.first, word.second - word.first));
+  }
+
+  // x.WORD, where x is a table, or no message has such a member.
+  [[nodiscard]] bool is_of_table(std::string_view code, std::size_t first, std::size_t from, std::size_t to) const {
+    if (from == first || code[from - 1] != '.') return false;
+    std::size_t begin = from - 1;
+    while (begin > first && is_word(code[begin - 1])) --begin;
+    if (tables_.contains(code.substr(begin, from - 1 - begin))) return true;
+    while (begin > first && (is_word(code[begin - 1]) || code[begin - 1] == '.')) --begin;
+    return !code.substr(begin).starts_with("_event.") && !is_member(code, {from, to});
+  }
+
+  std::set<std::string, std::less<>> tables_;
+
+ protected:
   std::string_view text_;
   const Names& names_;
 };
@@ -95,8 +208,13 @@ class TreeCollector : public Collector {
         for (XmlElement node = child.first_child(); node; node = node.next_sibling())
           text::for_each_element(node, [&](const XmlElement& element) { of_node(element); });
       } else if (child.local_name() == "TreeNodesModel") {
-        for (XmlElement model = child.first_child(); model; model = model.next_sibling())
+        for (XmlElement model = child.first_child(); model; model = model.next_sibling()) {
           attribute(model, "ID", model.local_name() == "SubTree" ? SymbolKind::kTree : SymbolKind::kSkill, false);
+          text::for_each_element(model, [&](const XmlElement& part) {
+            if (const auto* const value = place_of(part, "default", source_))
+              place(value->value_begin, value->value_end);
+          });
+        }
       }
     }
     attribute(document.root(), "main_tree_to_execute", SymbolKind::kTree, false);
@@ -112,12 +230,14 @@ class TreeCollector : public Collector {
   }
 
   void of_node(const XmlElement& element) {
+    static const std::set<std::string, std::less<>> kOfCode{"code", "if", "else"};
     const std::string_view tag = element.name();
+    const bool is_builtin = names_.builtins.contains(tag);
     const bool by_attribute = std::find(kByAttribute.begin(), kByAttribute.end(), tag) != kByAttribute.end();
     const bool is_tree = tag == "SubTree";
     if (by_attribute) {
       attribute(element, "ID", is_tree ? SymbolKind::kTree : SymbolKind::kSkill, false);
-    } else if (!names_.builtins.contains(tag)) {
+    } else if (!is_builtin) {
       const std::size_t from = element.offset() + 1;
       add(SymbolKind::kSkill, std::string(tag), from, from + tag.size());
       const std::string end = "</" + std::string(tag);
@@ -126,12 +246,13 @@ class TreeCollector : public Collector {
         add(SymbolKind::kSkill, std::string(tag), last + 2, last + end.size());
     }
     attribute(element, "name", SymbolKind::kNode, true);
-    if (names_.builtins.contains(tag)) return;
-    for (const text::XmlAttributePlace& place : element.attribute_places()) {
-      const std::string name = at(place.name_begin, place.name_end);
-      if (name == "name" || name == "ID" || name.starts_with('_')) continue;
-      if (std::string value = at(place.value_begin, place.value_end); names_.locations.contains(value))
-        add(SymbolKind::kLocation, std::move(value), place.value_begin, place.value_end);
+    for (const text::XmlAttributePlace& written : element.attribute_places()) {
+      const std::string name = at(written.name_begin, written.name_end);
+      if (name == "name" || name == "ID" || name == "output_key") continue;
+      if (name.starts_with('_') || (is_builtin && kOfCode.contains(name)))
+        places_in_code(written.value_begin, written.value_end);
+      else
+        place(written.value_begin, written.value_end);
     }
   }
 
@@ -154,7 +275,10 @@ class ChartCollector : public Collector {
         add(SymbolKind::kSkill, skill->second, from, from + document.root().name().size(), true);
       }
     }
-    text::for_each_element(document.root(), [&](const XmlElement& element) { of_element(element); });
+    text::for_each_element(document.root(), [&](const XmlElement& element) {
+      of_element(element);
+      places_of(element);
+    });
     in_expressions(document.root());
   }
 
@@ -194,6 +318,21 @@ class ChartCollector : public Collector {
           add(SymbolKind::kData, file_ + "#" + at(from, to), from, to);
       }
     }
+  }
+
+  void places_of(const XmlElement& element) {
+    static const std::set<std::string, std::less<>> kOfCode{"cond",      "expr",       "location", "array",
+                                                            "delayexpr", "targetexpr", "eventexpr"};
+    static const std::set<std::string, std::less<>> kCode{"script", "data", "assign", "content"};
+    const std::string owner(element.attribute(element.local_name() == "data" ? "id" : "location").value_or(""));
+    for (const text::XmlAttributePlace& written : element.attribute_places()) {
+      if (kOfCode.contains(at(written.name_begin, written.name_end)))
+        places_in_code(written.value_begin, written.value_end, owner);
+    }
+    if (!kCode.contains(element.local_name())) return;
+    const std::string_view code = element.inner_source();
+    const auto from = static_cast<std::size_t>(code.data() - source_.data());
+    if (!code.empty()) places_in_code(from, from + code.size(), owner);
   }
 
   void event(std::size_t from, std::size_t to) {
@@ -252,6 +391,7 @@ class RequirementCollector : public Collector {
     }
     for (std::size_t i = 0; i < tokens_.size(); ++i) {
       const Token& token = tokens_[i];
+      if (token.kind == Kind::kString) place(places_[i] + 1, places_[i] + 1 + token.text.size());
       if (token.kind != Kind::kName) continue;
       const std::size_t from = places_[i];
       const std::size_t to = from + token.text.size();
@@ -319,6 +459,28 @@ class YamlCollector : public Collector {
   YamlCollector(std::string_view text, bool is_project, std::string folder, const Names& names)
       : Collector(text, names), is_project_(is_project), folder_(std::move(folder)) {}
 
+  // What calls, constants of skills and the blackboard are given, and where worlds begin.
+  void places(const text::YamlNode& node, bool is_given = false, bool in_world = false) {
+    static const std::set<std::string, std::less<>> kGiven{"args",  "data",       "blackboard",
+                                                           "ports", "parameters", "value"};
+    if (const auto from = node.is_scalar() && is_given ? place_of(text_, node) : std::nullopt)
+      place(*from, *from + node.scalar.size());
+    for (const text::YamlNode& item : node.items) places(item, is_given, in_world);
+    for (const auto& [key, value] : node.entries) {
+      const std::string& name = key.scalar;
+      if (const auto from = place_of(text_, key); from && name.find('.') != std::string::npos)
+        place_in_path(*from, name);
+      if (in_world && (name == "locations" || name == "areas")) {
+        for (const auto& [place_name, where] : value.entries) {
+          if (const auto from = place_of(text_, place_name)) place(*from, *from + place_name.scalar.size());
+        }
+        continue;
+      }
+      const bool begins = in_world && (name == "start" || name == "pose");
+      places(value, is_given || begins || kGiven.contains(name), in_world || (name == "world" && value.is_mapping()));
+    }
+  }
+
   void section(const text::YamlNode& root) {
     for (const auto& [key, value] : root.entries) {
       if (key.scalar == "services" || key.scalar == "observe") {
@@ -347,6 +509,16 @@ class YamlCollector : public Collector {
   }
 
  private:
+  // world.locations.NAME, as parameters of campaigns are written.
+  void place_in_path(std::size_t from, std::string_view path) {
+    for (const std::string_view section : {"locations.", "areas."}) {
+      const std::size_t at = path.find(section);
+      if (at == std::string_view::npos || (at > 0 && path[at - 1] != '.')) continue;
+      const std::size_t begin = at + section.size();
+      place(from + begin, from + std::min(path.find('.', begin), path.size()));
+    }
+  }
+
   void scalar(const text::YamlNode& node, SymbolKind kind, bool defines) {
     if (const auto from = place_of(text_, node)) add(kind, node.scalar, *from, *from + node.scalar.size(), defines);
   }
@@ -480,19 +652,34 @@ Occurrences occurrences_in_yaml(std::string_view text, const text::YamlNode& roo
                                 const std::string& folder, const Names& names) {
   YamlCollector collector(text, is_project, folder, names);
   collector.section(root);
+  collector.places(root);
   return std::move(collector.found);
 }
 
 Occurrences occurrences_in_world(std::string_view text, const text::YamlNode& root) {
   Occurrences found;
+  std::set<std::string, std::less<>> names;
   for (const char* section : {"locations", "areas"}) {
     const text::YamlNode* const places = root.find(section);
     if (places == nullptr) continue;
     for (const auto& [name, value] : places->entries) {
+      names.insert(name.scalar);
       if (const auto from = place_of(text, name))
         found.push_back({{SymbolKind::kLocation, name.scalar}, *from, *from + name.scalar.size(), true});
     }
   }
+  // Where a robot begins, and where a station is.
+  const auto uses = [&](const auto& self, const text::YamlNode& node) -> void {
+    for (const text::YamlNode& item : node.items) self(self, item);
+    for (const auto& [key, value] : node.entries) {
+      self(self, value);
+      if ((key.scalar != "start" && key.scalar != "pose") || !value.is_scalar() || !names.contains(value.scalar))
+        continue;
+      if (const auto from = place_of(text, value))
+        found.push_back({{SymbolKind::kLocation, value.scalar}, *from, *from + value.scalar.size(), false});
+    }
+  };
+  uses(uses, root);
   return found;
 }
 

@@ -61,6 +61,7 @@ struct Names {
   std::map<std::string, std::string, std::less<>> charts;    ///< Absolute file of a skill's chart, and the skill.
   std::map<std::string, std::string, std::less<>> monitors;  ///< Monitor, and the chart that it is; empty: none.
   std::set<std::string, std::less<>> locations;
+  std::set<std::string, std::less<>> members;  ///< Fields of messages and arguments of calls.
   friend bool operator==(const Names&, const Names&) = default;
 };
 

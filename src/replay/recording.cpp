@@ -340,6 +340,11 @@ struct RunRecorder::Impl {
     // Of a run that goes on from somewhere.
     const auto begun = run.mission().state().tree.statuses();
     statuses.assign(begun.begin(), begun.end());
+    for (std::size_t leaf = 0; run.scheduler().is_virtual() && leaf < charts.size(); ++leaf) {
+      runtime::SkillActor* const skill = run.skill(leaf);
+      if (skill != nullptr && skill->state().running())
+        stepped(leaf, {mission::skill_model(plan, leaf), skill->state()});
+    }
     if (run.sim() != nullptr) robots = std::make_unique<RobotTopics>(recorder, run.sim()->world());
     sample_at(TimePoint{});
     snapshot_at(TimePoint(kSnapshotPeriod));

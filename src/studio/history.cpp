@@ -1,5 +1,6 @@
 #include "sentree/studio/history.h"
 
+#include <charconv>
 #include <variant>
 #include <vector>
 
@@ -188,6 +189,7 @@ void History::Impl::add_effect(Role role, const Shape& shape, Nanoseconds time, 
       break;
     }
     case Role::kInjection: {
+      take_over(time, message);
       const Value* args = message.data.find("args");
       const Map* given = args != nullptr ? args->as_map() : nullptr;
       mark(time, shape.source != "scenario" ? "intervention" : "injection",
@@ -222,6 +224,22 @@ void History::Impl::add_effect(Role role, const Shape& shape, Nanoseconds time, 
              seen.sequence);
       break;
   }
+}
+
+// Of a run that goes on with another project: what was at work when it began.
+void History::Impl::take_over(Nanoseconds time, const Message& message) {
+  const Value* given = message.data.find("nodes");
+  if (given == nullptr || given->as_map() == nullptr) return;
+  for (const auto& [name, value] : *given->as_map()) {
+    std::size_t node = 0;
+    const auto [rest, error] = std::from_chars(name.data(), name.data() + name.size(), node);
+    const auto status = bt::parse_status(value.text());
+    if (error != std::errc() || rest != name.data() + name.size() || node >= nodes.size() || !status) continue;
+    nodes[node].push(time, static_cast<std::uint8_t>(*status));
+  }
+  mission.push(time, static_cast<std::uint8_t>(bt::Status::kRunning));
+  ++tree_version;
+  if (observations.size() == 1) begin = time;
 }
 
 void History::Impl::mark(Nanoseconds time, std::string_view kind, std::string what, std::uint64_t sequence,

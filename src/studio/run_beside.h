@@ -14,7 +14,8 @@
 
 namespace sentree::studio {
 
-/// A run beside a project that is edited: shown and steered by the project's page, and recorded.
+/// A run beside a project that is edited: shown and steered by the project's page, and recorded. It may go on with the
+/// edited project; then it is shown, and recorded in a file of its own, from there on.
 class RunBeside {
  public:
   struct Options {
@@ -34,16 +35,22 @@ class RunBeside {
   RunBeside(const RunBeside&) = delete;
   RunBeside& operator=(const RunBeside&) = delete;
 
+  /// Lets the run go on with another plan, from before its next tick, paused or not: see `mission::carry`. In its new
+  /// recording that is a "scenario.injection" whose `what` is "reload", with `changes`, and `nodes`: the nodes at work.
+  /// What a person asked to pause at is forgotten. One at a time, and not of the run's thread; waits until it is done.
+  /// Returns what came, went or is another one. Codes: those of `mission::carry`, then the run goes on as it did, and
+  /// of `begin`; run.real-time, run.ended.
+  [[nodiscard]] Loaded<std::vector<std::string>> replace(project::Plan plan, std::vector<text::ReadFile> files);
   /// Ends the run in order, if it goes on, and waits for that. Of the thread that destroys this.
   void end();
   /// The recording's name in its folder.
-  [[nodiscard]] const std::string& file() const;
+  [[nodiscard]] std::string file() const;
   /// Why the recording or the run is not whole; empty: it is, so far.
   [[nodiscard]] std::string problem() const;
   /// How pages reach it, also after its end.
-  [[nodiscard]] const RunAccess& access() const;
-  /// For the page's server, which keeps the run alive while it shows it.
-  [[nodiscard]] static Server::Shown shown(const std::shared_ptr<RunBeside>& run);
+  [[nodiscard]] std::shared_ptr<const RunAccess> access() const;
+  /// For the page's server, which keeps alive what it shows.
+  [[nodiscard]] Server::Shown shown() const;
 
  private:
   struct Impl;

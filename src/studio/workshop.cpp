@@ -204,6 +204,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   if (op == "compare_files" || op == "compare") return compare(op, asked);
   if (op == "simulate_chart" || op == "simulate_tree") return simulate(op, asked, request);
   if (op == "design_record") return begin_run(asked.number("factor", 1.0), asked.flag("real_time"));
+  if (op == "design_apply") return apply_to_run();
   if (op == "design_show") return show_run(asked.text("recording"));
   if (!op.starts_with("design")) return steer(op, request);
   const std::lock_guard lock(mutex);
@@ -240,6 +241,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return Value(Map{{"version", number(workspace.find(file)->version)}});
   }
   if (op == "design_gesture") return edit_by_gesture(asked);
+  if (op == "design_rename") return rename_place(asked.text("location"), asked.text("to"));
   if (op == "design_complete" || op == "design_explain")
     return help_with(file, asked.count("byte"), op == "design_complete");
   if (op == "design_reached") return asked.flag("verification") ? verified() : reached(asked.flag("all"));

@@ -10,7 +10,7 @@ namespace sentree::studio {
 namespace fs = std::filesystem;
 
 Workshop::Impl::Texts Workshop::Impl::texts_now() const {
-  Texts now{.overlay = workspace.overlay(), .texts = {}, .scenario = scenario, .saved = false};
+  Texts now{.overlay = workspace.overlay(), .texts = {}, .scenario = scenario, .saved = false, .revision = revision};
   now.saved = now.overlay.empty();
   for (const auto& [file, document] : workspace.documents()) now.texts.emplace(file, document.text);
   return now;

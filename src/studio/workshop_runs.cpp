@@ -41,12 +41,20 @@ void Workshop::Impl::show_shadow() {
 }
 
 // `mutex` is held.
+void Workshop::Impl::show_beside() {
+  on_show = beside->file();
+  reached_on_show = [run = beside] { return run->access()->coverage(); };
+  server->show(beside->shown());
+}
+
+// `mutex` is held.
 Value Workshop::Impl::runs() const {
   List names;
   for (std::string& name : recordings_in(folder)) names.emplace_back(std::move(name));
   return Map{{"recordings", std::move(names)},
              {"on_show", on_show},
              {"goes_on", goes_on && beside ? Value(beside->file()) : Value()},
+             {"outdated", goes_on && beside && beside_of != revision},
              {"problem", beside ? beside->problem() : ""}};
 }
 
@@ -89,11 +97,54 @@ Result<Value> Workshop::Impl::begin_run(double factor, bool real_time) {
     return tl::unexpected(begun.error());
   }
   beside = std::move(*begun);
-  on_show = beside->file();
-  reached_on_show = [run = beside] { return run->access().coverage(); };
-  server->show(RunBeside::shown(beside));
+  beside_scenario = texts.scenario;
+  beside_of = texts.revision;
+  show_beside();
   tell_summary();
   return Value(Map{{"recording", on_show}});
+}
+
+// The run beside goes on with the texts as they are, saved or not.
+Result<Value> Workshop::Impl::apply_to_run() {
+  Texts texts;
+  std::shared_ptr<RunBeside> run;
+  bool is_shown = false;
+  {
+    const std::lock_guard lock(mutex);
+    if (!goes_on || !beside) return fail("studio.request", "no run goes on that could go on with what is edited");
+    run = beside;
+    is_shown = on_show == run->file();
+    texts = texts_now();
+    texts.scenario = beside_scenario;
+  }
+  auto applied = [&]() -> Loaded<std::vector<std::string>> {
+    const text::ReadThrough through(texts.overlay);
+    const text::ReadLog files;
+    auto chosen = chosen_scenario(texts.scenario);
+    if (!chosen.ok()) return {std::nullopt, std::move(chosen.diagnostics)};
+    auto plan = project::prepare(std::move(*chosen.value));
+    if (!plan.ok()) return {std::nullopt, std::move(plan.diagnostics)};
+    return run->replace(std::move(*plan.value), files.files());
+  }();
+  if (!applied.ok()) {
+    List reasons;
+    bool later = false;
+    for (const Diagnostic& why : applied.diagnostics) {
+      if (why.severity != Severity::kError) continue;
+      later = later || why.code.ends_with(".cannot-carry");
+      reasons.push_back(Map{{"file", design::file_inside(folder, why.span.file)},
+                            {"line", static_cast<std::int64_t>(why.span.line)},
+                            {"message", why.message}});
+    }
+    return Value(Map{{"refused", std::move(reasons)}, {"later", later}});
+  }
+  const std::lock_guard lock(mutex);
+  beside_of = texts.revision;
+  if (run == beside && is_shown) show_beside();
+  tell_summary();
+  List changes;
+  for (std::string& change : *applied.value) changes.emplace_back(std::move(change));
+  return Value(Map{{"recording", run->file()}, {"changes", std::move(changes)}});
 }
 
 // A recording of this project; empty: the shadow run.
@@ -118,11 +169,10 @@ Result<Value> Workshop::Impl::show_run(const std::string& recording) {
   if (recording.empty()) {
     show_shadow();
   } else {
-    on_show = recording;
     if (is_beside) {
-      reached_on_show = [run = beside] { return run->access().coverage(); };
-      server->show(RunBeside::shown(beside));
+      show_beside();
     } else {
+      on_show = recording;
       reached_on_show = [read] { return read->access().coverage(); };
       server->show({.subject = std::shared_ptr<const Subject>(read, &read->subject()),
                     .history = std::shared_ptr<const History>(read, &read->history()),
@@ -141,7 +191,7 @@ Result<Value> Workshop::Impl::steer(const std::string& op, const Value& request)
     if (beside && on_show == beside->file()) run = beside;
   }
   if (!run) return fail("studio.request", "\"" + op + "\" is not known here: a project is edited, no run goes on");
-  return run->access().steer(op, request);
+  return run->access()->steer(op, request);
 }
 
 }  // namespace sentree::studio

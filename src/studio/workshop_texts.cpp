@@ -2,6 +2,7 @@
 
 #include "sentree/lsp/completion.h"
 #include "sentree/lsp/describe.h"
+#include "sentree/lsp/rename.h"
 #include "sentree/studio/detail/workshop.h"
 
 namespace sentree::studio {
@@ -56,6 +57,35 @@ Result<Value> Workshop::Impl::help_with(const std::string& file, std::uint64_t b
                         {"insert", item.insert.empty() ? item.label : item.insert}});
   }
   return Value(Map{{"from", number(found.from)}, {"to", number(found.to)}, {"items", std::move(items)}});
+}
+
+Result<Value> Workshop::Impl::rename_place(const std::string& location, const std::string& to) {
+  index.refresh(workspace.overlay());
+  const lsp::Symbol place{lsp::SymbolKind::kLocation, location};
+  if (!index.names().locations.contains(location))
+    return fail("studio.request", "the world has no location or area \"" + location + "\"");
+  const auto renaming = lsp::rename(index, place, to);
+  if (!renaming) return tl::unexpected(renaming.error());
+  std::vector<design::Workspace::NewText> texts;
+  std::vector<std::string> files;
+  std::size_t occurrences = 0;
+  for (const auto& [path, edits] : renaming->edits) {
+    const std::string file = design::file_inside(folder, path);
+    const design::Document* document = workspace.find(file);
+    if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
+    auto text = design::with_edits(document->text, edits);
+    if (!text) return tl::unexpected(text.error());
+    texts.push_back({file, std::move(*text)});
+    files.push_back(file);
+    occurrences += edits.size();
+  }
+  if (!texts.empty()) {
+    if (auto put = workspace.put(texts, "rename " + location + " to " + to); !put) return tl::unexpected(put.error());
+    changed(files);
+  }
+  List named;
+  for (const std::string& file : files) named.emplace_back(file);
+  return Value(Map{{"files", std::move(named)}, {"places", static_cast<std::int64_t>(occurrences)}});
 }
 
 }  // namespace sentree::studio

@@ -121,6 +121,7 @@ struct History::Impl {
   void add(Nanoseconds time, const record::ParticlesRecord& record, const Place* place);
   void add(Nanoseconds time, const record::MotionRecord& record, const Place* place);
   void add(Nanoseconds time, const record::BatteryRecord& record, const Place* place);
+  void take_over(Nanoseconds time, const Message& message);
   void add_effect(Role role, const Shape& shape, Nanoseconds time, const Message& message, const Seen& seen,
                   const Place* place);
   void mark(Nanoseconds time, std::string_view kind, std::string text, std::uint64_t sequence,

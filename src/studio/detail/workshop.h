@@ -42,6 +42,8 @@ struct Workshop::Impl {
   Result<Value> carry_out(const std::string& op, const Value& request);
   Result<Value> edit_by_gesture(const AskedEdit& asked);
   Result<Value> add(const AskedEdit& asked);
+  /// Of the world, wherever it is named, in one step.
+  Result<Value> rename_place(const std::string& location, const std::string& to);
   /// What may stand at a byte of a text, or what is known of what stands there (null: nothing).
   Result<Value> help_with(const std::string& file, std::uint64_t byte, bool complete);
   [[nodiscard]] Value other_sides() const;
@@ -62,9 +64,11 @@ struct Workshop::Impl {
 
   // What pages are shown: the shadow run, a run that goes on beside it, or a recording.
   Result<Value> begin_run(double factor, bool real_time);
+  Result<Value> apply_to_run();
   Result<Value> show_run(const std::string& recording);
   Result<Value> steer(const std::string& op, const Value& request);
   void show_shadow();
+  void show_beside();
   [[nodiscard]] Value runs() const;
   void reach_all(std::uint64_t of_revision);
 
@@ -74,6 +78,7 @@ struct Workshop::Impl {
     std::map<std::string, std::string> texts;
     std::string scenario;
     bool saved = false;
+    std::uint64_t revision = 0;
   };
   [[nodiscard]] Texts texts_now() const;
   Loaded<project::Plan> look(const Texts& texts, Diagnostics& found);
@@ -112,6 +117,8 @@ struct Workshop::Impl {
   std::atomic<bool> outdated = false;              // what the shadow runs is not the newest any more
   std::shared_ptr<RunBeside> beside;               // the last run that was begun here
   bool goes_on = false;                            // it does, or is about to
+  std::string beside_scenario;                     // that it runs
+  std::uint64_t beside_of = 0;                     // the revision whose texts it runs
   std::string on_show;                             // recording in runs/ that pages are shown; empty: the shadow run
   std::function<Result<Value>()> reached_on_show;  // by it
 

@@ -5,7 +5,8 @@ import { join } from "node:path";
 import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
-import { copy_of, drag, middle, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
+import { contents, copy_of, drag, middle, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
+import { run } from "../harness/program.mjs";
 
 const pictures = process.env.SENTREE_PICTURES;
 if (pictures) mkdirSync(pictures, { recursive: true });
@@ -91,6 +92,57 @@ test("places are dragged, turned and moved by keys, as least edits of the text; 
   await page.getByTestId("save").click();
   await page.locator('[data-file="world/world.yaml"][data-dirty=false]').waitFor();
   assert.equal(readFileSync(file, "utf8"), original);
+  await close();
+  await program.stop();
+});
+
+test("a place gets another name wherever it is named, as one step; the project behaves as before", async () => {
+  const folder = copy_of("recharge");
+  const kScenarios = ["experiment1", "experiment2", "no-path", "normal", "recharge", "shield", "unshielded"];
+  const said = async () => {
+    const checked = await run(["check", folder]);
+    assert.equal(checked.code, 0, checked.stdout + checked.stderr);
+    const tested = await run(["test", folder, ...kScenarios.flatMap((name) => ["--scenario", name])]);
+    assert.equal(tested.code, 0, tested.stdout + tested.stderr);
+    // But for how long it took.
+    return [checked.stdout, tested.stdout.replace(/ in [\d.]+ s/g, "")];
+  };
+  const before = await said();
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url, { file: "world/world.yaml" });
+  await settled(page);
+  const original = contents(folder);
+  const spot = (id) => page.locator(`[data-spot="${id}"]:not([data-heading])`);
+  await spot("location station").locator("circle").click();
+  await page.keyboard.press("F2");
+  const field = page.getByLabel("Another name of station");
+  await field.fill("battery");
+  if (pictures) await page.screenshot({ path: join(pictures, "world-rename.png") });
+  await page.keyboard.press("Enter");
+  await page.getByText('"battery" is the name of a service too').waitFor();
+  await field.fill("charger");
+  await page.keyboard.press("Enter");
+  await spot("location charger").waitFor();
+  await until(async () => (await undo_name(page)) === "rename station to charger", "it is one step");
+  await settled(page);
+  // An area, by its name on the map.
+  await page.locator('text[data-place="kitchen_area"]').dblclick();
+  await page.getByLabel("Another name of kitchen_area").fill("galley");
+  await page.keyboard.press("Enter");
+  await page.locator('text[data-place="galley"]').waitFor();
+  await page.getByTestId("save").click();
+  await until(async () => (await page.locator("[data-file][data-dirty=true]").count()) === 0, "all is saved");
+  const renamed = contents(folder);
+  const changed = Object.keys(renamed).filter((file) => renamed[file] !== original[file]);
+  assert.deepEqual(changed.sort(), ["mission.xml", "models/robot.scxml", "monitors/recharge.scxml", "monitors/shield.scxml", "requirements/published.req", "requirements/recharge.req", "world/world.yaml"]);
+  assert.deepEqual(await said(), before);
+  await page.getByTestId("undo").click();
+  await until(async () => (await undo_name(page)) === "rename station to charger", "one was undone");
+  await page.getByTestId("undo").click();
+  await spot("location station").waitFor();
+  await page.getByTestId("save").click();
+  await until(async () => (await page.locator("[data-file][data-dirty=true]").count()) === 0, "all is saved");
+  assert.deepEqual(contents(folder), original);
   await close();
   await program.stop();
 });

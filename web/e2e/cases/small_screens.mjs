@@ -23,6 +23,14 @@ const nodes_in_sight = (page) =>
     return [...document.querySelectorAll("[data-testid=tree] [data-node] > .shape")].filter((shape) => inside(shape.getBoundingClientRect())).length;
   });
 
+/** Lanes that lie in the timeline as a whole, from top to bottom. */
+const lanes_in_sight = (page) =>
+  page.evaluate(() => {
+    const frame = document.querySelector(".timeline-scroll").getBoundingClientRect();
+    const names = [...document.querySelectorAll(".lane-name")].map((lane) => ({ lane: lane.dataset.lane, box: lane.getBoundingClientRect() }));
+    return names.filter(({ box }) => box.top >= frame.top - 1 && box.bottom <= frame.bottom + 1).map(({ lane }) => lane);
+  });
+
 /** Sizes on the screen of the names around the chosen node, and of all; and which names lie over one another. */
 const names = (page) =>
   page.evaluate(() => {
@@ -81,6 +89,10 @@ test("at a violation the tree, the stage and the chosen text keep their size on 
     );
     assert.ok(Math.min(...states) >= kReadable_px, `states of the chart have ${Math.min(...states).toFixed(1)} px at ${width}×${height}`);
     assert.deepEqual(over, [], `names lie over one another at ${width}×${height}`);
+    // The mission, what is at work, and the monitors that are violated.
+    const lanes = await lanes_in_sight(page);
+    assert.deepEqual(lanes.slice(0, 2), ["mission", "work"], `at ${width}×${height}`);
+    assert.deepEqual(lanes.slice(2, 4).sort(), ["monitor:battery", "monitor:never_empty"], `at ${width}×${height}`);
     if (pictures) await page.screenshot({ path: join(pictures, `violation-${width}.png`) });
   }
   // The story lies over the timeline and hides no node.

@@ -15,7 +15,7 @@ import { useWindow } from "../widgets/layout";
 import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
-import { begin_project, doc_of, obstacle, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, type Doc, type Look } from "./design";
+import { begin_project, doc_of, node_of, obstacle, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, type Doc, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
@@ -99,6 +99,7 @@ function Bench() {
   const picture = useRef<PictureHandle>(null);
   const below = useDesign((state) => state.below);
   const is_tree = useDesign((state) => (doc_of(state)?.shown_trees ?? null) !== null);
+  const is_chosen = useDesign((state) => node_of(state) !== null);
   const is_chart = useDesign((state) => (doc_of(state)?.shown_chart ?? null) !== null);
   const is_requirement = useDesign(({ file }) => file?.endsWith(".req") ?? false);
   const is_scenario = useDesign((state) => doc_of(state)?.kind === "scenario");
@@ -112,8 +113,8 @@ function Bench() {
     <main className="design" data-narrow={narrow}>
       <div className="design-left">
         <ProjectTree />
-        {is_tree && !narrow && <PaletteList picture={picture} />}
-        {narrow && <Suspense>{form}</Suspense>}
+        {is_tree && !(narrow && (is_chosen || simulating)) && <PaletteList picture={picture} />}
+        {narrow && (!is_tree || is_chosen || simulating) && <Suspense>{form}</Suspense>}
       </div>
       <div className="design-middle">
         <DesignBar />
@@ -157,6 +158,7 @@ function DesignBar() {
   const file = useDesign((state) => state.file);
   const look = useDesign((state) => state.look);
   const refused = useDesign((state) => state.refused);
+  const autosave = useDesign((state) => state.autosave);
   const below = useDesign((state) => state.below);
   const has_picture = useDesign((state) => {
     const doc = doc_of(state);
@@ -200,6 +202,9 @@ function DesignBar() {
       </button>
       <button className={`button small${dirty > 0 ? " primary" : ""}`} disabled={dirty === 0} title="Save all files (Ctrl+S)" data-testid="save" onClick={() => void save_all()}>
         {dirty > 0 ? `Save ${dirty}` : "Saved"}
+      </button>
+      <button className="button small" aria-pressed={autosave} title="Save each edit by itself" data-testid="autosave" onClick={toggle_autosave}>
+        Autosave
       </button>
       {can_run && (
         <button className="button small" aria-pressed={simulating} title="Run what is open by hand" data-testid="simulate-button" onClick={() => simulate(!simulating)}>

@@ -10,7 +10,7 @@ import { plan_image } from "../panels/map/floor_plan";
 import type { Point, Rect } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { useTheme } from "../widgets/theme";
-import { edit_text, findings_of, go_to, useDesign, type Doc } from "./design";
+import { edit_text, findings_of, go_to, rename_place, useDesign, type Doc } from "./design";
 import { places_of, type Spot } from "./world_places";
 import { angle_of, angle_text, metres_text, number_of, type YamlValue } from "./yaml_places";
 
@@ -33,6 +33,33 @@ interface Drag {
   radius: number;
 }
 
+/** Asks for another name of a place. */
+function Renaming({ place, end }: { place: string; end(): void }) {
+  const [name, set_name] = useState(place);
+  const done = () => void rename_place(place, name.trim()).then((was) => was && end());
+  return (
+    <form
+      className="world-renaming"
+      onSubmit={(event) => {
+        event.preventDefault();
+        if (name.trim() === place) end();
+        else done();
+      }}
+    >
+      <label>
+        <span className="muted">{place} becomes</span>
+        <input className="field" aria-label={`Another name of ${place}`} spellCheck={false} autoComplete="off" value={name} autoFocus onFocus={(event) => event.target.select()} onChange={(event) => set_name(event.target.value)} onKeyDown={(event) => event.key === "Escape" && end()} />
+      </label>
+      <button className="button small primary" type="submit" title="In the world, the mission, charts, requirements, scenarios: wherever it is named">
+        Rename everywhere
+      </button>
+      <button className="button small" type="button" onClick={end}>
+        Cancel
+      </button>
+    </form>
+  );
+}
+
 /** The places of a world on its floor plan: what one drags is written where it stands in the text. */
 export default function WorldView({ doc }: { doc: Doc }) {
   const text = doc.places.shown;
@@ -44,6 +71,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
   const [cells, set_cells] = useState<Uint8Array | null>(null);
   const [drag, set_drag] = useState<Drag | null>(null);
   const [chosen, set_chosen] = useState<string | null>(null);
+  const [renamed, set_renamed] = useState<string | null>(null);
   // A text that is broken for the moment keeps its last picture.
   const found = useMemo(() => places_of(text), [text]);
   const kept = useRef(found);
@@ -170,9 +198,20 @@ export default function WorldView({ doc }: { doc: Doc }) {
       void write(spot, { ...from, x: from.x + dx!, y: from.y + dy!, radius: Math.max(from.radius + dx! + dy!, step) });
     }
     else if (event.key === "Escape") set_chosen(null);
+    else if (event.key === "F2" && spot?.place) set_renamed(spot.place);
     else if (event.altKey || !view.key(event, spot === undefined)) return;
     event.preventDefault();
     event.stopPropagation();
+  };
+
+  const by_double_click = (event: React.MouseEvent) => {
+    const target = event.target instanceof Element ? event.target.closest("[data-place]") : null;
+    if (target) set_renamed(target.getAttribute("data-place"));
+    else view.fit();
+  };
+  const end_renaming = () => {
+    set_renamed(null);
+    svg.current?.focus({ preventScroll: true });
   };
 
   const wrong = useMemo(() => findings_of(summary, doc.file).filter(({ severity }) => severity === "error"), [summary, doc.file]);
@@ -195,8 +234,8 @@ export default function WorldView({ doc }: { doc: Doc }) {
     const [x, y] = place(spot);
     const problem = why(spot);
     return (
-      <g key={spot.id} className={`world-spot ${spot.kind}${chosen === spot.id ? " chosen" : ""}${problem ? " wrong" : ""}`} data-spot={spot.id} role="img" aria-label={`${spot.name}${spot.radius ? `: ${metres_text(seen(spot).radius)}` : ` at ${metres_text(x / kMetre)}, ${metres_text(-y / kMetre)}`}${problem ? `: ${problem}` : ""}`}>
-        <title>{problem ? `${spot.name}: ${problem}` : `${spot.name}: drag, or the arrow keys`}</title>
+      <g key={spot.id} className={`world-spot ${spot.kind}${chosen === spot.id ? " chosen" : ""}${problem ? " wrong" : ""}`} data-spot={spot.id} data-place={spot.place} role="img" aria-label={`${spot.name}${spot.radius ? `: ${metres_text(seen(spot).radius)}` : ` at ${metres_text(x / kMetre)}, ${metres_text(-y / kMetre)}`}${problem ? `: ${problem}` : ""}`}>
+        <title>{problem ? `${spot.name}: ${problem}` : `${spot.name}: drag, or the arrow keys${spot.place ? "; F2 or a double click gives it another name" : ""}`}</title>
         <circle cx={x} cy={y} r={spot.kind === "location" ? 10 : 7} />
       </g>
     );
@@ -205,15 +244,19 @@ export default function WorldView({ doc }: { doc: Doc }) {
   return (
     <>
       <canvas ref={canvas} className="world-plan" aria-hidden="true" />
-      <svg ref={svg} className="picture world-picture" role="group" aria-label={`Map of ${doc.file}`} tabIndex={0} data-testid="design-world" onKeyDown={by_key} onDoubleClick={() => view.fit()} onClick={(event) => event.target === svg.current && set_chosen(null)}>
+      <svg ref={svg} className="picture world-picture" role="group" aria-label={`Map of ${doc.file}`} tabIndex={0} data-testid="design-world" onKeyDown={by_key} onDoubleClick={by_double_click} onClick={(event) => event.target === svg.current && set_chosen(null)}>
         <g ref={group}>
           {shapes.map((shape) => {
             const points = shape.spots.map(place);
-            const [x, y] = [points.reduce((sum, point) => sum + point[0], 0) / points.length, points.reduce((sum, point) => sum + point[1], 0) / points.length];
+            const is_area = shape.kind === "area";
+            // Of an area at its corner: names of places are in its middle.
+            const [x, y] = is_area
+              ? [Math.min(...points.map((point) => point[0])), Math.min(...points.map((point) => point[1]))]
+              : [points.reduce((sum, point) => sum + point[0], 0) / points.length, points.reduce((sum, point) => sum + point[1], 0) / points.length];
             return (
               <g key={`${shape.kind} ${shape.name}`} className={`world-shape ${shape.kind}`}>
-                <path d={`M${points.map((point) => point.join(" ")).join("L")}${shape.kind === "area" ? "Z" : ""}`} />
-                <text x={x} y={y} dy={shape.kind === "door" ? "1.4em" : "0.35em"} textAnchor="middle">
+                <path d={`M${points.map((point) => point.join(" ")).join("L")}${is_area ? "Z" : ""}`} />
+                <text x={x} y={y} dx={is_area ? "0.7em" : 0} dy="1.4em" textAnchor={is_area ? "start" : "middle"} data-place={is_area ? shape.name : undefined}>
                   {shape.name}
                 </text>
               </g>
@@ -248,7 +291,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
                     <title>{`Heading of ${spot.name}`}</title>
                   </circle>
                 )}
-                <text x={x} y={y} dy="1.7em" textAnchor="middle">
+                <text x={x} y={y} dy={spot.heading && Math.sin(turn) < -0.5 ? "-0.9em" : "1.7em"} textAnchor="middle">
                   {spot.name}
                 </text>
               </g>
@@ -256,6 +299,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
           })}
         </g>
       </svg>
+      {renamed !== null && <Renaming key={renamed} place={renamed} end={end_renaming} />}
       <Minimap view={view} box={box} rects={spots.map((spot) => ({ x: place(spot)[0] - 8, y: place(spot)[1] - 8, width: 16, height: 16 }))} />
       {drag && dragged && (
         <p className="world-readout mono" role="status">

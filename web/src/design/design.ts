@@ -417,6 +417,13 @@ export async function gesture(wanted: Gesture): Promise<boolean> {
   return done !== null;
 }
 
+/** Gives a location or an area of the world another name, wherever it is named. */
+export async function rename_place(location: string, to: string): Promise<boolean> {
+  const done = await attempt(() => request("design_rename", { location, to }));
+  if (done) note("info", `${location} is ${to} now: in ${done.places} places of ${done.files.join(", ")}`);
+  return done !== null;
+}
+
 /** The state of a chart that is chosen, or the transition. */
 export function chosen_state(state: DesignState): EditedState | null {
   return (state.state !== null && doc_of(state)?.shown_chart?.states.find(({ id }) => id === state.state)) || null;

@@ -7,8 +7,15 @@ import { go_live } from "../store/time_travel";
 
 export type Runs = Design["runs"];
 
+/** Why a run cannot go on with what is edited. */
+interface Refusals {
+  refused: readonly { file: string; line: number; message: string }[];
+  /** It may at another moment. */
+  later: boolean;
+}
+
 /** What the page of a project that is edited shows: its files, or how it goes; which run that is, and which file is open, or is to be opened first. */
-export const useMode = create<{ mode: "design" | "run"; file: string | null; runs: Runs }>()(() => ({ mode: "design", file: null, runs: { recordings: [], on_show: "", goes_on: null, problem: "" } }));
+export const useMode = create<{ mode: "design" | "run"; file: string | null; runs: Runs; refused: Refusals | null }>()(() => ({ mode: "design", file: null, runs: { recordings: [], on_show: "", goes_on: null, outdated: false, problem: "" }, refused: null }));
 
 export function take_runs(runs: Runs): void {
   const before = useMode.getState().runs;
@@ -23,6 +30,14 @@ on_design((message) => message.type === "design" && take_runs(message.runs));
 /** Begins a run that is steered and recorded, of the scenario that is open. */
 export async function record(how: { factor?: number; real_time?: boolean }): Promise<void> {
   if (await ask("design_record", how)) show();
+}
+
+/** Lets the run that goes on go on with the texts as they are. */
+export async function apply_edits(): Promise<void> {
+  const applied = await ask("design_apply", {});
+  if (applied === null) return;
+  if ("refused" in applied) useMode.setState({ refused: applied });
+  else note("info", applied.changes.length > 0 ? `the run goes on with the edits: ${applied.changes.join("; ")}` : "the run goes on with the edits");
 }
 
 /** A recording in all panels; empty: the shadow run. */

@@ -10,6 +10,8 @@ export interface Spot {
   y: YamlValue;
   heading: YamlValue | null;
   radius?: YamlValue;
+  /** The location or area that it is of, which can be given another name. */
+  place?: string | undefined;
 }
 export interface Shape {
   name: string;
@@ -45,11 +47,11 @@ export function places_of(text: string): Places {
     const turn = pose?.items[2];
     return point ? [{ id: `${section} ${name}`, name, kind, x: point[0], y: point[1], heading: turn && angle_of(turn) !== null ? turn : null }] : [];
   };
-  const ring = (around: Spot | undefined, id: string, radius: YamlValue | null): Spot[] => (around && radius && number_of(radius) !== null ? [{ ...around, id, kind: "ring", heading: null, radius }] : []);
-  const locations = all("locations").flatMap(([name, value]) => posed("location", "location", name, entry(value, "pose") ?? value));
+  const ring = (around: Spot | undefined, id: string, radius: YamlValue | null): Spot[] => (around && radius && number_of(radius) !== null ? [{ ...around, id, kind: "ring", heading: null, radius, place: undefined }] : []);
+  const locations = all("locations").flatMap(([name, value]) => posed("location", "location", name, entry(value, "pose") ?? value).map((spot): Spot => ({ ...spot, place: name })));
   const shapes: Shape[] = [];
   for (const [name, value] of all("areas")) {
-    const corners = (entry(value, "corners")?.items ?? []).flatMap((corner, i) => posed("corner", "area", `${name} ${i + 1}`, corner).map((spot) => ({ ...spot, name: `${name}, corner ${i + 1}` })));
+    const corners = (entry(value, "corners")?.items ?? []).flatMap((corner, i) => posed("corner", "area", `${name} ${i + 1}`, corner).map((spot) => ({ ...spot, name: `${name}, corner ${i + 1}`, place: name })));
     if (corners.length > 1) shapes.push({ name, kind: "area", spots: corners });
   }
   for (const [name, value] of all("doors")) {

@@ -10,7 +10,7 @@ import { useTheme } from "../widgets/theme";
 import { useStudio } from "../store/store";
 import { go_live, start_replay, stop_replay } from "../store/time_travel";
 import { select_lane, Timeline, type Shown } from "./timeline/controller";
-import { lane_title, value_at, value_text, type Placed } from "./timeline/lanes";
+import { kWork, lane_title, value_at, value_text, type Placed } from "./timeline/lanes";
 
 const kHideIdle = "sentree.timeline.hide_idle";
 
@@ -106,10 +106,10 @@ function Names({ shown }: { shown: Shown }) {
         const chosen = lane.kind === "leaf" ? lane.name === chosen_leaf : lane.kind === "monitor" ? lane.name === selection.monitor : lane.id === selection.chart;
         return (
           <li key={lane.id} style={{ top, height }} className={`lane-name kind-${lane.kind}${chosen ? " chosen" : ""}`} data-lane={lane.id}>
-            <button className="ellipsis" onClick={() => select_lane(lane)} title={`${lane.kind}: ${lane.name}`} tabIndex={-1}>
+            <button className="ellipsis" onClick={() => select_lane(lane, useStudio.getState().state?.time ?? 0)} title={lane.id === kWork ? "The leaf that is at work" : `${lane.kind}: ${lane.name}`} tabIndex={-1}>
               {lane_title(lane)}
             </button>
-            {lane.kind === "value" ? <Value placed={placed} /> : first_of_kind && lane.kind !== "mission" && <span className="lane-kind">{lane.kind}</span>}
+            {lane.kind === "value" ? <Value placed={placed} /> : first_of_kind && lane.kind !== "mission" && lane.id !== kWork && <span className="lane-kind">{lane.kind}</span>}
           </li>
         );
       })}
@@ -118,12 +118,13 @@ function Names({ shown }: { shown: Shown }) {
 }
 
 export function TimelinePanel() {
+  const all = useRef<HTMLDivElement>(null);
   const ruler = useRef<HTMLCanvasElement>(null);
   const lanes = useRef<HTMLCanvasElement>(null);
   const scroll = useRef<HTMLDivElement>(null);
   const tip = useRef<HTMLDivElement>(null);
   const [timeline, set_timeline] = useState<Timeline | null>(null);
-  const [shown, set_shown] = useState<Shown>({ placed: [], height: 0, following: "newest" });
+  const [shown, set_shown] = useState<Shown>({ placed: [], height: 0, following: "newest", low: false });
   const [hide_idle, set_hide_idle] = useState(() => localStorage.getItem(kHideIdle) === "yes");
   const theme = useTheme((current) => current.theme);
   const begin = useStudio((studio) => studio.state?.begin ?? 0);
@@ -133,8 +134,8 @@ export function TimelinePanel() {
   const live = useStudio((studio) => studio.state?.live ?? true);
 
   useEffect(() => {
-    if (!ruler.current || !lanes.current || !scroll.current || !tip.current) return;
-    const made = new Timeline({ ruler: ruler.current, lanes: lanes.current, scroll: scroll.current, tip: tip.current }, set_shown);
+    if (!all.current || !ruler.current || !lanes.current || !scroll.current || !tip.current) return;
+    const made = new Timeline({ all: all.current, ruler: ruler.current, lanes: lanes.current, scroll: scroll.current, tip: tip.current }, set_shown);
     set_timeline(made);
     return () => made.destroy();
   }, []);
@@ -146,7 +147,7 @@ export function TimelinePanel() {
   useCommand({ id: "timeline.idle", title: "Hide idle lanes", group: "Timeline", keys: ["H"], run: () => set_hide_idle(!hide_idle) });
 
   return (
-    <div className="timeline">
+    <div ref={all} className={shown.low ? "timeline low" : "timeline"}>
       <PanelTools>
         <Tools timeline={timeline} shown={shown} hide_idle={hide_idle} set_hide_idle={set_hide_idle} />
       </PanelTools>

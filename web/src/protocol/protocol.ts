@@ -289,6 +289,7 @@ export const Design = object({
     recordings: Type.Array(string(), { description: "In runs/, the newest first" }),
     on_show: Type.String({ description: "The recording that pages are shown; empty: the shadow run" }),
     goes_on: or_null(Type.String({ description: "The recording of the run that goes on and is steered" })),
+    outdated: Type.Boolean({ description: "The run that goes on runs other texts than those that are edited now" }),
     problem: Type.String({ description: "Why the last of these runs, or its recording, is not whole; empty: it is" }),
   }),
   reached_by_all: Type.Boolean({ description: "`design_reached` knows what all scenarios reach with the texts as they are now" }),
@@ -570,6 +571,20 @@ export const Operations = {
   design_record: [
     object({ factor: optional(Type.Number({ description: "Run seconds per second" })), real_time: optional(boolean()) }),
     object({ recording: string() }),
+  ],
+  design_rename: [
+    object({ location: Type.String({ description: "Or an area, of the world" }), to: string() }),
+    object({ files: list(string()), places: index() }),
+  ],
+  design_apply: [
+    nothing(),
+    Type.Union([
+      object({ recording: string(), changes: Type.Array(string(), { description: "What came, went or is another one" }) }),
+      object({
+        refused: list(object({ file: string(), line: index(), message: string() })),
+        later: Type.Boolean({ description: "What is at work stands in the way: another moment may do" }),
+      }),
+    ]),
   ],
   design_show: [object({ recording: Type.String({ description: "Empty: the shadow run" }) }), Type.Unknown()],
 } as const satisfies Record<string, readonly [TSchema, TSchema]>;

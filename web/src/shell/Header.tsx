@@ -1,8 +1,9 @@
-import { record, show_recording, useMode } from "../design/mode";
+import { apply_edits, record, show_recording, useMode } from "../design/mode";
 import { useStudio } from "../store/store";
 import { go_live } from "../store/time_travel";
 import { ask, retry } from "../store/store";
 import { clock_text, duration_text } from "../draw/format";
+import { Dialog } from "../widgets/Dialog";
 import { Icon, type IconName } from "../widgets/Icon";
 import { MenuButton } from "../picture/PictureTools";
 import { open_help } from "./Help";
@@ -138,7 +139,7 @@ function ModeSwitch() {
 function Recording() {
   const is_design = useStudio((studio) => studio.hello?.design ?? false);
   const connected = useStudio((studio) => studio.phase === "open");
-  const { on_show, goes_on } = useMode((state) => state.runs);
+  const { on_show, goes_on, outdated } = useMode((state) => state.runs);
   if (!is_design || !connected) return null;
   return (
     <>
@@ -159,6 +160,12 @@ function Recording() {
           ● Records
         </span>
       )}
+      {goes_on !== null && outdated && (
+        <button className="button small" title="The run goes on with the texts as they are, saved or not, from its next tick" data-testid="apply" onClick={() => void apply_edits()}>
+          Apply edits
+        </button>
+      )}
+      <Refused />
       {goes_on !== null && on_show !== goes_on && (
         <button className="button small" onClick={() => void show_recording(goes_on)}>
           Show the run
@@ -170,6 +177,43 @@ function Recording() {
         </button>
       )}
     </>
+  );
+}
+
+/** What stands in the way of the edits in the run that goes on. */
+function Refused() {
+  const why = useMode(({ refused }) => refused);
+  if (why === null) return null;
+  const close = () => useMode.setState({ refused: null });
+  return (
+    <Dialog label="The run cannot go on with these edits now" className="confirm refusals" close={close}>
+      <h2>The run cannot go on with these edits now</h2>
+      <ul data-testid="refusals">
+        {why.refused.map(({ file, line, message }, i) => (
+          <li key={i}>
+            {message}
+            {file !== "" && <span className="mono muted"> {line > 0 ? `${file}:${line}` : file}</span>}
+          </li>
+        ))}
+      </ul>
+      <p className="muted">It goes on as it did.{why.later && " What is at work must be there in the edited project; try again once it is not at work any more."}</p>
+      <div className="row end">
+        <button className="button" onClick={close} autoFocus>
+          Close
+        </button>
+        {why.later && (
+          <button
+            className="button primary"
+            onClick={() => {
+              close();
+              void apply_edits();
+            }}
+          >
+            Try again
+          </button>
+        )}
+      </div>
+    </Dialog>
   );
 }
 

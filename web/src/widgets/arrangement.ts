@@ -91,7 +91,7 @@ export function move_share(share: number, pixels: number, whole: number): number
 export function default_sizes(window: { width: number; height: number }, below = false): { side_px: number; timeline_px: number } {
   const within = (value: number, min: number, max: number) => Math.round(Math.min(Math.max(value, min), max));
   if (below) return { ...default_sizes(window), timeline_px: within(window.height * 0.26, 180, 320) };
-  return { side_px: within(window.width * 0.168, kSideMin_px, 380), timeline_px: within(window.height * 0.137, 96, 220) };
+  return { side_px: within(window.width * 0.155, kSideMin_px, 380), timeline_px: within(window.height * (window.width < kNarrow_px ? 0.18 : 0.16), 96, 220) };
 }
 
 /** What of a panel's height is not its picture: its bars. */

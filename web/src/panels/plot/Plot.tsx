@@ -207,7 +207,7 @@ function Curves({ signals }: { signals: readonly Signal[] }) {
           <li key={title_of(signal)} data-signal={title_of(signal)}>
             <span className="plot-ink" style={{ background: inks[i] }} aria-hidden="true" />
             <span className="ellipsis" title={why_not[i] || title_of(signal)}>
-              {title_of(signal)}
+              <bdi dir="ltr">{title_of(signal)}</bdi>
             </span>
             <strong className="number" data-testid="plot-value">
               {why_not[i] ? "?" : value_text(points[i] ?? [], at)}

@@ -1,9 +1,9 @@
 import type { Lane, Mark, Time } from "../../protocol/types";
 import { request, select, useStudio, type Index } from "../../store/store";
 import { seek, stop_replay } from "../../store/time_travel";
-import { lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_text, type Placed } from "./lanes";
+import { at_work, kLowRows, kRows, kWork, lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_text, type Placed } from "./lanes";
 import { told_by, useShownPiece } from "./shown";
-import { kRuler_px, paint_lanes, paint_ruler, type Picture } from "./paint";
+import { kLowRuler_px, kRuler_px, paint_lanes, paint_ruler, type Picture } from "./paint";
 import { clamp, fit, keep_in_view, kSpanMin_ns, newest, pan, span_of, time_at, x_of, zoom, type View } from "./view";
 
 /** What the view follows: everything, the newest, or nothing. */
@@ -23,7 +23,11 @@ const kBeyond = 0.5;
 /** Gaps narrower than this between equal spans are not drawn. */
 const kMergedGap_px = 8;
 
+/** Below this height the timeline has less room between its lanes. */
+const kLow_px = 140;
+
 export interface TimelineParts {
+  all: HTMLElement;
   ruler: HTMLCanvasElement;
   lanes: HTMLCanvasElement;
   scroll: HTMLElement;
@@ -33,6 +37,7 @@ export interface Shown {
   placed: readonly Placed[];
   height: number;
   following: Following;
+  low: boolean;
 }
 
 /** Draws lanes and ruler outside of React: they change with every frame. */
@@ -50,6 +55,7 @@ export class Timeline {
   private boot: string | undefined;
   private hover: Time | null = null;
   private hide_idle = false;
+  private low = false;
   private dirty = true;
   private frame = 0;
   private timer = 0;
@@ -65,9 +71,11 @@ export class Timeline {
   ) {
     const { signal } = this.abort;
     this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(parts.all);
     this.observer.observe(parts.scroll);
     this.observer.observe(parts.ruler);
     this.unsubscribe = useStudio.subscribe((studio, before) => {
+      if (studio.violations !== before.violations) this.arrange();
       if (studio.state !== before.state || studio.violations !== before.violations) this.update();
     });
     parts.scroll.addEventListener("scroll", () => this.redraw(), { signal });
@@ -188,9 +196,10 @@ export class Timeline {
   }
 
   private arrange(): void {
-    const { placed, height } = place(this.lanes, this.hide_idle);
+    const violated = new Set(useStudio.getState().violations.map(({ monitor }) => monitor));
+    const { placed, height } = place(this.lanes, this.hide_idle, this.low ? kLowRows : kRows, violated);
     this.placed = placed;
-    this.show({ placed, height, following: this.following });
+    this.show({ placed, height, following: this.following, low: this.low });
     this.redraw();
   }
 
@@ -198,6 +207,11 @@ export class Timeline {
     this.width = this.parts.ruler.clientWidth;
     this.height = this.parts.scroll.clientHeight;
     this.parts.lanes.style.height = `${this.height}px`;
+    const low = this.parts.all.clientHeight < kLow_px;
+    if (low !== this.low) {
+      this.low = low;
+      this.arrange();
+    }
     this.redraw();
   }
 
@@ -227,7 +241,9 @@ export class Timeline {
         this.asked = wanted;
         this.grown_until = until;
         const gap = (kMergedGap_px / this.width) * span_of(this.view);
-        this.lanes = answer.lanes.map((lane) => merge_close(lane, gap));
+        const lanes = answer.lanes.map((lane) => merge_close(lane, gap));
+        const work = at_work(lanes);
+        this.lanes = work ? [work, ...lanes] : lanes;
         this.marks = answer.marks;
         this.arrange();
         this.busy = false;
@@ -267,7 +283,7 @@ export class Timeline {
     const violated = new Map<string, Time>();
     for (const { monitor, time } of violations) if (!violated.has(monitor)) violated.set(monitor, time);
     const picture: Picture = { view: this.view, time: state.time, end: state.end, live: state.live, marks: this.marks, violated, conditions: this.conditions, hover: this.hover };
-    paint_ruler(this.parts.ruler, this.width, picture);
+    paint_ruler(this.parts.ruler, this.width, this.low ? kLowRuler_px : kRuler_px, picture);
     const size = { width: this.width, height: this.height };
     paint_lanes(this.parts.lanes, size, this.placed, this.lanes, this.parts.scroll.scrollTop, picture);
   }
@@ -318,7 +334,7 @@ export class Timeline {
       return;
     }
     const placed = on_ruler ? undefined : this.at(event);
-    if (placed) select_lane(placed.lane);
+    if (placed) select_lane(placed.lane, time);
     seek(time);
   }
 
@@ -392,12 +408,12 @@ function first_span(known: Time): Time {
   return Math.min(span, kWindowLast_ns);
 }
 
-/** The lane's subject becomes what all panels look at. */
-export function select_lane(lane: Lane): void {
+/** The lane's subject, of that time where it is another one each time, becomes what all panels look at. */
+export function select_lane(lane: Lane, time: Time): void {
   const index = useStudio.getState().index;
   if (!index) return;
-  if (lane.kind === "leaf") {
-    const node = index.node_of_leaf.get(lane.name);
+  if (lane.kind === "leaf" || lane.id === kWork) {
+    const node = index.node_of_leaf.get(lane.id === kWork ? (span_at(lane, time)?.[2] ?? "") : lane.name);
     if (node) select({ node: node.id, ...(node.leaf === null ? {} : { chart: node.leaf }) });
   } else if (lane.kind === "skill" || lane.kind === "monitor") {
     const chart = index.chart.get(lane.id) ?? index.model.charts.find((candidate) => candidate.kind === lane.kind && candidate.name === lane.name);

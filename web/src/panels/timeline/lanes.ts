@@ -1,13 +1,21 @@
 import type { Lane, Mark, Time } from "../../protocol/types";
 import { x_of, type View } from "./view";
 
-export const kState_px = 20;
-export const kValue_px = 40;
-const kGap_px = 2;
-/** Between lanes of different kinds. */
-const kGroupGap_px = 8;
+/** Heights of lanes, and what is between them and between kinds of them. */
+export interface Rows {
+  state: number;
+  value: number;
+  gap: number;
+  group: number;
+}
+export const kRows: Rows = { state: 20, value: 40, gap: 2, group: 8 };
+/** Where the timeline is low. */
+export const kLowRows: Rows = { state: 15, value: 30, gap: 0, group: 2 };
 
-const kOrder: Record<Lane["kind"], number> = { mission: 0, leaf: 1, skill: 2, monitor: 3, value: 4 };
+const kOrder: Record<Lane["kind"], number> = { mission: 0, monitor: 2, leaf: 3, skill: 4, value: 5 };
+/** The lane of all that is at work stands below the mission's. */
+const order = (lane: Lane): number => (lane.id === kWork ? 1 : kOrder[lane.kind]);
+export const kWork = "work";
 
 /** A lane with its place in the whole list of lanes. */
 export interface Placed {
@@ -45,23 +53,55 @@ export function merge_close(lane: Lane, gap: Time): Lane {
   return { ...lane, spans };
 }
 
-/** From top to bottom: mission, leaves, skills, monitors, values; within a kind as the program lists them. */
-export function place(lanes: readonly Lane[], hide_idle: boolean): { placed: Placed[]; height: number } {
+/** Which leaf is at work, of all in one lane; of several at a time the one that began last. */
+export function at_work(lanes: readonly Lane[]): Lane | null {
+  const begun = lanes
+    .filter(({ kind }) => kind === "leaf")
+    .flatMap(({ name, spans }) => (spans ?? []).filter(([, , label]) => label === "RUNNING").map(([from, to]): [Time, Time, string] => [from, to, name]))
+    .sort((a, b) => a[0] - b[0]);
+  if (begun.length === 0) return null;
+  // What is still at work when a later one has ended is at work again.
+  const spans: [Time, Time, string][] = [];
+  const open: [Time, Time, string][] = [];
+  const show = (from: Time, to: Time, label: string) => {
+    const last = spans.at(-1);
+    if (last && last[2] === label && last[1] === from) last[1] = to;
+    else if (to > from) spans.push([from, to, label]);
+  };
+  const pass = (until: Time) => {
+    for (let top = open.at(-1); top; top = open.at(-1)) {
+      const to = Math.min(top[1], until);
+      show(Math.max(top[0], spans.at(-1)?.[1] ?? top[0]), to, top[2]);
+      if (top[1] > until) return;
+      open.pop();
+    }
+  };
+  for (const span of begun) {
+    pass(span[0]);
+    open.push(span);
+  }
+  pass(Infinity);
+  return { id: kWork, kind: "skill", name: "at work", spans };
+}
+
+/** From top to bottom: mission, what is at work, monitors (those that are violated first), leaves, skills, values; within a kind as the program lists them. */
+export function place(lanes: readonly Lane[], hide_idle: boolean, rows: Rows = kRows, violated: ReadonlySet<string> = new Set()): { placed: Placed[]; height: number } {
+  const late = (lane: Lane) => (lane.kind === "monitor" && !violated.has(lane.name) ? 1 : 0);
   const sorted = lanes
     .filter((lane) => !hide_idle || !is_idle(lane))
     .map((lane, i) => ({ lane, i }))
-    .sort((a, b) => kOrder[a.lane.kind] - kOrder[b.lane.kind] || a.i - b.i);
+    .sort((a, b) => order(a.lane) - order(b.lane) || late(a.lane) - late(b.lane) || a.i - b.i);
   const placed: Placed[] = [];
-  let top = 4;
+  let top = rows.gap;
   let kind: Lane["kind"] | null = null;
   for (const { lane } of sorted) {
-    if (kind !== null && kind !== lane.kind) top += kGroupGap_px;
+    if (kind !== null && kind !== lane.kind && lane.id !== kWork) top += rows.group;
     kind = lane.kind;
-    const height = lane.kind === "value" ? kValue_px : kState_px;
+    const height = lane.kind === "value" ? rows.value : rows.state;
     placed.push({ lane, top, height });
-    top += height + kGap_px;
+    top += height + rows.gap;
   }
-  return { placed, height: top + 4 };
+  return { placed, height: top + rows.gap };
 }
 
 export function lane_at(placed: readonly Placed[], y: number): Placed | undefined {

@@ -19,6 +19,8 @@ export interface Picture {
 }
 
 export const kRuler_px = 40;
+/** Where the timeline is low. */
+export const kLowRuler_px = 28;
 const kFont = '500 11px "Inter Variable", system-ui, sans-serif';
 
 /** Sizes the canvas for the screen's pixels, and gives a context that draws in CSS pixels. */
@@ -262,24 +264,26 @@ function paint_mark(context: CanvasRenderingContext2D, kind: Mark["kind"], x: nu
   }
 }
 
-export function paint_ruler(canvas: HTMLCanvasElement, width: number, picture: Picture): void {
-  const context = prepare(canvas, width, kRuler_px);
+/** Ticks with their times, and marks below them. */
+export function paint_ruler(canvas: HTMLCanvasElement, width: number, height: number, picture: Picture): void {
+  const context = prepare(canvas, width, height);
+  const line = height / 2;
   if (!context) return;
   context.font = kFont;
   context.textBaseline = "middle";
   for (const { time, text } of ticks(picture.view, width)) {
     const x = x_of(picture.view, time, width);
     context.fillStyle = color("line-strong");
-    context.fillRect(Math.round(x), 14, 1, 6);
+    context.fillRect(Math.round(x), line - 6, 1, 6);
     context.fillStyle = color("muted");
-    if (x + 4 + context.measureText(text).width < width) context.fillText(text, x + 4, 9);
+    if (x + 4 + context.measureText(text).width < width) context.fillText(text, x + 4, line / 2 - 0.5);
   }
   context.fillStyle = color("line");
-  context.fillRect(0, 20, width, 1);
-  paint_moment(context, width, kRuler_px, { ...picture, marks: [] });
+  context.fillRect(0, line, width, 1);
+  paint_moment(context, width, height, { ...picture, marks: [] });
   for (const mark of picture.marks) {
     const x = x_of(picture.view, mark.time, width);
-    if (x > -8 && x < width + 8) paint_mark(context, mark.kind, x, 30);
+    if (x > -8 && x < width + 8) paint_mark(context, mark.kind, x, 0.75 * height);
   }
   // The handle of the moment shown.
   const x = x_of(picture.view, picture.time, width);

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 
 import type { Lane, Mark } from "../../protocol/types";
-import { is_idle, kState_px, kValue_px, known_until, label_place, lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_range, value_text } from "./lanes";
+import { at_work, is_idle, kLowRows, kRows, known_until, label_place, lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_range, value_text } from "./lanes";
 import { clamp, fit, keep_in_view, newest, span_of, ticks, time_at, x_of, zoom } from "./view";
 
 const second = 1e9;
@@ -73,11 +73,18 @@ describe("lanes", () => {
 
   it("are ordered by kind, with room between kinds", () => {
     const { placed, height } = place(lanes, false);
-    expect(placed.map((entry) => entry.lane.name)).toEqual(["mission", "A", "B", "m", "battery of r [%]"]);
-    const [first, second_lane, third] = placed;
-    expect(second_lane!.top - (first!.top + kState_px)).toBeGreaterThan(third!.top - (second_lane!.top + kState_px));
-    expect(placed.at(-1)!.height).toBe(kValue_px);
-    expect(height).toBeGreaterThanOrEqual(placed.at(-1)!.top + kValue_px);
+    expect(placed.map((entry) => entry.lane.name)).toEqual(["mission", "m", "A", "B", "battery of r [%]"]);
+    const [, first, second_lane, third] = placed;
+    expect(second_lane!.top - (first!.top + kRows.state)).toBeGreaterThan(third!.top - (second_lane!.top + kRows.state));
+    expect(placed.at(-1)!.height).toBe(kRows.value);
+    expect(height).toBeGreaterThanOrEqual(placed.at(-1)!.top + kRows.value);
+    expect(place(lanes, false, kLowRows).height).toBeLessThan(0.75 * height);
+  });
+
+  it("of monitors that are violated come first among them", () => {
+    const names = (violated: string[]) => place([lane("monitor", "m", []), lane("monitor", "n", []), lanes[4]!], false, kRows, new Set(violated)).placed.map((entry) => entry.lane.name);
+    expect(names([])).toEqual(["mission", "m", "n"]);
+    expect(names(["n"])).toEqual(["mission", "n", "m"]);
   });
 
   it("in which nothing happens can be left out", () => {
@@ -88,12 +95,21 @@ describe("lanes", () => {
 
   it("are found by place and time", () => {
     const { placed } = place(lanes, false);
-    expect(lane_at(placed, placed[1]!.top + 3)?.lane.name).toBe("A");
+    expect(lane_at(placed, placed[2]!.top + 3)?.lane.name).toBe("A");
     expect(lane_at(placed, -5)).toBeUndefined();
     const spans = lane("leaf", "A", [[0, 10, "RUNNING"], [10, 20, "SUCCESS"]]);
     expect(span_at(spans, 10)?.[2]).toBe("SUCCESS");
     expect(span_at(spans, 20)).toBeUndefined();
     expect(known_until([spans, lane("leaf", "B", [[0, 30, "RUNNING"]])])).toBe(30);
+  });
+
+  it("of all that is at work show who began last, below the mission", () => {
+    const busy = [lane("leaf", "A", [[0, 10, "RUNNING"], [10, 11, "SUCCESS"], [30, 60, "RUNNING"]]), lane("leaf", "B", [[5, 8, "RUNNING"], [40, 80, "RUNNING"]]), lane("leaf", "C", [[0, 99, "SUCCESS"]])];
+    const work = at_work(busy)!;
+    expect(work.spans).toEqual([[0, 5, "A"], [5, 8, "B"], [8, 10, "A"], [30, 40, "A"], [40, 80, "B"]]);
+    expect(place([work, ...lanes], false).placed[1]!.lane).toBe(work);
+    expect(at_work(lanes)?.spans).toEqual([[0, second, "A"]]);
+    expect(at_work([battery])).toBeNull();
   });
 
   it("that flap with every tick are whole from far away", () => {

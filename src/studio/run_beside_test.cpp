@@ -1,0 +1,196 @@
+#include "sentree/studio/run_beside.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <future>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "sentree/base/temporary_folder.h"
+#include "sentree/replay/recorded_run.h"
+#include "sentree/studio/recorded.h"
+#include "sentree/text/file.h"
+#include "sentree/text/json.h"
+
+namespace sentree::studio {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+
+// The recharge mission goes on beside its project, held after some 20 s, on the way to the kitchen.
+class Beside : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* name : {"before", "after"})
+      fs::copy(SENTREE_SOURCE_DIR "/examples/recharge", folder_.path() / name, fs::copy_options::recursive);
+  }
+
+  void edit(const std::string& file, const std::string& from, const std::string& to) const {
+    const fs::path path = folder_.path() / "after" / file;
+    std::string text = *text::read_file(path);
+    const auto at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << file << " has no " << from;
+    ASSERT_TRUE(text::write_file(path, text.replace(at, from.size(), to)));
+  }
+
+  [[nodiscard]] project::Plan plan(const std::string& name, std::vector<text::ReadFile>& files) const {
+    const text::ReadLog log;
+    auto loaded = project::load_scenario(folder_.path() / name / "scenarios" / "recharge.yaml");
+    EXPECT_TRUE(loaded.ok());
+    loaded.value->virtual_time = virtual_time_;
+    auto plan = project::prepare(std::move(*loaded.value));
+    EXPECT_TRUE(plan.ok());
+    files = log.files();
+    return std::move(*plan.value);
+  }
+
+  void begin() {
+    std::vector<text::ReadFile> files;
+    auto to_run = plan("before", files);
+    auto begun = RunBeside::begin(
+        std::move(to_run), files,
+        {.folder = runs(), .factor = 1.0, .library = "sentree", .story = {}, .on_end = [this] { ended_.set_value(); }});
+    ASSERT_TRUE(begun.has_value()) << to_string(begun.error());
+    run_ = std::move(*begun);
+  }
+
+  // It may not have begun yet.
+  Result<Value> steer(const std::string& op, const std::string& request = "{}") {
+    for (;;) {
+      auto done = run_->access()->steer(op, *text::parse_json(request));
+      if (done || done.error().message != "the run has not begun yet") return done;
+      std::this_thread::yield();
+    }
+  }
+
+  // Two hundred ticks later.
+  void hold() {
+    ASSERT_TRUE(steer("pause"));
+    ASSERT_TRUE(steer("factor", R"({"value":1000})"));
+    ASSERT_TRUE(steer("step", R"({"ticks":200})"));
+    wait_paused();
+  }
+
+  void wait_paused() {
+    while (run_->access()->facts().state == "running") std::this_thread::yield();
+    ASSERT_EQ(run_->access()->facts().state, "paused");
+  }
+
+  Loaded<std::vector<std::string>> replace() {
+    std::vector<text::ReadFile> files;
+    auto next = plan("after", files);
+    return run_->replace(std::move(next), std::move(files));
+  }
+
+  [[nodiscard]] fs::path runs() const { return folder_.path() / "runs"; }
+
+  TemporaryFolder folder_{"beside-test"};
+  bool virtual_time_ = true;
+  std::promise<void> ended_;
+  std::shared_ptr<RunBeside> run_;
+};
+
+TEST_F(Beside, GoesOnWithTheEditedProjectFromWhereItIsAndBothRecordingsAreWhole) {
+  edit("mission.xml", R"(<ReactiveSequence name="Root">)",
+       R"(<ReactiveSequence name="Root"><AlwaysSuccess/><BatteryLevelAbove name="NotEmpty" threshold="1"/>)");
+  begin();
+  hold();
+  const std::string first = run_->file();
+  const auto replaced = replace();
+  ASSERT_TRUE(replaced.ok()) << to_string(replaced.diagnostics.front());
+  EXPECT_THAT(*replaced.value, Contains("leaf NotEmpty is new"));
+  const std::string second = run_->file();
+  EXPECT_NE(first, second);
+  // As it was held it is held.
+  wait_paused();
+  const auto shown = run_->shown();
+  ASSERT_TRUE(steer("resume"));
+  ended_.get_future().wait();
+  EXPECT_EQ(run_->problem(), "");
+  EXPECT_EQ(run_->access()->facts().state, "ended");
+
+  auto before = replay::RecordedRun::open((runs() / first).string());
+  auto after = replay::RecordedRun::open((runs() / second).string());
+  ASSERT_TRUE(before.has_value() && after.has_value());
+  EXPECT_EQ(before->fact("ended_by"), "interrupt");
+  EXPECT_EQ(after->fact("continues"), first);
+  EXPECT_EQ(after->fact("mission"), "SUCCESS");
+  // Each observation once, and the goal that it had is followed: kitchen, station, kitchen.
+  std::vector<std::uint64_t> sequences;
+  std::vector<std::string> names;
+  std::uint64_t of_reload = 0;
+  for (auto* part : {&*before, &*after}) {
+    ASSERT_TRUE(part->each([&](const Message& message) {
+      sequences.push_back(message.sequence);
+      names.push_back(message.name);
+      const Value* what = message.data.find("what");
+      if (message.name == "scenario.injection" && what != nullptr && what->text() == "reload")
+        of_reload = message.sequence;
+      return true;
+    }));
+    if (part == &*after) continue;
+    EXPECT_EQ(of_reload, 0U);
+    EXPECT_GT(sequences.size(), 1000U);
+  }
+  EXPECT_GT(of_reload, 0U);
+  for (std::size_t i = 0; i < sequences.size(); ++i) ASSERT_EQ(sequences[i], i + 1);
+  EXPECT_THAT(names, Contains("NotEmpty.tick.reply"));
+  EXPECT_EQ(std::count(names.begin(), names.end(), "navigation.gotoTargetByLocationName.request"), 3);
+
+  // Who looks at the second recording only sees what was at work where it begins, as the page of the run does.
+  Diagnostics diagnostics;
+  auto opened = Recorded::read((runs() / second).string(), false, diagnostics);
+  ASSERT_TRUE(opened.has_value()) << to_string(opened.error());
+  shown.update();
+  const Nanoseconds held = std::stoll(after->fact("continues_at_ns"));
+  for (const History* history : {&(*opened)->history(), shown.history.get()}) {
+    EXPECT_EQ(history->begin(), held);
+    std::string state;
+    for (const History::PartId& part : history->parts()) history->append(state += '\n', part, held + 1);
+    EXPECT_THAT(state,
+                AllOf(HasSubstr("\"RUNNING\"\n{\"status\":[1,"), HasSubstr("\"data\":{\"destination\":\"kitchen\"")));
+  }
+}
+
+TEST_F(Beside, IsRefusedWithAllReasonsAndGoesOnAsItDid) {
+  edit("mission.xml", R"(<GoToLocation name="GoToKitchen")", R"(<GoToLocation name="DriveToKitchen")");
+  begin();
+  hold();
+  const std::string first = run_->file();
+  const auto refused = replace();
+  ASSERT_FALSE(refused.ok());
+  std::string all;
+  for (const Diagnostic& why : refused.diagnostics) all += to_string(why) + "\n";
+  EXPECT_THAT(all, AllOf(HasSubstr("\"GoToKitchen\" (GoToLocation) is at work"),
+                         HasSubstr("the skill of GoToKitchen is at work, and its leaf is gone")));
+  EXPECT_EQ(run_->file(), first);
+  ASSERT_TRUE(steer("resume"));
+  ended_.get_future().wait();
+  EXPECT_EQ(std::distance(fs::directory_iterator(runs()), fs::directory_iterator()), 1);
+  auto whole = replay::RecordedRun::open((runs() / first).string());
+  ASSERT_TRUE(whole.has_value());
+  EXPECT_EQ(whole->fact("mission"), "SUCCESS");
+  // Nothing is replaced once it is over.
+  const auto late = replace();
+  ASSERT_FALSE(late.ok());
+  EXPECT_EQ(late.diagnostics.front().code, "run.ended");
+}
+
+TEST_F(Beside, InRealTimeIsNotReplaced) {
+  virtual_time_ = false;
+  begin();
+  const auto refused = replace();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.diagnostics.front().code, "run.real-time");
+  run_->end();
+}
+
+}  // namespace
+}  // namespace sentree::studio

@@ -1,0 +1,116 @@
+// A run beside the project goes on with what is edited, where its state can be taken over; else it says why not.
+import assert from "node:assert/strict";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { interventions, text, until } from "../harness/browser.mjs";
+import { copy_of, node, open_design, serve_design, settled } from "../harness/design.mjs";
+import { run } from "../harness/program.mjs";
+
+const pictures = process.env.SENTREE_PICTURES;
+if (pictures) mkdirSync(pictures, { recursive: true });
+
+const records = async (page) => (await page.getByTestId("records").getAttribute("title")).replace("runs/", "");
+
+async function rename(page, from, to) {
+  await page.getByRole("button", { name: "Design", exact: true }).click();
+  await node(page, from).click();
+  await page.getByTestId("design-tree").focus();
+  await page.keyboard.press("F2");
+  await page.keyboard.press("Control+a");
+  await page.keyboard.type(to);
+  await page.keyboard.press("Enter");
+  await node(page, to).waitFor();
+  await settled(page);
+}
+
+test("edits are applied to a run that is paused, or refused with all reasons", async () => {
+  const folder = copy_of("recharge");
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url);
+  await page.getByTestId("design-tree").waitFor();
+  await page.getByRole("combobox", { name: "Scenario of the shadow run" }).selectOption("normal");
+  await settled(page);
+  await page.getByRole("button", { name: "Record a run of the scenario" }).click();
+  await page.getByRole("menuitem", { name: "Sixteen times as fast" }).click();
+  const at_work = page.locator('[data-testid=tree] [data-status="RUNNING"][aria-label^="GoToKitchen"]');
+  await at_work.waitFor();
+  await page.getByTestId("pause").click();
+  await until(async () => (await text(page, "presence")) === "❚❚ Paused", "the run is paused");
+  const first = await records(page);
+  assert.equal(await page.getByTestId("apply").count(), 0, "there is nothing to apply");
+
+  // What is at work cannot get lost.
+  await rename(page, "GoToKitchen", "DriveToKitchen");
+  await page.getByTestId("apply").click();
+  await page.getByTestId("refusals").getByText("the skill of GoToKitchen is at work, and its leaf is gone").waitFor();
+  if (pictures) await page.screenshot({ path: join(pictures, "apply-later.png") });
+  await page.getByRole("dialog").getByRole("button", { name: "Close" }).click();
+  assert.equal(await records(page), first);
+  await page.getByTestId("undo").click();
+  await node(page, "GoToKitchen").waitFor();
+  await page.getByTestId("apply").waitFor({ state: "visible" });
+
+  // Another leaf, idle now, gets another name.
+  await rename(page, "AtKitchen", "InKitchen");
+  await page.getByTestId("apply").click();
+  await until(async () => (await records(page)) !== first, "the run is recorded into another file");
+  const second = await records(page);
+  await page.getByTestId("apply").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Run", exact: true }).click();
+  await page.locator('[data-testid=tree] [aria-label^="InKitchen"]').waitFor();
+  await at_work.waitFor();
+  assert.equal(await text(page, "presence"), "❚❚ Paused");
+  await page.getByTestId("pause").click();
+  await until(async () => (await text(page, "presence")) !== "❚❚ Paused", "it goes on");
+  await until(async () => (await text(page, "presence")) === "■ Ended", "the mission is over");
+  assert.ok((await interventions(page)).some((one) => /reload/.test(one)), "it is said that the project is another one");
+  await close();
+  assert.equal(await program.stop(), 0);
+  const info = await run(["info", join(folder, "runs", second)]);
+  assert.equal(info.code, 0, info.stderr);
+  assert.ok(info.stdout.includes(`continues ${first}`), info.stdout);
+  assert.match(info.stdout, /SUCCESS/);
+  // What was before is a recording like any other.
+  const replayed = await run(["replay", join(folder, "runs", first)]);
+  assert.equal(replayed.code, 0, replayed.stdout + replayed.stderr);
+});
+
+test("a project with errors, and a run in real time, are refused with reason and place", async () => {
+  const folder = copy_of("recharge");
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url);
+  await page.getByTestId("design-tree").waitFor();
+  await page.getByRole("combobox", { name: "Scenario of the shadow run" }).selectOption("normal");
+  await settled(page);
+  await page.getByRole("button", { name: "Record a run of the scenario" }).click();
+  await page.getByRole("menuitem", { name: "In step with the clock" }).click();
+  await until(async () => (await text(page, "presence")) === "● Live", "the run goes on");
+  const file = join(folder, "mission.xml");
+  const original = readFileSync(file, "utf8");
+  writeFileSync(file, original.replace('location="kitchen"', 'location="kitchn"'));
+  await page.getByTestId("apply").click();
+  const reasons = page.getByTestId("refusals");
+  await reasons.getByText('"kitchn", the location of AtKitchen, is no location or area').waitFor();
+  assert.match(await reasons.innerText(), /mission\.xml:\d+/);
+  const dialog = page.getByRole("dialog");
+  assert.equal(await dialog.getByRole("button", { name: "Try again" }).count(), 0, "waiting would not help");
+  if (pictures) await page.screenshot({ path: join(pictures, "apply-refused.png") });
+  await dialog.getByRole("button", { name: "Close" }).click();
+  writeFileSync(file, original);
+  await page.getByTestId("apply").click();
+  await page.getByTestId("apply").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Stop", exact: true }).click();
+  await dialog.getByRole("button", { name: "Stop" }).click();
+  await page.getByTestId("records").waitFor({ state: "detached" });
+
+  await page.getByRole("button", { name: "Record a run of the scenario" }).click();
+  await page.getByRole("menuitem", { name: "In real time" }).click();
+  await page.getByTestId("records").waitFor();
+  await rename(page, "AtKitchen", "InKitchen");
+  await page.getByTestId("apply").click();
+  await reasons.getByText("a run in real time cannot be held between two ticks").waitFor();
+  await close();
+  assert.equal(await program.stop(), 0);
+});
