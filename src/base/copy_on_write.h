@@ -20,12 +20,8 @@ class CopyOnWrite {
     if (block_ != nullptr) block_->owners.fetch_add(1, std::memory_order_relaxed);
   }
   CopyOnWrite(CopyOnWrite&& other) noexcept : block_(std::exchange(other.block_, nullptr)) {}
-  CopyOnWrite& operator=(const CopyOnWrite& other) noexcept {
-    CopyOnWrite(other).swap(*this);
-    return *this;
-  }
-  CopyOnWrite& operator=(CopyOnWrite&& other) noexcept {
-    CopyOnWrite(std::move(other)).swap(*this);
+  CopyOnWrite& operator=(CopyOnWrite other) noexcept {
+    swap(other);
     return *this;
   }
   ~CopyOnWrite() {

@@ -8,8 +8,8 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <deque>
+#include <system_error>
 #include <vector>
 
 namespace sentree::campaign {
@@ -132,15 +132,15 @@ class Pool {
     int to[2];
     int from[2];
     if (pipe(to) != 0)
-      return fail("campaign.process", std::string("no pipe for another process: ") + std::strerror(errno));
+      return fail("campaign.process", "no pipe for another process: " + std::generic_category().message(errno));
     if (pipe(from) != 0) {
       ::close(to[0]), ::close(to[1]);
-      return fail("campaign.process", std::string("no pipe for another process: ") + std::strerror(errno));
+      return fail("campaign.process", "no pipe for another process: " + std::generic_category().message(errno));
     }
     const pid_t pid = fork();
     if (pid < 0) {
       for (const int file : {to[0], to[1], from[0], from[1]}) ::close(file);
-      return fail("campaign.process", std::string("no process can be started: ") + std::strerror(errno));
+      return fail("campaign.process", "no process can be started: " + std::generic_category().message(errno));
     }
     if (pid == 0) {
       ::close(to[1]), ::close(from[0]);

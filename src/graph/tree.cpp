@@ -32,8 +32,8 @@ draw::TreeStatus status_of(bt::Status status) {
 }  // namespace
 
 std::string symbol_of(std::string_view id) {
-  const std::string sequence(draw::kSequenceSymbol);
-  const std::string fallback(draw::kFallbackSymbol);
+  std::string sequence(draw::kSequenceSymbol);
+  std::string fallback(draw::kFallbackSymbol);
   if (id == "Sequence") return sequence;
   if (id == "Fallback") return fallback;
   if (id == "ReactiveSequence") return "R" + sequence;

@@ -8,6 +8,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace sentree::idl {
 namespace {
 
@@ -20,12 +22,12 @@ std::string shown(const Value& value) {
     case Value::Type::kString: {
       std::string text(value.text().substr(0, kShownTextMax));
       if (value.text().size() > kShownTextMax) text += "…";
-      return type + " \"" + text + "\"";
+      return fmt::format("{} \"{}\"", type, text);
     }
     case Value::Type::kBool:
     case Value::Type::kInt:
     case Value::Type::kDouble: return type + " " + to_json(value);
-    case Value::Type::kList: return type + " of " + std::to_string(value.as_list()->size());
+    case Value::Type::kList: return fmt::format("{} of {}", type, value.as_list()->size());
     default: return type;
   }
 }
@@ -52,7 +54,7 @@ bool misfit(Misfit& out, std::string code, std::string message) {
 }
 
 bool wrong(Misfit& out, const Type& type, const Value& value) {
-  return misfit(out, "idl.wrong-type", "expected " + type.name + ", got " + shown(value));
+  return misfit(out, "idl.wrong-type", fmt::format("expected {}, got {}", type.name, shown(value)));
 }
 
 struct Range {
@@ -94,8 +96,7 @@ bool fit_integer(const Type& type, Value& value, Misfit& out) {
   const Range r = range(type.kind);
   if (*number < r.low || *number > r.high) {
     return misfit(out, "idl.out-of-range",
-                  "expected " + type.name + " (" + std::to_string(r.low) + " to " + std::to_string(r.high) + "), got " +
-                      shown(value));
+                  fmt::format("expected {} ({} to {}), got {}", type.name, r.low, r.high, shown(value)));
   }
   value = Value(*number);
   return true;
@@ -125,7 +126,8 @@ bool fit_enum(const Type& type, Value& value, Misfit& out) {
     }
     std::vector<std::string> known;
     for (const Enumerator& x : e.enumerators) known.push_back(x.name);
-    return misfit(out, "idl.unknown-name", "enum " + e.name + " has no \"" + *name + "\"" + way_out(*name, known));
+    return misfit(out, "idl.unknown-name",
+                  fmt::format("enum {} has no \"{}\"{}", e.name, *name, way_out(*name, known)));
   }
   if (!fit_integer(type, value, out)) return false;
   if (const Enumerator* named = e.find(*value.as_int())) value = Value(named->name);
@@ -187,11 +189,11 @@ bool fit_union(const Struct& s, Map& given, int depth, Misfit& out) {
     const Field* field = s.find(name);
     if (field == nullptr) {
       return misfit(out, "idl.unknown-name",
-                    "union " + s.name + " has no member \"" + name + "\"" + way_out(name, s.field_names()));
+                    fmt::format("union {} has no member \"{}\"{}", s.name, name, way_out(name, s.field_names())));
     }
     if (!kept.empty()) {
       return misfit(out, "idl.union",
-                    "union " + s.name + " holds one member, got \"" + kept.begin()->first + "\" and \"" + name + "\"");
+                    fmt::format("union {} holds one member, got \"{}\" and \"{}\"", s.name, kept.begin()->first, name));
     }
     Value v = std::move(item);
     if (!fit(*field->type, v, depth + 1, out)) {
@@ -214,7 +216,7 @@ bool fit_fields(const Struct& s, Map& given, int depth, std::string_view what, M
   for (const auto& [name, item] : given) {
     if (s.find(name) != nullptr) continue;
     return misfit(out, "idl.unknown-name",
-                  "there is no " + std::string(what) + " \"" + name + "\"" + way_out(name, s.field_names()));
+                  fmt::format("there is no {} \"{}\"{}", what, name, way_out(name, s.field_names())));
   }
   Map made;
   made.reserve(s.fields.size());
@@ -242,7 +244,7 @@ bool fit_fields(const Struct& s, Map& given, int depth, std::string_view what, M
 
 bool fit(const Type& type, Value& value, int depth, Misfit& out) {
   if (depth > kValueNestingMax) {
-    return misfit(out, "idl.too-deep", "is nested more than " + std::to_string(kValueNestingMax) + " deep");
+    return misfit(out, "idl.too-deep", fmt::format("is nested more than {} deep", kValueNestingMax));
   }
   switch (type.kind) {
     case Kind::kVoid: return value.is_null() || wrong(out, type, value);
@@ -282,7 +284,8 @@ std::string told(std::string_view what, const Misfit& m) {
 std::string told_of_argument(const Method& method, const Misfit& m) {
   const std::string call = method.service + "." + method.name;
   if (m.path.empty()) return call + ": " + m.message;
-  return told("argument \"" + m.path.substr(m.path[0] == '.' ? 1 : 0) + "\" of " + call, {m.code, "", m.message});
+  return told(fmt::format("argument \"{}\" of {}", m.path.substr(m.path[0] == '.' ? 1 : 0), call),
+              {m.code, "", m.message});
 }
 
 bool right(const Type& type, const Value& value, int depth);
@@ -416,8 +419,8 @@ Result<Value> conform_arguments(const Method& method, Value arguments) {
   Misfit m;
   Map* map = arguments.as_map();
   if (map == nullptr) {
-    return fail("idl.wrong-type",
-                method.service + "." + method.name + ": expected a map of arguments, got " + shown(arguments));
+    return fail("idl.wrong-type", fmt::format("{}.{}: expected a map of arguments, got {}", method.service, method.name,
+                                              shown(arguments)));
   }
   if (fit_fields(method.arguments, *map, 0, "argument", m)) return arguments;
   return fail(m.code, told_of_argument(method, m));
@@ -432,11 +435,11 @@ Result<void> check_ranges(const Field& field, const Value& value, std::string_vi
     };
     const std::string unit = field.unit.empty() || field.unit == "ratio" ? "" : " " + field.unit;
     return fail("idl.out-of-range",
-                std::string(what) + ": " + to_json(value) + " is " +
-                    (field.min && field.max ? "not from " + bound(*field.min) + " to " + bound(*field.max)
-                     : field.min            ? "less than " + bound(*field.min)
-                                            : "more than " + bound(*field.max)) +
-                    unit);
+                fmt::format("{}: {} is {}{}", what, to_json(value),
+                            field.min && field.max ? "not from " + bound(*field.min) + " to " + bound(*field.max)
+                            : field.min            ? "less than " + bound(*field.min)
+                                                   : "more than " + bound(*field.max),
+                            unit));
   }
   return check_ranges(*field.type, value, what);
 }
@@ -462,7 +465,7 @@ Result<void> check_ranges(const Method& method, const Value& arguments) {
   for (const Field& field : method.arguments.fields) {
     const Value* item = arguments.find(field.name);
     if (item == nullptr) continue;
-    const std::string what = "argument \"" + field.name + "\" of " + method.service + "." + method.name;
+    const std::string what = fmt::format("argument \"{}\" of {}.{}", field.name, method.service, method.name);
     if (auto checked = check_ranges(field, *item, what); !checked) return checked;
   }
   return {};
@@ -486,11 +489,11 @@ Diagnostics check_arguments(const Method& method, const std::vector<WrittenArgum
     const Field* f = method.arguments.find(a.name);
     if (f == nullptr) {
       report(a.span, "idl.unknown-name",
-             call + " has no argument \"" + a.name + "\"" + way_out(a.name, method.arguments.field_names()));
+             fmt::format("{} has no argument \"{}\"{}", call, a.name, way_out(a.name, method.arguments.field_names())));
       continue;
     }
     if (!given.insert(a.name).second) {
-      report(a.span, "idl.duplicate", "argument \"" + a.name + "\" of " + call + " is given twice");
+      report(a.span, "idl.duplicate", fmt::format("argument \"{}\" of {} is given twice", a.name, call));
       continue;
     }
     if (!a.value) continue;
@@ -499,13 +502,15 @@ Diagnostics check_arguments(const Method& method, const std::vector<WrittenArgum
     if (!fit(*f->type, copy, 1, m)) {
       m.path = "." + f->name + m.path;
       report(a.span, m.code, told_of_argument(method, m));
-    } else if (const auto checked = check_ranges(*f, copy, "argument \"" + f->name + "\" of " + call); !checked) {
+    } else if (const auto checked = check_ranges(*f, copy, fmt::format("argument \"{}\" of {}", f->name, call));
+               !checked) {
       report(a.span, checked.error().code, checked.error().message);
     }
   }
   for (const Field& f : method.arguments.fields) {
     if (given.contains(f.name) || f.default_value) continue;
-    report(at, "idl.missing", "argument \"" + f.name + "\" of " + call + " is missing; it is of type " + f.type->name);
+    report(at, "idl.missing",
+           fmt::format("argument \"{}\" of {} is missing; it is of type {}", f.name, call, f.type->name));
   }
   return out;
 }
@@ -514,8 +519,7 @@ Result<const Method*> find_method(const Service& service, std::string_view metho
                                   const SourceSpan& at) {
   if (const Method* found = service.find(method)) return found;
   const auto known = service.method_names();
-  std::string message = "service \"" + std::string(service_shown) + "\" (" + service.name + ") has no method \"" +
-                        std::string(method) + "\"";
+  std::string message = fmt::format("service \"{}\" ({}) has no method \"{}\"", service_shown, service.name, method);
   return fail("idl.unknown-method", message + way_out(method, known), at);
 }
 
@@ -523,8 +527,7 @@ Result<ServicePtr> find_service(const Schema& schema, std::string_view service, 
   if (ServicePtr found = schema.service(service)) return found;
   return fail(
       "idl.unknown-service",
-      schema.file() + " has no service \"" + std::string(service) + "\"" + way_out(service, schema.service_names()),
-      at);
+      fmt::format("{} has no service \"{}\"{}", schema.file(), service, way_out(service, schema.service_names())), at);
 }
 
 Value for_script(Value value) { return scripted(std::move(value), 0); }
@@ -533,10 +536,10 @@ std::string signature(const Method& method) {
   std::string out = method.name + "(";
   for (const Field& f : method.arguments.fields) {
     if (out.back() != '(') out += ", ";
-    out += std::to_string(f.id) + ": " + f.type->name + " " + f.name;
+    out += fmt::format("{}: {} {}", f.id, f.type->name, f.name);
     if (f.default_value) out += " = " + to_json(*f.default_value);
   }
-  return out + "): " + (method.oneway ? "oneway " : "") + method.result->name;
+  return fmt::format("{}): {}{}", out, method.oneway ? "oneway " : "", method.result->name);
 }
 
 }  // namespace sentree::idl

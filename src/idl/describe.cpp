@@ -4,6 +4,8 @@
 #include <set>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace sentree::idl {
 namespace {
 
@@ -43,7 +45,7 @@ class Describer {
     const auto found = keys_.find(declared);
     if (found != keys_.end()) return found->second;
     std::string key = type.name;
-    for (int n = 2; !taken_.insert(key).second; ++n) key = type.name + " (" + std::to_string(n) + ")";
+    for (int n = 2; !taken_.insert(key).second; ++n) key = fmt::format("{} ({})", type.name, n);
     keys_[declared] = key;
     named_.emplace_back(key, &type);
     return key;

@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace sentree::idl::syntax {
 namespace {
 
@@ -91,7 +93,7 @@ bool Lexer::number(Token& token) {
     const std::uint64_t most = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
     // The compiler reads the digits of a hexadecimal number without its sign, so the least i64 has no such form.
     if (parsed.ec != std::errc() || magnitude > most + (negative && base == 10 ? 1 : 0)) {
-      return fail(at_, "the number " + std::string(source_.substr(at_, to - at_)) + " does not fit into an i64");
+      return fail(at_, fmt::format("the number {} does not fit into an i64", source_.substr(at_, to - at_)));
     }
     token.form = Token::Form::kInt;
     token.integer = static_cast<std::int64_t>(negative ? 0 - magnitude : magnitude);

@@ -5,6 +5,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/detail/program.h"
 
 namespace sentree::idl {
@@ -130,7 +132,7 @@ class Resolver {
     for (const auto& [prefix, included] : program_.includes) {
       for (const auto& [other, ignored] : included->type_names) known.push_back(prefix + "." + other);
     }
-    error(at, "idl.unknown-type", "there is no type \"" + name + "\"" + did_you_mean(name, known));
+    error(at, "idl.unknown-type", fmt::format("there is no type \"{}\"{}", name, did_you_mean(name, known)));
     return nullptr;
   }
 
@@ -181,7 +183,7 @@ class Resolver {
     std::unordered_set<std::string_view> names;
     for (const Enumerator& e : d.enumerators) {
       if (!names.insert(e.name).second) {
-        error(e.span, "idl.duplicate", "enum " + d.name + " has \"" + e.name + "\" already");
+        error(e.span, "idl.duplicate", fmt::format("enum {} has \"{}\" already", d.name, e.name));
         continue;
       }
       const Constant& c =
@@ -216,7 +218,7 @@ class Resolver {
       if (owner != nullptr && owner->kind == StructKind::kUnion && out.back().default_value) {
         if (union_default != nullptr) {
           error(w.span, "idl.union",
-                "union " + owner->name + " has a default already, for \"" + union_default->name + "\"");
+                fmt::format("union {} has a default already, for \"{}\"", owner->name, union_default->name));
         }
         union_default = &out.back();
       }
@@ -240,15 +242,15 @@ class Resolver {
           for (const auto& [other, ignored] : included->service_names) known.push_back(prefix + "." + other);
         }
         error(d.base_span, "idl.unknown-service",
-              "there is no service \"" + d.base + "\" before this line" + did_you_mean(d.base, known));
+              fmt::format("there is no service \"{}\" before this line{}", d.base, did_you_mean(d.base, known)));
       }
     }
     // Each has those that it inherits, so that a long chain would have the square of its length.
     methods_ += d.methods.size() + (parent != nullptr ? parent->methods.size() : 0);
     if (methods_ > kMethodsMax) {
       error(d.span, "idl.too-large",
-            "the services of this file have more than " + std::to_string(kMethodsMax) +
-                " methods, with those that they inherit");
+            fmt::format("the services of this file have more than {} methods, with those that they inherit",
+                        kMethodsMax));
       return;
     }
     Service& s = program_.services.emplace_back();
@@ -261,7 +263,7 @@ class Resolver {
     }
     for (const syntax::Method& w : d.methods) {
       if (!names.insert(w.name).second) {
-        error(w.span, "idl.duplicate", "service " + d.name + " has a method \"" + w.name + "\" already");
+        error(w.span, "idl.duplicate", fmt::format("service {} has a method \"{}\" already", d.name, w.name));
         continue;
       }
       Method& m = s.own_methods.emplace_back();
@@ -315,7 +317,7 @@ class Resolver {
   }
 
   std::optional<Value> wrong_constant(const Type& t, const syntax::Constant& c, std::string_view found) {
-    error(c.span, "idl.constant-type", "expected a constant of type " + t.name + ", found " + std::string(found));
+    error(c.span, "idl.constant-type", fmt::format("expected a constant of type {}, found {}", t.name, found));
     return std::nullopt;
   }
 
@@ -326,8 +328,7 @@ class Resolver {
     // As generated code does; the compiler says nothing.
     const std::int64_t kept = static_cast<std::int64_t>(static_cast<std::uint64_t>(number) << shift) >> shift;
     if (kept != number) {
-      warn(at, "idl.number-range",
-           std::to_string(number) + " does not fit into an " + t.name + " and becomes " + std::to_string(kept));
+      warn(at, "idl.number-range", fmt::format("{} does not fit into an {} and becomes {}", number, t.name, kept));
     }
     return Value(kept);
   }
@@ -336,8 +337,8 @@ class Resolver {
     const Constant* found = program_.find(c.text, &Schema::Program::constant_names);
     if (found == nullptr) {
       error(c.span, "idl.unknown-constant",
-            "there is no constant or enumerator \"" + c.text + "\" before this line" +
-                did_you_mean(c.text, keys(program_.constant_names)));
+            fmt::format("there is no constant or enumerator \"{}\" before this line{}", c.text,
+                        did_you_mean(c.text, keys(program_.constant_names))));
     }
     return found;
   }
@@ -347,14 +348,15 @@ class Resolver {
     if (c.form == syntax::Constant::Form::kName) {
       if (c.text.find('.') == std::string::npos) {
         error(c.span, "idl.unknown-constant",
-              "the enumerator \"" + c.text + "\" must be written with its enum: " + e.name + "." + c.text);
+              fmt::format("the enumerator \"{}\" must be written with its enum: {}.{}", c.text, e.name, c.text));
         return std::nullopt;
       }
       const std::string name(last_part(c.text));
       if (e.find(name) != nullptr) return Value(name);
       std::vector<std::string> known;
       for (const Enumerator& x : e.enumerators) known.push_back(x.name);
-      error(c.span, "idl.unknown-constant", "enum " + e.name + " has no \"" + name + "\"" + did_you_mean(name, known));
+      error(c.span, "idl.unknown-constant",
+            fmt::format("enum {} has no \"{}\"{}", e.name, name, did_you_mean(name, known)));
       return std::nullopt;
     }
     // Whatever is no number counts as 0 to the compiler.
@@ -364,8 +366,7 @@ class Resolver {
         warn(c.span, "idl.constant-type", "this is no enumerator of " + e.name + "; it counts as 0");
       return Value(found->name);
     }
-    error(c.span, "idl.unknown-constant",
-          "enum " + e.name + " has no enumerator with the number " + std::to_string(number));
+    error(c.span, "idl.unknown-constant", fmt::format("enum {} has no enumerator with the number {}", e.name, number));
     return std::nullopt;
   }
 
@@ -405,13 +406,13 @@ class Resolver {
       const Constant* found = named_constant(c);
       if (found == nullptr) return std::nullopt;
       if (found->type->name == t.name) return found->value;
-      return wrong_constant(t, c, "\"" + c.text + "\" of type " + found->type->name);
+      return wrong_constant(t, c, fmt::format("\"{}\" of type {}", c.text, found->type->name));
     }
     if (c.form != (map ? Form::kMap : Form::kList)) {
       if (c.items.empty() && (c.form == Form::kMap || c.form == Form::kList)) return empty(t);
       // The compiler takes anything here, and nothing from it.
       warn(c.span, "idl.constant-type",
-           std::string("expected ") + (map ? "{…}" : "[…]") + " for " + t.name + "; this counts as empty");
+           fmt::format("expected {} for {}; this counts as empty", map ? "{…}" : "[…]", t.name));
       return empty(t);
     }
     if (!map) {
@@ -500,7 +501,7 @@ class Resolver {
         form = Form::kText;
         text = v.text();
       } else {
-        return wrong_constant(t, c, "\"" + c.text + "\" of type " + found->type->name);
+        return wrong_constant(t, c, fmt::format("\"{}\" of type {}", c.text, found->type->name));
       }
     }
     switch (t.kind) {

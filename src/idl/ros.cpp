@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/detail/program.h"
 
 namespace sentree::idl {
@@ -168,8 +170,7 @@ class Reader {
                    "PACKAGE/action/Name.action, the package in lower case and the name in CamelCase");
     }
     if (source.size() > kFileSizeMax)
-      return error({file, 0, 0, 0}, "idl.too-large",
-                   "the file has more than " + std::to_string(kFileSizeMax) + " bytes");
+      return error({file, 0, 0, 0}, "idl.too-large", fmt::format("the file has more than {} bytes", kFileSizeMax));
     note(file);
     if (identity->form == "msg") return message_service(source, file, *identity);
     return identity->form == "srv" ? service(source, file, *identity) : action(source, file, *identity);
@@ -374,7 +375,7 @@ class Reader {
     }
     if (made.find(name) != nullptr) return error(named, "idl.duplicate", "the field \"" + name + "\" is there already");
     if (made.fields.size() >= kFieldsMax)
-      return error(named, "idl.too-large", "more than " + std::to_string(kFieldsMax) + " fields");
+      return error(named, "idl.too-large", fmt::format("more than {} fields", kFieldsMax));
     const Type* type = this->type(*shape, identity, depth);
     if (type == nullptr) return false;
     std::optional<Value> value = zero(*type);
@@ -414,7 +415,7 @@ class Reader {
     std::uint32_t out = 0;
     const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), out);
     if (digits.empty() || read.ec != std::errc() || read.ptr != digits.data() + digits.size() || out == 0) {
-      error(at, "idl.syntax", "\"" + std::string(digits) + "\" is no length; write a number from 1");
+      error(at, "idl.syntax", fmt::format("\"{}\" is no length; write a number from 1", digits));
       return std::nullopt;
     }
     return out;
@@ -442,7 +443,7 @@ class Reader {
         out.count = *count;
         if (out.many == Shape::Many::kFixed && out.count > kFixedLengthMax) {
           error(out.span, "idl.too-large",
-                "an array of fixed length has at most " + std::to_string(kFixedLengthMax) + " items");
+                fmt::format("an array of fixed length has at most {} items", kFixedLengthMax));
           return std::nullopt;
         }
       }
@@ -479,9 +480,9 @@ class Reader {
     std::vector<std::string> known;
     for (const Primitive& p : kPrimitives) known.emplace_back(p.name);
     error(at, "idl.syntax",
-          "\"" + written +
-              "\" is no type: there are bool, int8 … uint64, float32, float64, string and messages as pkg/Name" +
-              did_you_mean(written.substr(0, written.find('[')), known));
+          fmt::format(
+              "\"{}\" is no type: there are bool, int8 … uint64, float32, float64, string and messages as pkg/Name{}",
+              written, did_you_mean(written.substr(0, written.find('[')), known)));
     return std::nullopt;
   }
 
@@ -508,27 +509,28 @@ class Reader {
   const Type* used(const Shape& shape, const Identity& identity, int depth) {
     if (const auto known = messages_.find(shape.base); known != messages_.end()) {
       if (known->second == nullptr && loading_.contains(shape.base))
-        error(shape.span, "idl.include-cycle", "\"" + shape.base + "\" holds itself, by way of " + identity.full());
+        error(shape.span, "idl.include-cycle",
+              fmt::format("\"{}\" holds itself, by way of {}", shape.base, identity.full()));
       return known->second;
     }
     if (depth >= kIncludeNestingMax) {
-      error(shape.span, "idl.too-deep",
-            "messages hold each other more than " + std::to_string(kIncludeNestingMax) + " deep");
+      error(shape.span, "idl.too-deep", fmt::format("messages hold each other more than {} deep", kIncludeNestingMax));
       return nullptr;
     }
     if (files_.size() >= kFilesMax) {
-      error(shape.span, "idl.too-large", "more than " + std::to_string(kFilesMax) + " messages are used");
+      error(shape.span, "idl.too-large", fmt::format("more than {} messages are used", kFilesMax));
       return nullptr;
     }
     auto found = include_ ? include_(shape.base + ".msg", files_.front())
                           : Result<IncludedFile>(sentree::fail("idl.include", "files are not read here"));
     if (!found) {
-      error(shape.span, "idl.unknown-type", "there is no message \"" + shape.base + "\": " + found.error().message);
+      error(shape.span, "idl.unknown-type",
+            fmt::format("there is no message \"{}\": {}", shape.base, found.error().message));
       return nullptr;
     }
     if (found->source.size() > kFileSizeMax) {
       error(shape.span, "idl.too-large",
-            "the file of \"" + shape.base + "\" has more than " + std::to_string(kFileSizeMax) + " bytes");
+            fmt::format("the file of \"{}\" has more than {} bytes", shape.base, kFileSizeMax));
       return nullptr;
     }
     note(found->file);
@@ -551,7 +553,7 @@ class Reader {
     if (shape.many == Shape::Many::kOne) {
       auto value = scalar(line.rest(), *shape.primitive, at);
       if (value && shape.text_max > 0 && value->text().size() > shape.text_max) {
-        error(at, "idl.number-range", "the default has more than " + std::to_string(shape.text_max) + " bytes");
+        error(at, "idl.number-range", fmt::format("the default has more than {} bytes", shape.text_max));
         return std::nullopt;
       }
       return value;
@@ -584,7 +586,7 @@ class Reader {
                       (shape.many == Shape::Many::kFixed ? items.size() == shape.count : items.size() <= shape.count);
     if (!fits) {
       error(at, "idl.number-range",
-            "the default has " + std::to_string(items.size()) + " items, which " + shape.name() + " cannot hold");
+            fmt::format("the default has {} items, which {} cannot hold", items.size(), shape.name()));
       return std::nullopt;
     }
     if (!is_octet(shape.base)) return Value(std::move(items));
@@ -595,7 +597,7 @@ class Reader {
 
   std::optional<Value> scalar(std::string_view text, const Primitive& primitive, const SourceSpan& at) {
     const auto wrong = [&](const std::string& code) -> std::optional<Value> {
-      error(at, code, "\"" + std::string(text) + "\" is no " + primitive.name);
+      error(at, code, fmt::format("\"{}\" is no {}", text, primitive.name));
       return std::nullopt;
     };
     if (primitive.kind == Kind::kString) return Value(unquoted(text));

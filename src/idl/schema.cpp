@@ -4,6 +4,8 @@
 #include <map>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/detail/program.h"
 #include "sentree/idl/detail/ros.h"
 #include "sentree/idl/detail/syntax.h"
@@ -27,8 +29,7 @@ class Loader {
 
   ProgramPtr load(std::string_view source, const std::string& file, int depth) {
     if (source.size() > kFileSizeMax)
-      return fail({file, 0, 0, 0}, "idl.too-large",
-                  "the file has more than " + std::to_string(kFileSizeMax) + " bytes");
+      return fail({file, 0, 0, 0}, "idl.too-large", fmt::format("the file has more than {} bytes", kFileSizeMax));
     syntax::File parsed;
     if (!syntax::parse(source, file, parsed, diagnostics_)) return nullptr;
 
@@ -52,8 +53,7 @@ class Loader {
 
   bool include(const syntax::Include& line, const std::string& from, Schema::Program& into, int depth) {
     if (depth >= kIncludeNestingMax) {
-      fail(line.span, "idl.too-deep",
-           "files include each other more than " + std::to_string(kIncludeNestingMax) + " deep");
+      fail(line.span, "idl.too-deep", fmt::format("files include each other more than {} deep", kIncludeNestingMax));
       return false;
     }
     auto found = include_ ? include_(line.path, from)
@@ -61,17 +61,17 @@ class Loader {
     if (!found) {
       // Only a warning, as the compiler has it: what the file would have defined is missed where it is used.
       diagnostics_.push_back({Severity::kWarning, "idl.include",
-                              "cannot include \"" + line.path + "\": " + found.error().message, line.span});
+                              fmt::format("cannot include \"{}\": {}", line.path, found.error().message), line.span});
       return true;
     }
     if (loading_.contains(found->file)) {
-      fail(line.span, "idl.include-cycle", "\"" + found->file + "\" includes itself, by way of " + from);
+      fail(line.span, "idl.include-cycle", fmt::format("\"{}\" includes itself, by way of {}", found->file, from));
       return false;
     }
     auto done = loaded_.find(found->file);
     if (done == loaded_.end()) {
       if (loaded_.size() >= kFilesMax) {
-        fail(line.span, "idl.too-large", "more than " + std::to_string(kFilesMax) + " files are included");
+        fail(line.span, "idl.too-large", fmt::format("more than {} files are included", kFilesMax));
         return false;
       }
       ProgramPtr program = load(found->source, found->file, depth + 1);

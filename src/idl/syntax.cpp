@@ -8,6 +8,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include <fmt/format.h>
+
 #include "sentree/idl/detail/lexer.h"
 
 namespace sentree::idl::syntax {
@@ -85,7 +87,7 @@ class Parser {
     return false;
   }
   bool expected(std::string_view what) {
-    return error(here(), "idl.syntax", "expected " + std::string(what) + ", found " + shown_token(token_));
+    return error(here(), "idl.syntax", fmt::format("expected {}, found {}", what, shown_token(token_)));
   }
   void warn(const SourceSpan& at, std::string code, std::string message) {
     diagnostics_.push_back({Severity::kWarning, std::move(code), std::move(message), at});
@@ -105,9 +107,8 @@ class Parser {
 
   bool identifier(std::string_view what, std::string& name) {
     if (token_.form == Form::kWord && contains(kKeywords, token_.word)) {
-      return error(
-          here(), "idl.syntax",
-          "\"" + std::string(token_.word) + "\" is a word of the IDL; " + std::string(what) + " needs another name");
+      return error(here(), "idl.syntax",
+                   fmt::format("\"{}\" is a word of the IDL; {} needs another name", token_.word, what));
     }
     if (token_.form != Form::kWord) return expected(what);
     name = token_.word;
@@ -165,7 +166,7 @@ class Parser {
       if (!identifier("an annotation or \")\"", name)) return false;
       if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end()) {
         if (const std::string near = did_you_mean(name, kKnown); !near.empty())
-          warn(at, "idl.annotation", "annotation \"" + name + "\" means nothing here" + near);
+          warn(at, "idl.annotation", fmt::format("annotation \"{}\" means nothing here{}", name, near));
       }
       if (is_symbol('=') && (!advance() || !text("the annotation's value in quotes", value))) return false;
       if (unit != nullptr && name == "unit") *unit = value;
@@ -178,7 +179,7 @@ class Parser {
         double bound = 0;
         const auto [end, failure] = std::from_chars(value.data(), value.data() + value.size(), bound);
         if (failure != std::errc() || end != value.data() + value.size())
-          return error(here(), "idl.syntax", name + " = \"" + value + "\" must be a number");
+          return error(here(), "idl.syntax", fmt::format("{} = \"{}\" must be a number", name, value));
         (name == "min" ? bounded->min : bounded->max) = bound;
       }
       if (!skip_separator()) return false;
@@ -215,9 +216,9 @@ class Parser {
       d.form = Definition::Form::kService;
       good = advance() && declared("the service's name", d.name, d.span) && service(d) && annotations();
     } else if (is_word("senum") || is_word("slist")) {
-      return error(here(), "idl.syntax", "\"" + std::string(token_.word) + "\" is no longer supported; use string");
+      return error(here(), "idl.syntax", fmt::format("\"{}\" is no longer supported; use string", token_.word));
     } else if (is_word("include") || is_word("namespace") || is_word("cpp_include")) {
-      return error(here(), "idl.syntax", "\"" + std::string(token_.word) + "\" must stand before the first definition");
+      return error(here(), "idl.syntax", fmt::format("\"{}\" must stand before the first definition", token_.word));
     } else {
       return expected("const, typedef, enum, struct, union, exception or service");
     }
@@ -240,8 +241,7 @@ class Parser {
       }
       if (next < std::numeric_limits<std::int32_t>::min() || next > std::numeric_limits<std::int32_t>::max()) {
         return error(e.span, "idl.number-range",
-                     "enumerator \"" + e.name + "\" has the number " + std::to_string(next) +
-                         ", which does not fit into an i32");
+                     fmt::format("enumerator \"{}\" has the number {}, which does not fit into an i32", e.name, next));
       }
       e.number = static_cast<std::int32_t>(next++);
       d.enumerators.push_back(std::move(e));
@@ -277,7 +277,7 @@ class Parser {
           warn(id_span, "idl.field-id", "field numbers begin at 1; this one is ignored");
         } else if (id > std::numeric_limits<std::int16_t>::max()) {
           warn(id_span, "idl.field-id",
-               "field number " + std::to_string(id) + " does not fit into an i16 and will be truncated");
+               fmt::format("field number {} does not fit into an i16 and will be truncated", id));
         }
         if (numbered) f.id = static_cast<std::int32_t>(id);
       }
@@ -309,8 +309,7 @@ class Parser {
       }
       if (const auto [other, fresh] = ids.emplace(f.id, f.name); !fresh) {
         return error(f.span, "idl.duplicate",
-                     "field number " + std::to_string(f.id) + " of \"" + f.name + "\" is that of \"" + other->second +
-                         "\" already");
+                     fmt::format("field number {} of \"{}\" is that of \"{}\" already", f.id, f.name, other->second));
       }
       out.push_back(std::move(f));
     }

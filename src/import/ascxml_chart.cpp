@@ -8,6 +8,8 @@
 #include <set>
 #include <sstream>
 
+#include <fmt/format.h>
+
 #include "sentree/import/detail/words.h"
 #include "sentree/import/project_writer.h"
 #include "sentree/import/snippet.h"
@@ -327,7 +329,7 @@ class AscxmlTranslator {
     }
     if (declaration.ros_name.empty())
       return by_hand(element, "its name comes from a port whose value the tree does not give as text");
-    return comment_of(std::string(element.local_name()) + " " + declaration.ros_name + " " + declaration.type);
+    return comment_of(fmt::format("{} {} {}", element.local_name(), declaration.ros_name, declaration.type));
   }
 
   static std::string rate_event(const Declaration& rate) { return "rate." + method_name(rate.name); }
@@ -397,8 +399,7 @@ class AscxmlTranslator {
   static bool known(const Declaration* declaration) { return declaration != nullptr && !declaration->ros_name.empty(); }
 
   std::string undeclared(const XmlElement& element) {
-    return by_hand(element,
-                   "the chart does not declare \"" + std::string(element.attribute("name").value_or("")) + "\"");
+    return by_hand(element, fmt::format("the chart does not declare \"{}\"", element.attribute("name").value_or("")));
   }
 
   std::string action_reaction(const XmlElement& element, const std::string& name, const std::string& ref) {
@@ -409,7 +410,7 @@ class AscxmlTranslator {
     const std::string goal = place.service + "." + place.method + "_send_goal";
     if (serves) return transition(element, goal + ".request", "");
     if (!chart_.is_plugin) return calls_from_a_node(element);
-    const std::string mine = std::string(kTopicData) + "goal_id === " + goal_data(*action);
+    const std::string mine = fmt::format("{}goal_id === {}", kTopicData, goal_data(*action));
     if (name == "ros_action_handle_goal_response") {
       const auto to = [&](std::string_view target, const std::string& accepted) {
         return "<transition" + text::xml_attribute("event", goal + ".reply") + text::xml_attribute("cond", accepted) +
@@ -425,7 +426,7 @@ class AscxmlTranslator {
     const auto status = kStatus.find(name);
     if (status == kStatus.end()) return by_hand(element, "nothing here does what <" + name + "> does");
     return transition(element, topic_event(place.method + "_result"), "",
-                      mine + " && " + std::string(kTopicData) + "status === '" + status->second + "'");
+                      fmt::format("{} && {}status === '{}'", mine, kTopicData, status->second));
   }
 
   std::string calls_from_a_node(const XmlElement& element) {
@@ -633,7 +634,7 @@ class AscxmlTranslator {
           std::any_of(fields.begin(), fields.begin() + static_cast<std::ptrdiff_t>(i),
                       [&](const auto& field) { return field.first.substr(0, field.first.find('.')) == head; });
       if (seen) continue;
-      text += (text.empty() ? "" : ", ") + head + ": " + member(fields, head);
+      text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", head, member(fields, head));
     }
     return text.empty() ? "" : "{" + text + "}";
   }
@@ -754,7 +755,7 @@ void use(const AscxmlChart& chart, RosWorld& world) {
       world.services.try_emplace(declaration.ros_name, RosPlace{"elsewhere", method_name(declaration.ros_name)});
       const RosPlace& place = world.services.at(declaration.ros_name);
       RosMethod& method = world.interfaces.method(place.service, place.method);
-      method.comment = "Service " + declaration.ros_name + ", " + declaration.type;
+      method.comment = fmt::format("Service {}, {}", declaration.ros_name, declaration.type);
       if (known != nullptr) {
         use_known(method.arguments, known->first);
         use_known(method.result, known->second);

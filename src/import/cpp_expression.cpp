@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include <fmt/format.h>
+
 #include "sentree/import/detail/words.h"
 
 namespace sentree::import {
@@ -103,7 +105,8 @@ class ExpressionTranslator {
     if (names_.enumerators.contains(name)) return value(script_text(name));
     if (name == "nullptr") return value("null");
     if (contains(kKept, name)) return value(name);
-    return cannot("\"" + name + "\" is " + (called ? "a C++ function" : "not known: no <data> and no enumerator"));
+    return cannot(
+        fmt::format("\"{}\" is {}", name, called ? "a C++ function" : "not known: no <data> and no enumerator"));
   }
 
   Result<void> member() {
@@ -204,14 +207,14 @@ Result<std::optional<RemoteCall>> translate_call(Tokens tokens, const Names& nam
   if (!remote->second.schema) return cannot("no interface file defines the service that " + call.variable + " calls");
   const idl::Method* const method = remote->second.schema->find(call.method);
   if (method == nullptr) {
-    return cannot("service " + remote->second.schema->name + " has no method \"" + call.method + "\"" +
-                  did_you_mean(call.method, remote->second.schema->method_names()));
+    return cannot(fmt::format("service {} has no method \"{}\"{}", remote->second.schema->name, call.method,
+                              did_you_mean(call.method, remote->second.schema->method_names())));
   }
   call.has_result = method->result->kind != idl::Kind::kVoid;
   const std::vector<Tokens> arguments = split(tokens.subspan(4, tokens.size() - 5), ",");
   if (arguments.size() != method->arguments.fields.size()) {
-    return cannot(call.variable + "." + call.method + " takes " + std::to_string(method->arguments.fields.size()) +
-                  " arguments, not " + std::to_string(arguments.size()));
+    return cannot(fmt::format("{}.{} takes {} arguments, not {}", call.variable, call.method,
+                              method->arguments.fields.size(), arguments.size()));
   }
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     auto expression = translate_expression(arguments[i], names);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <system_error>
 
+#include <fmt/format.h>
+
 #include "sentree/import/roaml_system.h"
 #include "sentree/import/source_folder.h"
 #include "sentree/import/yarp_system.h"
@@ -42,9 +44,9 @@ Loaded<Imported> import_system(const path& from, const std::string& main) {
   if (mains.size() > 1) {
     std::string list;
     for (std::size_t i = 0; i < mains.size() && i < 10; ++i) list += (i == 0 ? "" : ", ") + mains[i];
-    return failed(
-        "import.ambiguous",
-        "the folder holds " + std::to_string(mains.size()) + " AS2FM systems; choose one with --main: " + list, from);
+    return failed("import.ambiguous",
+                  fmt::format("the folder holds {} AS2FM systems; choose one with --main: {}", mains.size(), list),
+                  from);
   }
   if (holds_yarp_skills(*folder)) return import_yarp_skills(*folder);
   return failed(
@@ -74,7 +76,7 @@ Result<void> write_project(const Imported& imported, const path& folder, bool fo
 }
 
 std::string report_of(const Imported& imported, const std::string& name) {
-  std::string text = "# " + name + ": what was imported\n\nForm: " + imported.form + ".\n";
+  std::string text = fmt::format("# {}: what was imported\n\nForm: {}.\n", name, imported.form);
   const auto section = [&](Fate fate, const std::string& title) {
     std::string lines;
     for (const Finding& finding : imported.findings) {
@@ -87,7 +89,7 @@ std::string report_of(const Imported& imported, const std::string& name) {
       }
       lines += finding.reason + "\n";
     }
-    if (!lines.empty()) text += "\n## " + title + "\n\n" + lines;
+    if (!lines.empty()) text += fmt::format("\n## {}\n\n{}", title, lines);
   };
   section(Fate::kByHand, "To be done by hand");
   section(Fate::kReview, "Translated with an assumption: to be confirmed");

@@ -6,6 +6,8 @@
 #include <optional>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/import/ascxml_chart.h"
 #include "sentree/import/project_writer.h"
 #include "sentree/import/snippet.h"
@@ -319,16 +321,16 @@ class RoamlSystem {
       for (const RoamlLeaf* leaf : instance.leaves) {
         std::string data;
         for (const std::string& counter : made.goal_counters)
-          data += (data.empty() ? "" : ", ") + counter + ": " + std::to_string(1000 * goals++);
-        skills_ += "  " + yaml_text(leaf->name) + ": {file: " + yaml_text(instance.path) + ", protocol: as2fm" +
-                   (data.empty() ? "" : ", data: {" + data + "}") + subscribe + "}\n";
+          data += fmt::format("{}{}: {}", data.empty() ? "" : ", ", counter, 1000 * goals++);
+        skills_ += fmt::format("  {}: {{file: {}, protocol: as2fm{}{}}}\n", yaml_text(leaf->name),
+                               yaml_text(instance.path), data.empty() ? "" : ", data: {" + data + "}", subscribe);
       }
       if (instance.leaves.empty()) {
         const std::string& node = instance.chart.name;
         const bool serves = world_.interfaces.services().contains(node);
         if (serves) modelled_.insert(node);
-        models_ += "  - {file: " + yaml_text(instance.path) + ", name: " + yaml_text(model_name(node)) +
-                   (serves ? ", serves: [" + node + "]" : "") + subscribe + "}\n";
+        models_ += fmt::format("  - {{file: {}, name: {}{}{}}}\n", yaml_text(instance.path),
+                               yaml_text(model_name(node)), serves ? ", serves: [" + node + "]" : "", subscribe);
       }
       result_.files.push_back({instance.path, std::move(made.source)});
     }
@@ -353,7 +355,7 @@ class RoamlSystem {
       const std::string at = service == kTopics ? std::string(kTopics)
                              : is_here          ? "model"
                                                 : "\"tcp://127.0.0.1:" + std::to_string(port++) + "\"";
-      services_ += "  " + service + ": {interface: " + service + ".thrift/" + service + ", at: " + at + "}\n";
+      services_ += fmt::format("  {}: {{interface: {}.thrift/{}, at: {}}}\n", service, service, service, at);
       if (!is_here) {
         needs_others_ = true;
         find(Fate::kByHand, SourceSpan{folder_.shown(main_)}, service,
@@ -372,9 +374,9 @@ class RoamlSystem {
 
   void write_project_file() {
     const auto rate = rate_.empty() ? std::string("1") : rate_;
-    std::string yaml =
-        "# Imported; IMPORT.md says from what, and what is left to do.\nmission: {file: " + yaml_text(mission_) +
-        ", rate: " + rate + " Hz" + (repeats_ ? ", repeat: true" : "") + "}\n" + kProtocol;
+    std::string yaml = fmt::format(
+        "# Imported; IMPORT.md says from what, and what is left to do.\nmission: {{file: {}, rate: {} Hz{}}}\n{}",
+        yaml_text(mission_), rate, repeats_ ? ", repeat: true" : "", kProtocol);
     if (!services_.empty()) yaml += "\nservices:\n" + services_;
     if (!models_.empty()) yaml += "\nmodels:\n" + models_;
     if (!skills_.empty()) yaml += "\nskills:\n" + skills_;
@@ -382,10 +384,9 @@ class RoamlSystem {
     // Only what needs nobody elsewhere can run in virtual time.
     if (!needs_others_) {
       result_.files.push_back(
-          {"scenarios/run.yaml",
-           "description: the imported system, for as long as its model checker looks\nclock: virtual\n"
-           "duration: " +
-               (duration_.empty() ? std::string("100 s") : duration_) + "\n"});
+          {"scenarios/run.yaml", fmt::format("description: the imported system, for as long as its model checker "
+                                             "looks\nclock: virtual\nduration: {}\n",
+                                             duration_.empty() ? std::string("100 s") : duration_)});
     }
   }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace sentree::import {
 
 namespace {
@@ -52,10 +54,10 @@ std::string fields_text(const Tree& tree, const std::string& prefix, const std::
     if (!member.members.empty()) {
       type = prefix + "_" + name;
       const std::string inside = fields_text(member, type, "\n", structs);
-      structs += "struct " + type + " {\n" + inside + "\n}\n\n";
+      structs += fmt::format("struct {} {{\n{}\n}}\n\n", type, inside);
     }
     text += (text.empty() ? "" : separator == "\n" ? "\n" : ", ");
-    text += (separator == "\n" ? "  " : "") + std::to_string(++number) + ": " + type + " " + name;
+    text += fmt::format("{}{}: {} {}", separator == "\n" ? "  " : "", ++number, type, name);
   }
   return text;
 }
@@ -142,13 +144,13 @@ std::string RosInterfaces::idl(const std::string& service) const {
     if (!method.result.empty()) {
       result = name + "_Response";
       const std::string inside = fields_text(tree_of(method.result), result, "\n", structs);
-      structs += "struct " + result + " {\n" + inside + "\n}\n\n";
+      structs += fmt::format("struct {} {{\n{}\n}}\n\n", result, inside);
     }
     if (!method.comment.empty()) methods += "  /** " + method.comment + " */\n";
-    methods += "  " + std::string(method.oneway ? "oneway void" : result) + " " + name + "(" +
-               fields_text(tree_of(method.arguments), name, ", ", structs) + ");\n";
+    methods += fmt::format("  {} {}({});\n", method.oneway ? "oneway void" : result, name,
+                           fields_text(tree_of(method.arguments), name, ", ", structs));
   }
-  return structs + "service " + service + " {\n" + methods + "}\n";
+  return fmt::format("{}service {} {{\n{}}}\n", structs, service, methods);
 }
 
 }  // namespace sentree::import

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include <fmt/format.h>
+
 #include "sentree/import/detail/words.h"
 #include "sentree/import/snippet.h"
 #include "sentree/import/xml_rewrite.h"
@@ -184,7 +186,7 @@ class SkillTranslator {
     if (element.local_name() != "data") return std::string(source_of(document_, element));
     const std::string id(element.attribute("id").value_or(""));
     if (is_service(element)) {
-      return comment_of(id + " is the service " + context_.remotes.at(id).service + " of sentree.yaml");
+      return comment_of(fmt::format("{} is the service {} of sentree.yaml", id, context_.remotes.at(id).service));
     }
     const std::string type = plain_type(attribute_named(element, "cpp_type").value_or(""));
     const std::string_view written = element.attribute("expr").value_or("");
@@ -210,7 +212,7 @@ class SkillTranslator {
       for (std::size_t i = 0; i < values.size() && i < structure->second->fields.size(); ++i) {
         const auto value = translate_expression(values[i], names_);
         if (!value) return tl::unexpected(value.error());
-        object += (object.empty() ? "" : ", ") + structure->second->fields[i].name + ": " + value->text;
+        object += fmt::format("{}{}: {}", object.empty() ? "" : ", ", structure->second->fields[i].name, value->text);
       }
       return "{" + object + "}";
     }

@@ -4,6 +4,8 @@
 #include <array>
 #include <map>
 
+#include <fmt/format.h>
+
 #include "sentree/text/xml.h"
 
 namespace sentree::import {
@@ -124,7 +126,7 @@ class StatementTranslator {
   }
 
   Result<void> one(Tokens statement, const Scope& scope, int depth) {
-    if (depth > kNestingMax) return cannot("statements are nested more than " + std::to_string(kNestingMax) + " deep");
+    if (depth > kNestingMax) return cannot(fmt::format("statements are nested more than {} deep", kNestingMax));
     const Token& first = statement.front();
     if (first.kind == TokenKind::kComment) {
       put(scope, comment_of(first.text));
@@ -210,7 +212,7 @@ class StatementTranslator {
         if (body[at].is("case")) {
           const auto label = translate_expression(body.subspan(at + 1, std::min(colon, body.size()) - at - 1), names_);
           if (!label) return tl::unexpected(label.error());
-          condition += (condition.empty() ? "" : " || ") + *value + " == " + label->text;
+          condition += fmt::format("{}{} == {}", condition.empty() ? "" : " || ", *value, label->text);
         } else {
           is_default = true;
         }
@@ -517,7 +519,7 @@ class StatementTranslator {
       const auto location = location_of(place);
       if (!location) return tl::unexpected(location.error());
       const char sign = (before ? tokens.front() : tokens.back()).text[0];
-      return assign(location->text, location->text + " " + sign + " 1", scope);
+      return assign(location->text, fmt::format("{} {} 1", location->text, sign), scope);
     }
     for (const std::string_view with : kWith) {
       const std::vector<Tokens> sides = split(tokens, with);

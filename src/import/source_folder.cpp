@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include <fmt/format.h>
+
 #include "sentree/import/import.h"
 #include "sentree/text/file.h"
 
@@ -30,7 +32,7 @@ Result<SourceFolder> SourceFolder::open(const std::filesystem::path& folder) {
       if (name.starts_with('.') || left_out || at->is_symlink(error)) at.disable_recursion_pending();
       if (at.depth() >= kFolderDepthMax) {
         return fail("import.too-large",
-                    "folders are nested more than " + std::to_string(kFolderDepthMax) + " deep; import a part of it",
+                    fmt::format("folders are nested more than {} deep; import a part of it", kFolderDepthMax),
                     SourceSpan{at->path().string()});
       }
       continue;
@@ -38,8 +40,7 @@ Result<SourceFolder> SourceFolder::open(const std::filesystem::path& folder) {
     if (name.starts_with('.') || at->is_symlink(error) || !at->is_regular_file(error)) continue;
     source.files_.push_back(at->path().lexically_relative(folder).generic_string());
     if (source.files_.size() > kFilesMax) {
-      return fail("import.too-large",
-                  "the folder has more than " + std::to_string(kFilesMax) + " files; import a part of it",
+      return fail("import.too-large", fmt::format("the folder has more than {} files; import a part of it", kFilesMax),
                   SourceSpan{folder.string()});
     }
   }

@@ -8,6 +8,8 @@
 #include <set>
 #include <sstream>
 
+#include <fmt/format.h>
+
 #include "sentree/import/project_writer.h"
 #include "sentree/import/skill_chart.h"
 #include "sentree/import/snippet.h"
@@ -112,7 +114,7 @@ class YarpSystem {
       if (!source) continue;
       const idl::IncludeReader include = [&](std::string_view path, std::string_view) -> Result<idl::IncludedFile> {
         const auto inside = SourceFolder::resolve(file, path);
-        if (!inside) return fail("import.outside", "\"" + std::string(path) + "\" is not in the imported folder");
+        if (!inside) return fail("import.outside", fmt::format("\"{}\" is not in the imported folder", path));
         auto included = folder_.read(*inside);
         if (!included) return tl::unexpected(included.error());
         return idl::IncludedFile{folder_.shown(*inside), std::move(*included)};
@@ -282,7 +284,7 @@ class YarpSystem {
         mission_ = path;
       } else {
         find(Fate::kReview, whole(file), "",
-             "kept as " + path + "; the mission is " + base(best_file) + ", most of whose leaves have skills");
+             fmt::format("kept as {}; the mission is {}, most of whose leaves have skills", path, base(best_file)));
       }
       result_.files.push_back({path, *source});
     }
@@ -382,8 +384,8 @@ class YarpSystem {
         services_[key] = {name, file};
         if (file != nullptr) {
           find(Fate::kByHand, use.span, use.variable,
-               "the component is C++ and stays one: let it serve " + use.interface + " at the address of " + name +
-                   " in sentree.yaml");
+               fmt::format("the component is C++ and stays one: let it serve {} at the address of {} in sentree.yaml",
+                           use.interface, name));
         } else {
           find(Fate::kByHand, use.span, use.interface,
                "no .thrift file of the folder defines this service; its calls are not translated");
@@ -414,10 +416,10 @@ class YarpSystem {
           !option.is_text && !value.empty() &&
           (value == "true" || value == "false" || value.find_first_not_of("+-.0123456789eE") == std::string::npos);
       const std::string text = is_plain ? value : yaml_text(value);
-      data += (data.empty() ? "" : ", ") + option.name + ": " + text;
+      data += fmt::format("{}{}: {}", data.empty() ? "" : ", ", option.name, text);
     }
-    skill_lines_ += "  " + yaml_text(leaf.name) + ": {file: " + yaml_text(path) +
-                    (data.empty() ? "" : ", data: {" + data + "}") + "}   # from " + skill->file + "\n";
+    skill_lines_ += fmt::format("  {}: {{file: {}{}}}   # from {}\n", yaml_text(leaf.name), yaml_text(path),
+                                data.empty() ? "" : ", data: {" + data + "}", skill->file);
   }
 
   void write_chart(const Skill& skill, const std::string& path) {
@@ -451,7 +453,7 @@ class YarpSystem {
     }
     const std::string path = "skills/" + safe_name(leaf.name) + ".scxml";
     result_.files.push_back({path, chart + "</scxml>\n"});
-    skill_lines_ += "  " + yaml_text(leaf.name) + ": {file: " + yaml_text(path) + "}\n";
+    skill_lines_ += fmt::format("  {}: {{file: {}}}\n", yaml_text(leaf.name), yaml_text(path));
   }
 
   void write_unused() {
@@ -470,8 +472,8 @@ class YarpSystem {
       const std::string name = unused_name(safe_name(stem(file)), taken);
       result_.files.push_back({"monitors/" + name + ".scxml", *source});
       const bool fails = source->find("id=\"failure\"") != std::string::npos;
-      monitor_lines_ +=
-          "#  - file: monitors/" + name + ".scxml\n" + (fails ? "#    violated: [failure]\n" : "") + "#    events:\n";
+      monitor_lines_ += fmt::format("#  - file: monitors/{}.scxml\n{}#    events:\n", name,
+                                    fails ? "#    violated: [failure]\n" : "");
       const auto document = parse(file);
       std::set<std::string> events;
       if (document) collect_events(document->root(), events);
@@ -506,8 +508,8 @@ class YarpSystem {
       const auto& [name, file] = service;
       if (file == nullptr) continue;
       used.insert(file);
-      services += "  " + yaml_text(name) + ": {interface: " + yaml_text(file->file_name + "/" + key.second) +
-                  ", at: \"tcp://127.0.0.1:" + std::to_string(port++) + "\"}\n";
+      services += fmt::format("  {}: {{interface: {}, at: \"tcp://127.0.0.1:{}\"}}\n", yaml_text(name),
+                              yaml_text(file->file_name + "/" + key.second), port++);
     }
     if (!services.empty()) yaml += "\nservices:\n" + services;
     if (!skill_lines_.empty()) yaml += "\nskills:\n" + skill_lines_;

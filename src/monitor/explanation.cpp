@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include <fmt/format.h>
+
 #include "sentree/monitor/model.h"
 
 namespace sentree::monitor {
@@ -119,7 +121,7 @@ std::string story(const Explanation& e, std::string_view indent) {
     while (is_plain_tick(first) && i + 1 < e.steps.size() && is_plain_tick(i + 1)) ++i;
     if (i > first) what += " to " + time_text(e.steps[i].observation.time);
     what += "  " + step.observation.name;
-    if (i > first) what += ", " + std::to_string(i - first + 1) + " times";
+    if (i > first) what += fmt::format(", {} times", i - first + 1);
     if (!step.observation.source.empty() && step.observation.source != "mission")
       what += " of " + step.observation.source;
     std::string set;
@@ -133,16 +135,16 @@ std::string story(const Explanation& e, std::string_view indent) {
   for (std::size_t i = 0; i < told.size(); ++i) {
     // The beginning and the end tell most.
     if (told.size() > kStoryStepsMax && i == kStoryStepsMax - kEnd) {
-      line("  … " + std::to_string(told.size() - kStoryStepsMax) + " more (--json has all)");
+      line(fmt::format("  … {} more (--json has all)", told.size() - kStoryStepsMax));
       i = told.size() - kEnd;
     }
     line(told[i]);
   }
   if (!e.deciding)
-    line("  " + time_text(e.detected) + "  nothing came: the deadline passed, and the requirement " + e.owed);
+    line(fmt::format("  {}  nothing came: the deadline passed, and the requirement {}", time_text(e.detected), e.owed));
   std::string where;
   if (e.triggered)
-    where = "owed since " + time_text(*e.triggered) + (e.bound.empty() ? "" : ", " + e.bound + " long") + "; ";
+    where = fmt::format("owed since {}{}; ", time_text(*e.triggered), e.bound.empty() ? "" : ", " + e.bound + " long");
   where += "decided at " + time_text(e.detected);
   if (!e.leaf.empty()) where += " while " + e.leaf + " was at work";
   line(where);

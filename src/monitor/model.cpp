@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "sentree/base/assert.h"
 #include "sentree/base/pattern.h"
 #include "sentree/scxml/check.h"
@@ -81,9 +83,10 @@ void check_renames(const Model::Parts& parts, Diagnostics& diagnostics) {
     if (problem.severity != Severity::kError) continue;
     const auto index = static_cast<std::size_t>(std::max(problem.span.line - 2, 0));
     const Rename& rename = parts.spec.renames[std::min(index, parts.spec.renames.size() - 1)];
-    diagnostics.push_back({Severity::kError, "monitor.bad-expression",
-                           "event \"" + rename.event + "\" of monitor \"" + parts.spec.name + "\": " + problem.message,
-                           rename.span});
+    diagnostics.push_back(
+        {Severity::kError, "monitor.bad-expression",
+         fmt::format("event \"{}\" of monitor \"{}\": {}", rename.event, parts.spec.name, problem.message),
+         rename.span});
   }
 }
 
@@ -146,8 +149,8 @@ Loaded<Model> Model::make(Spec spec) {
       can_decide = true;
     } else {
       made.diagnostics.push_back({Severity::kError, "monitor.unknown-state",
-                                  "monitor \"" + parts->spec.name + "\": \"" + id + "\" is no state of " +
-                                      chart.file() + did_you_mean(id, ids),
+                                  fmt::format("monitor \"{}\": \"{}\" is no state of {}{}", parts->spec.name, id,
+                                              chart.file(), did_you_mean(id, ids)),
                                   named});
     }
   }
@@ -199,8 +202,8 @@ Loaded<Model> Model::make(Spec spec) {
       check_renames(*parts, made.diagnostics);
     } else {
       made.diagnostics.push_back({Severity::kError, "monitor.bad-expression",
-                                  "monitor \"" + parts->spec.name +
-                                      "\": its renamed events cannot be read: " + renaming.diagnostics.front().message,
+                                  fmt::format("monitor \"{}\": its renamed events cannot be read: {}", parts->spec.name,
+                                              renaming.diagnostics.front().message),
                                   parts->spec.renames.front().span});
     }
   }
@@ -217,10 +220,10 @@ Loaded<Model> Model::make(const Requirement& requirement, const Vocabulary* voca
   Synthesis synthesis = synthesize(requirement, typing);
   auto chart = scxml::load(synthesis.chart, requirement.name + ".scxml");
   if (!chart.ok()) {
-    made.diagnostics.push_back(
-        {Severity::kError, "monitor.unwritable",
-         "requirement " + requirement.name + " cannot be written as a chart: " + chart.diagnostics.front().message,
-         requirement.span});
+    made.diagnostics.push_back({Severity::kError, "monitor.unwritable",
+                                fmt::format("requirement {} cannot be written as a chart: {}", requirement.name,
+                                            chart.diagnostics.front().message),
+                                requirement.span});
     return made;
   }
   Spec spec{.name = requirement.name, .chart = std::move(*chart.value)};

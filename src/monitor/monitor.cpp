@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <variant>
 
+#include <fmt/format.h>
+
 #include "sentree/base/encoder.h"
 #include "sentree/monitor/model.h"
 #include "sentree/monitor/quick.h"
@@ -84,7 +86,7 @@ Stepped deliver(const Model& model, Core& core, const scxml::Event& event, TimeP
 }
 
 // What the renaming chart sends in answer to an event; nothing: nothing, or an error.
-std::optional<Value> renaming_answer(const Model::Parts& parts, Core& core, scxml::Event event, TimePoint now,
+std::optional<Value> renaming_answer(const Model::Parts& parts, Core& core, const scxml::Event& event, TimePoint now,
                                      const scxml::Host& host) {
   scxml::Effects effects;
   scxml::step(*parts.renaming, core.renaming, event, now, effects, host);
@@ -113,7 +115,7 @@ bool comes(const Model::Parts& parts, Core& core, std::size_t i, const Value& da
   else
     facts.erase("last");
   event.data = Value(std::move(facts));
-  return renaming_answer(parts, core, std::move(event), message.time, host).has_value();
+  return renaming_answer(parts, core, event, message.time, host).has_value();
 }
 
 Stepped deliver_renamed(const Model& model, Core& core, const Message& message, const Tracing& tracing,
@@ -134,7 +136,7 @@ Stepped deliver_renamed(const Model& model, Core& core, const Message& message, 
     scxml::Event event;
     event.name = "rename" + std::to_string(i);
     event.data = event_data(message);
-    auto data = renaming_answer(parts, core, std::move(event), message.time, host);
+    auto data = renaming_answer(parts, core, event, message.time, host);
     if (!data || !comes(parts, core, i, *data, message, host)) continue;
     scxml::Event renamed;
     renamed.name = rename.event;
@@ -455,7 +457,7 @@ Standing standing(const Model& model, const Core& state) {
     const Map data = state.session.data(chart);
     const Value* count = data.find(bound->unit == Bound::Unit::kTicks ? "ticks" : "observations");
     if (count != nullptr)
-      standing.counted = std::to_string(static_cast<std::int64_t>(count->number())) + " of " + bound->text();
+      standing.counted = fmt::format("{} of {}", static_cast<std::int64_t>(count->number()), bound->text());
   }
   return standing;
 }
@@ -489,8 +491,8 @@ std::string vacuity(const Model& model, const State& state) {
   if (state.trail.seen == 0) return "never got any event it waits for";
   const Requirement& requirement = model.origin()->requirement;
   const bool may_be_at_once = requirement.pattern == Pattern::kRespond || requirement.pattern == Pattern::kKeepUntil;
-  return "was never triggered: " + to_text(*requirement.p) + " never held" +
-         (may_be_at_once ? ", or what it asks for held already" : "");
+  return fmt::format("was never triggered: {} never held{}", to_text(*requirement.p),
+                     may_be_at_once ? ", or what it asks for held already" : "");
 }
 
 }  // namespace sentree::monitor

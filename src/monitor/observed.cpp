@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace sentree::monitor {
 
 namespace {
@@ -70,18 +72,18 @@ const Observations::Entry* Observations::find(std::string_view name) const {
 DataType Observations::data_of(std::string_view name) const {
   const Entry* entry = find(name);
   if (entry == nullptr || entry->form == Form::kOpen) return {};
-  DataType data{.kind = TypeKind::kRecord, .name = "the data of " + std::string(name), .may_be_absent = false};
+  DataType data{.kind = TypeKind::kRecord, .name = fmt::format("the data of {}", name), .may_be_absent = false};
   const auto member = [&](std::string id, DataType type) { data.members.push_back({std::move(id), std::move(type)}); };
   const bool is_call = entry->method != nullptr;
   if (is_call && !entry->method->oneway)
     member("source", one_of("leaf of the mission", vocabulary_.leaves));
   else if (!entry->source.empty())
-    member("source", one_of("source of " + std::string(name), {entry->source}));
+    member("source", one_of(fmt::format("source of {}", name), {entry->source}));
   else if (entry->form == Form::kNodeStatus)
     member("source", one_of("node of the mission", vocabulary_.nodes));
   else
     member("source", text());
-  member("target", is_call ? one_of("target of " + std::string(name), {entry->target}) : text());
+  member("target", is_call ? one_of(fmt::format("target of {}", name), {entry->target}) : text());
   member("call", number());
   member("tick", number());
   member("time", number("s"));

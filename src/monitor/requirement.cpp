@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include <fmt/format.h>
+
 #include "sentree/base/value.h"
 
 namespace sentree::monitor {
@@ -50,9 +52,8 @@ std::string write_call(std::string_view name, const Condition& operand) {
 std::string write_binary(const Condition& condition, const OperatorText& op, int around) {
   // The right side of - and / needs parentheses where it is of the same precedence; of implies the left one.
   const bool right = op.kind == Kind::kImplies;
-  std::string text = write(*condition.operands[0], right ? op.precedence + 1 : op.precedence) + " " +
-                     std::string(op.text) + " " +
-                     write(*condition.operands[1], right ? op.precedence : op.precedence + 1);
+  std::string text = fmt::format("{} {} {}", write(*condition.operands[0], right ? op.precedence + 1 : op.precedence),
+                                 op.text, write(*condition.operands[1], right ? op.precedence : op.precedence + 1));
   return op.precedence < around ? "(" + text + ")" : text;
 }
 
@@ -94,8 +95,8 @@ std::string scope_text(const Scope& scope) {
     case Scope::Kind::kGlobally: return "globally";
     case Scope::Kind::kBefore: return "before " + to_text(*scope.close);
     case Scope::Kind::kAfter: return "after " + to_text(*scope.open);
-    case Scope::Kind::kBetween: return "between " + write(*scope.open, 4) + " and " + to_text(*scope.close);
-    case Scope::Kind::kAfterUntil: return "after " + to_text(*scope.open) + " until " + to_text(*scope.close);
+    case Scope::Kind::kBetween: return fmt::format("between {} and {}", write(*scope.open, 4), to_text(*scope.close));
+    case Scope::Kind::kAfterUntil: return fmt::format("after {} until {}", to_text(*scope.open), to_text(*scope.close));
     case Scope::Kind::kWhile: return "while " + to_text(*scope.open);
   }
   return {};
@@ -109,15 +110,17 @@ std::string body_text(const Requirement& r) {
     case Pattern::kNever: return "never " + text(r.p);
     case Pattern::kEventually: return "eventually " + text(r.p) + (r.bound ? " within " + bound : "");
     case Pattern::kRespond:
-      return "whenever " + text(r.p) + ", " + text(r.q) + (r.bound ? " within " + bound : " eventually");
-    case Pattern::kImmediately: return "whenever " + text(r.p) + ", " + text(r.q) + " immediately";
-    case Pattern::kKeepFor: return "whenever " + text(r.p) + ", keep " + text(r.q) + " for " + bound;
-    case Pattern::kKeepUntil: return "whenever " + text(r.p) + ", keep " + text(r.q) + " until " + text(r.r);
-    case Pattern::kNotFor: return "whenever " + text(r.p) + ", not " + write(*r.q, kPrecedenceNot) + " for " + bound;
-    case Pattern::kPrecedes: return text(r.p) + " precedes " + text(r.q) + (r.bound ? " by at most " + bound : "");
+      return fmt::format("whenever {}, {}{}", text(r.p), text(r.q), r.bound ? " within " + bound : " eventually");
+    case Pattern::kImmediately: return fmt::format("whenever {}, {} immediately", text(r.p), text(r.q));
+    case Pattern::kKeepFor: return fmt::format("whenever {}, keep {} for {}", text(r.p), text(r.q), bound);
+    case Pattern::kKeepUntil: return fmt::format("whenever {}, keep {} until {}", text(r.p), text(r.q), text(r.r));
+    case Pattern::kNotFor:
+      return fmt::format("whenever {}, not {} for {}", text(r.p), write(*r.q, kPrecedenceNot), bound);
+    case Pattern::kPrecedes:
+      return fmt::format("{} precedes {}{}", text(r.p), text(r.q), r.bound ? " by at most " + bound : "");
     case Pattern::kAtLeastEvery: return text(r.p) + " at least every " + bound;
     case Pattern::kAtMost:
-      return text(r.p) + " at most " + std::to_string(r.times) + " times" + (r.bound ? " per " + bound : "");
+      return fmt::format("{} at most {} times{}", text(r.p), r.times, r.bound ? " per " + bound : "");
     case Pattern::kHoldsFor: return text(r.p) + " holds for at least " + bound;
   }
   return {};
@@ -186,17 +189,18 @@ void collect_sources(const Condition& condition, std::vector<Source>& sources) {
 }
 
 std::string Bound::text() const {
-  if (unit == Unit::kTicks) return std::to_string(count) + " ticks";
-  if (unit == Unit::kEvents) return std::to_string(count) + " events";
+  if (unit == Unit::kTicks) return fmt::format("{} ticks", count);
+  if (unit == Unit::kEvents) return fmt::format("{} events", count);
   constexpr std::int64_t kNsPerS = 1'000'000'000;
   const std::int64_t ns = time.count();
-  if (ns % (60 * kNsPerS) == 0) return std::to_string(ns / (60 * kNsPerS)) + " min";
-  if (ns % kNsPerS == 0) return std::to_string(ns / kNsPerS) + " s";
+  if (ns % (60 * kNsPerS) == 0) return fmt::format("{} min", ns / (60 * kNsPerS));
+  if (ns % kNsPerS == 0) return fmt::format("{} s", ns / kNsPerS);
   return plain_decimal(static_cast<double>(ns) / 1e6) + " ms";
 }
 
 std::string Requirement::text() const {
-  return scope_text(scope) + ", " + body_text(*this) + (assuming ? " assuming " + to_text(*assuming) : "");
+  return fmt::format("{}, {}{}", scope_text(scope), body_text(*this),
+                     assuming ? " assuming " + to_text(*assuming) : "");
 }
 
 std::vector<Source> sources_of(const Requirement& requirement) {

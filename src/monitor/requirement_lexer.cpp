@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include <fmt/format.h>
+
 #include "sentree/base/ascii.h"
 
 namespace sentree::monitor {
@@ -62,7 +64,7 @@ class Lexer {
     constexpr std::string_view kSymbols = "()[],:=<>+-*/%";
     if (kSymbols.find(c) != std::string_view::npos) return symbol(begin, source_.substr(at_, 1));
     ++at_;
-    error(begin, 1, "character \"" + std::string(1, c) + "\" has no meaning here");
+    error(begin, 1, fmt::format("character \"{}\" has no meaning here", std::string(1, c)));
     return false;
   }
 

@@ -3,6 +3,8 @@
 #include <array>
 #include <cctype>
 
+#include <fmt/format.h>
+
 #include "sentree/monitor/requirement_parser.h"
 #include "sentree/text/xml.h"
 
@@ -71,8 +73,8 @@ class Resolver {
     const auto is_bare = [](const ConditionPtr& operand) { return operand && operand->is_word; };
     if (is_comparison(copy->kind) && std::all_of(copy->operands.begin(), copy->operands.end(), is_bare)) {
       error(copy->span, "requirement.unknown-name",
-            "\"" + copy->operands[0]->text + "\" and \"" + copy->operands[1]->text +
-                "\" are words that stand for themselves; one of them should be defined by let");
+            fmt::format("\"{}\" and \"{}\" are words that stand for themselves; one of them should be defined by let",
+                        copy->operands[0]->text, copy->operands[1]->text));
     }
     if (copy->source && copy->source->where)
       copy->source->where = visit(copy->source->where, arguments, {.compared = false, .in_where = true});
@@ -112,7 +114,7 @@ class Resolver {
     const std::string near = did_you_mean(name.text, names(false));
     if (!near.empty() && !is_constant_case(name.text)) {
       error(name.span, "requirement.unknown-name",
-            "\"" + name.text + "\" is not defined" + near + " (a text that looks like it goes in quotes)");
+            fmt::format("\"{}\" is not defined{} (a text that looks like it goes in quotes)", name.text, near));
     }
     auto word = std::make_shared<Condition>();
     word->kind = Kind::kText;
@@ -136,9 +138,10 @@ class Resolver {
     const std::string what = is_event ? "event \"" : "\"";
     const std::string hint = did_you_mean(name.text, names(is_event));
     error(name.span, "requirement.unknown-name",
-          what + name.text + "\" is not defined" +
-              (hint.empty() ? std::string("; define it with ") + (is_event ? "event " : "let ") + name.text + " = …"
-                            : hint));
+          fmt::format("{}{}\" is not defined{}", what, name.text,
+                      hint.empty()
+                          ? std::string("; define it with ") + (is_event ? "event " : "let ") + name.text + " = …"
+                          : hint));
     auto truth = std::make_shared<Condition>();
     truth->span = name.span;
     truth->number = 1;
@@ -148,8 +151,8 @@ class Resolver {
   ConditionPtr defined(const Condition& name, const Definition& definition, const Arguments& outer, Place place) {
     if (name.operands.size() != definition.parameters.size()) {
       error(name.span, "requirement.unknown-name",
-            "\"" + name.text + "\" takes " + std::to_string(definition.parameters.size()) + " arguments, got " +
-                std::to_string(name.operands.size()));
+            fmt::format("\"{}\" takes {} arguments, got {}", name.text, definition.parameters.size(),
+                        name.operands.size()));
       return unknown_truth(name.span);
     }
     if (std::find(open_.begin(), open_.end(), &definition) != open_.end()) {
@@ -245,10 +248,11 @@ void resolve_names(RequirementFile& file, Diagnostics& diagnostics) {
     check_momentary(requirement, diagnostics);
     if (requirement.pattern == Pattern::kAtMost && requirement.bound && requirement.bound->unit != Bound::Unit::kTime &&
         requirement.times > kCountedTimesMax) {
-      diagnostics.push_back({Severity::kError, "requirement.bound",
-                             "at most " + std::to_string(kCountedTimesMax) +
-                                 " times can be counted per ticks or events, which are kept one by one; use a time",
-                             requirement.bound->span});
+      diagnostics.push_back(
+          {Severity::kError, "requirement.bound",
+           fmt::format("at most {} times can be counted per ticks or events, which are kept one by one; use a time",
+                       kCountedTimesMax),
+           requirement.bound->span});
     }
   }
   // The same mistake, reached through every use of its definition, is told once.
@@ -270,7 +274,7 @@ Loaded<RequirementFile> parse_requirements(std::string_view source, std::string 
   Loaded<RequirementFile> loaded;
   if (source.size() > kRequirementBytesMax) {
     loaded.diagnostics.push_back({Severity::kError, "requirement.too-large",
-                                  "a requirement file has at most " + std::to_string(kRequirementBytesMax) + " bytes",
+                                  fmt::format("a requirement file has at most {} bytes", kRequirementBytesMax),
                                   SourceSpan{file, 0, 0, 0}});
     return loaded;
   }

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace sentree::monitor {
 
 namespace {
@@ -74,16 +76,16 @@ void RequirementParser::expect_word(std::string_view word) {
   if (accept_word(word) || failed_) return;
   const std::vector<std::string> wanted{std::string(word)};
   const std::string hint = peek().kind == TokenKind::kName ? did_you_mean(peek().text, wanted) : "";
-  error("expected \"" + std::string(word) + "\", got " + shown(peek()) + hint);
+  error(fmt::format("expected \"{}\", got {}{}", word, shown(peek()), hint));
 }
 void RequirementParser::expect_symbol(std::string_view symbol, std::string_view what) {
   if (accept_symbol(symbol) || failed_) return;
-  error("expected \"" + std::string(symbol) + "\" " + std::string(what) + ", got " + shown(peek()));
+  error(fmt::format("expected \"{}\" {}, got {}", symbol, what, shown(peek())));
 }
 std::string RequirementParser::expect_name(std::string_view what) {
   if (failed_) return {};
   if (peek().kind != TokenKind::kName && peek().kind != TokenKind::kString) {
-    error("expected " + std::string(what) + ", got " + shown(peek()));
+    error(fmt::format("expected {}, got {}", what, shown(peek())));
     return {};
   }
   return take().text;
@@ -109,7 +111,7 @@ void RequirementParser::run(RequirementFile& file) {
     if (file.requirements.size() > kRequirementsMax) {
       failed_ = false;
       error_at(file.requirements.back().span, "requirement.too-large",
-               "a file may hold " + std::to_string(kRequirementsMax) + " requirements; split it");
+               fmt::format("a file may hold {} requirements; split it", kRequirementsMax));
       return;
     }
   }
@@ -162,7 +164,7 @@ void RequirementParser::definition(RequirementFile& file) {
   if (const auto [other, is_new] = defined_.try_emplace({definition.is_event, definition.name}, definition.span.line);
       !is_new) {
     return error_at(definition.span, "requirement.duplicate",
-                    "\"" + definition.name + "\" is defined twice, first in line " + std::to_string(other->second));
+                    fmt::format("\"{}\" is defined twice, first in line {}", definition.name, other->second));
   }
   file.definitions.push_back(std::move(definition));
 }
@@ -201,14 +203,14 @@ void RequirementParser::requirement(RequirementFile& file) {
   if (failed_) return;
   if (peek().kind != TokenKind::kStop) {
     const std::string hint = peek().kind == TokenKind::kName ? did_you_mean(peek().text, keywords()) : "";
-    return error("expected \".\" at the end of requirement " + requirement.name + ", got " + shown(peek()) + hint);
+    return error(
+        fmt::format("expected \".\" at the end of requirement {}, got {}{}", requirement.name, shown(peek()), hint));
   }
   take();
   for (const Requirement& other : file.requirements) {
     if (other.name != requirement.name) continue;
-    return error_at(
-        requirement.span, "requirement.duplicate",
-        "requirement \"" + requirement.name + "\" exists already, in line " + std::to_string(other.span.line));
+    return error_at(requirement.span, "requirement.duplicate",
+                    fmt::format("requirement \"{}\" exists already, in line {}", requirement.name, other.span.line));
   }
   file.requirements.push_back(std::move(requirement));
   parts_.push_back(std::move(marked_));
@@ -312,8 +314,7 @@ void RequirementParser::after_condition(Requirement& requirement) {
     const Token& token = peek();
     if (token.kind != TokenKind::kNumber || token.number < 0 || token.number != std::floor(token.number) ||
         token.number > static_cast<double>(kTimesMax)) {
-      return error("expected a whole number up to " + std::to_string(kTimesMax) + " after \"at most\", got " +
-                   shown(token));
+      return error(fmt::format("expected a whole number up to {} after \"at most\", got {}", kTimesMax, shown(token)));
     }
     const std::size_t from = at_;
     requirement.times = static_cast<std::int64_t>(take().number);
@@ -409,7 +410,7 @@ Bound RequirementParser::bound() {
     bound.unit = name == "ticks" ? Bound::Unit::kTicks : Bound::Unit::kEvents;
     if (number < 1 || number != std::floor(number) || number > static_cast<double>(kCountMax)) {
       error_at(bound.span, "requirement.bound",
-               "a bound in " + name + " is a whole number from 1 to " + std::to_string(kCountMax));
+               fmt::format("a bound in {} is a whole number from 1 to {}", name, kCountMax));
       return bound;
     }
     bound.count = static_cast<std::int64_t>(number);
@@ -623,8 +624,9 @@ Source RequirementParser::source() {
                                     : Source::Kind::kLate;
     const std::size_t dot = name.rfind('.');
     if (dot == std::string::npos) {
-      error_at(source.span, "requirement.syntax",
-               word + "(…) takes SERVICE.METHOD, e.g. " + word + "(battery.getBatteryState), got \"" + name + "\"");
+      error_at(
+          source.span, "requirement.syntax",
+          fmt::format("{}(…) takes SERVICE.METHOD, e.g. {}(battery.getBatteryState), got \"{}\"", word, word, name));
       return source;
     }
     source.service = name.substr(0, dot);

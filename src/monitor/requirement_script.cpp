@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include <fmt/format.h>
+
 #include "sentree/base/value.h"
 
 namespace sentree::monitor {
@@ -23,7 +25,7 @@ constexpr int kPrimary = 9;
 
 std::string in(const Js& js, int around) { return js.binding < around ? "(" + js.text + ")" : js.text; }
 Js infix(const Js& a, std::string_view op, const Js& b, int binding) {
-  return {in(a, binding) + " " + std::string(op) + " " + in(b, binding + 1), binding};
+  return {fmt::format("{} {} {}", in(a, binding), op, in(b, binding + 1)), binding};
 }
 
 std::string script_text(std::string_view text) {
@@ -105,7 +107,7 @@ std::string slug(const Condition& condition, std::size_t length_max) {
     const std::string_view rest = std::string_view(written).substr(i);
     const auto word = [&](std::string_view symbol, std::string_view name) {
       if (!rest.starts_with(symbol)) return false;
-      text += " " + std::string(name) + " ";
+      text += fmt::format(" {} ", name);
       i += symbol.size() - 1;
       return true;
     };
@@ -183,8 +185,8 @@ std::string Script::raw(const Condition& value, bool guarded) const {
   }
   if (!guarded) return place;
   const std::string_view type = type_name(type_of(value).kind);
-  if (type.empty()) return guard + place + " !== null ? " + place + " : undefined";
-  return guard + "typeof " + place + " === '" + std::string(type) + "' ? " + place + " : undefined";
+  if (type.empty()) return fmt::format("{}{} !== null ? {} : undefined", guard, place, place);
+  return fmt::format("{}typeof {} === '{}' ? {} : undefined", guard, place, type, place);
 }
 
 const std::string& Script::variable(const Condition& value, std::string_view name) {
@@ -379,7 +381,7 @@ Js Script::equal(const Condition& c, bool wanted) {
     if (wanted && literal_other) continue;  // equal to a literal: it is set
     const std::string_view name = type_name(type);
     set = js_and(set, name.empty() ? Js{value(inner).text + " !== undefined", kEquality}
-                                   : Js{"typeof " + value(inner).text + " === '" + std::string(name) + "'", kEquality});
+                                   : Js{fmt::format("typeof {} === '{}'", value(inner).text, name), kEquality});
   }
   return js_and(set, infix(a, wanted ? "===" : "!==", b, kEquality));
 }

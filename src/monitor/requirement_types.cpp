@@ -5,6 +5,8 @@
 #include <limits>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include "sentree/base/value.h"
 #include "sentree/monitor/observed.h"
 
@@ -172,8 +174,7 @@ class Checker {
   Found want(Found found, Type expected, const Condition& c) {
     if (expected != Type::kUnknown && found.type != Type::kUnknown && found.type != expected) {
       error(c.span, "requirement.type",
-            "expected " + std::string(word_for(expected)) + ", but " + to_text(c) + " is " +
-                std::string(word_for(found.type)));
+            fmt::format("expected {}, but {} is {}", word_for(expected), to_text(c), word_for(found.type)));
     }
     return found;
   }
@@ -183,8 +184,8 @@ class Checker {
     if (c.unit.empty()) return found;
     if (!found.unit.empty() && found.unit != c.unit) {
       error(c.span, "requirement.unit",
-            "\"" + c.text + "\" is defined in " + c.unit + ", but its value is in " + found.unit +
-                advice(found.unit, c.unit));
+            fmt::format("\"{}\" is defined in {}, but its value is in {}{}", c.text, c.unit, found.unit,
+                        advice(found.unit, c.unit)));
     }
     found.unit = c.unit;
     found.literal = nullptr;
@@ -199,8 +200,8 @@ class Checker {
       std::string members;
       for (const auto& [name, inner] : type.members) members += (members.empty() ? "" : ", ") + name;
       error(c.span, "requirement.type",
-            to_text(c) + " is " + (type.name.empty() ? "a record" : "of type " + type.name) +
-                (members.empty() ? ", which cannot be compared" : "; name one of its members: " + members));
+            fmt::format("{} is {}{}", to_text(c), type.name.empty() ? "a record" : "of type " + type.name,
+                        members.empty() ? ", which cannot be compared" : "; name one of its members: " + members));
       return {Type::kUnknown, "", nullptr, nullptr};
     }
     return want({type.kind, type.unit, nullptr, &type}, expected, c);
@@ -238,8 +239,8 @@ class Checker {
                                        [&](const auto& entry) { return entry.name == name; });
       if (member == type->members.end()) {
         error(c.span, "requirement.unknown-member",
-              to_text(c) + ": " + (type->name.empty() ? "it" : type->name) + " has no member \"" + name + "\"" +
-                  did_you_mean(name, names(type->members)));
+              fmt::format("{}: {} has no member \"{}\"{}", to_text(c), type->name.empty() ? "it" : type->name, name,
+                          did_you_mean(name, names(type->members))));
         return {};
       }
       type = &member->type;
@@ -298,22 +299,22 @@ class Checker {
     const auto service = vocabulary_->services.find(source.service);
     if (service == vocabulary_->services.end()) {
       error(source.span, "requirement.unknown-service",
-            "the project has no service \"" + source.service + "\"" +
-                did_you_mean(source.service, keys(vocabulary_->services)));
+            fmt::format("the project has no service \"{}\"{}", source.service,
+                        did_you_mean(source.service, keys(vocabulary_->services))));
       return nullptr;
     }
     const auto method = service->second.find(source.method);
     if (method == service->second.end()) {
       error(source.span, "requirement.unknown-method",
-            "service \"" + source.service + "\" has no method \"" + source.method + "\"" +
-                did_you_mean(source.method, keys(service->second)));
+            fmt::format("service \"{}\" has no method \"{}\"{}", source.service, source.method,
+                        did_you_mean(source.method, keys(service->second))));
       return nullptr;
     }
     const bool is_outcome = source.kind == Source::Kind::kReply || source.kind == Source::Kind::kLate;
     if (method->second.oneway && is_outcome) {
       error(source.span, "requirement.unknown-method",
-            source.service + "." + source.method + " is one-way: nobody answers it; what is published is request(" +
-                source.service + "." + source.method + ")");
+            fmt::format("{}.{} is one-way: nobody answers it; what is published is request({}.{})", source.service,
+                        source.method, source.service, source.method));
     }
     return &method->second;
   }
@@ -322,7 +323,7 @@ class Checker {
              const SourceSpan& span) {
     if (std::find(names.begin(), names.end(), name) != names.end()) return;
     error(span, "requirement.unknown-leaf",
-          "the mission has no " + what + " \"" + name + "\"" + did_you_mean(name, names));
+          fmt::format("the mission has no {} \"{}\"{}", what, name, did_you_mean(name, names)));
   }
 
   // A full name: of the mission, of a call or of a leaf.
@@ -331,8 +332,8 @@ class Checker {
     const std::vector<std::string>& names = observations.names();
     if (std::find(names.begin(), names.end(), source.observation) != names.end()) return;
     error(source.span, "requirement.unknown-leaf",
-          "nothing in this project is observed as \"" + source.observation + "\"" +
-              did_you_mean(source.observation, names));
+          fmt::format("nothing in this project is observed as \"{}\"{}", source.observation,
+                      did_you_mean(source.observation, names)));
   }
 
   void equality(const Condition& c) {
@@ -354,8 +355,8 @@ class Checker {
       std::string hint;
       if (inside(*c.operands[1]).is_word) hint = " (\"" + inside(*c.operands[1]).text + "\" is not defined)";
       error(c.span, "requirement.type",
-            to_text(*c.operands[0]) + " is " + std::string(word_for(left.type)) + ", " + to_text(*c.operands[1]) +
-                " is " + std::string(word_for(right.type)) + "; they are never equal" + hint);
+            fmt::format("{} is {}, {} is {}; they are never equal{}", to_text(*c.operands[0]), word_for(left.type),
+                        to_text(*c.operands[1]), word_for(right.type), hint));
       return;
     }
     if (left.type == Type::kNumber) compare(c, left, right);
@@ -378,15 +379,15 @@ class Checker {
     const std::string hint = did_you_mean(text.text, words);
     if (is_enumeration) {
       error(text.span, "requirement.unknown-word",
-            "\"" + text.text + "\" is no " + of.data->name + (hint.empty() ? all : hint));
+            fmt::format("\"{}\" is no {}{}", text.text, of.data->name, hint.empty() ? all : hint));
       return;
     }
     // A text in quotes is meant as it is written; where others are possible, only what is nearly a known one is told.
     const bool is_all = of.data->samples_are_all && text.is_word;
     if (!is_all && hint.empty()) return;
     add(is_all && !hint.empty() ? Severity::kError : Severity::kWarning, text.span, "requirement.unknown-word",
-        "\"" + text.text + "\" is no name in the mission or its world, so nothing makes " + to_text(value) + " that" +
-            hint);
+        fmt::format("\"{}\" is no name in the mission or its world, so nothing makes {} that{}", text.text,
+                    to_text(value), hint));
   }
 
   void compare(const Condition& c, const Found& left, const Found& right) {
@@ -406,8 +407,8 @@ class Checker {
     const bool is_below = kind == Kind::kLess || kind == Kind::kLessEqual;
     const bool holds = kind == Kind::kNotEqual || (*constant < 0 ? is_above : is_below);
     add(Severity::kWarning, c.span, "requirement.out-of-range",
-        to_text(share) + " is from 0 to " + plain_decimal(most) + (found.unit == "%" ? " %" : "") + ", so " +
-            to_text(c) + (holds ? " is always true" : " is never true"));
+        fmt::format("{} is from 0 to {}{}, so {}{}", to_text(share), plain_decimal(most), found.unit == "%" ? " %" : "",
+                    to_text(c), holds ? " is always true" : " is never true"));
   }
 
   // False: they do not fit.
@@ -418,19 +419,20 @@ class Checker {
       if (with.unit == "ratio" && bare.literal->number > 1) {
         fits = false;
         error(bare.literal->span, "requirement.unit",
-              to_text(other) + " is a ratio from 0 to 1, and " + plain_decimal(bare.literal->number) +
-                  " is beyond; write " + plain_decimal(bare.literal->number / 100) + ", or multiply the value by 100");
+              fmt::format("{} is a ratio from 0 to 1, and {} is beyond; write {}, or multiply the value by 100",
+                          to_text(other), plain_decimal(bare.literal->number),
+                          plain_decimal(bare.literal->number / 100)));
       } else if (with.unit == "%" && bare.literal->number > 0 && bare.literal->number < 1) {
         add(Severity::kWarning, bare.literal->span, "requirement.unit",
-            to_text(other) + " is in percent, so " + plain_decimal(bare.literal->number) +
-                " is less than one percent; write " + plain_decimal(bare.literal->number * 100) + ", or say so with " +
-                plain_decimal(bare.literal->number) + " %");
+            fmt::format("{} is in percent, so {} is less than one percent; write {}, or say so with {} %",
+                        to_text(other), plain_decimal(bare.literal->number), plain_decimal(bare.literal->number * 100),
+                        plain_decimal(bare.literal->number)));
       }
     };
     if (!left.unit.empty() && !right.unit.empty() && left.unit != right.unit) {
       error(c.span, "requirement.unit",
-            to_text(*c.operands[0]) + " is in " + left.unit + ", " + to_text(*c.operands[1]) + " in " + right.unit +
-                advice(left.unit, right.unit));
+            fmt::format("{} is in {}, {} in {}{}", to_text(*c.operands[0]), left.unit, to_text(*c.operands[1]),
+                        right.unit, advice(left.unit, right.unit)));
       return false;
     }
     one_bare(left, right, *c.operands[0]);
@@ -559,8 +561,9 @@ std::string never_holds(const Condition& condition, const Vocabulary* vocabulary
                  (source.from.empty() || source.from == call.leaf);
         });
     if (!called) {
-      return (source.from.empty() ? std::string("no skill") : "\"" + source.from + "\" never") + " calls " +
-             source.service + "." + source.method;
+      return fmt::format("{} calls {}.{}",
+                         source.from.empty() ? std::string("no skill") : "\"" + source.from + "\" never",
+                         source.service, source.method);
     }
   }
   return {};
@@ -580,7 +583,7 @@ void find_vacuous(const Requirement& r, const Vocabulary* vocabulary, Diagnostic
   if (r.scope.open) {
     const std::string why = never_holds(*r.scope.open, vocabulary);
     if (!why.empty()) {
-      warn("requirement.never-triggered", "the scope of requirement " + r.name + " never begins: " + why);
+      warn("requirement.never-triggered", fmt::format("the scope of requirement {} never begins: {}", r.name, why));
       return;
     }
   }
@@ -602,7 +605,8 @@ void find_vacuous(const Requirement& r, const Vocabulary* vocabulary, Diagnostic
     const std::string why = never_holds(*trigger, vocabulary);
     if (!why.empty()) {
       warn("requirement.never-triggered",
-           "requirement " + r.name + " never says anything: " + to_text(*trigger) + " can never hold, because " + why);
+           fmt::format("requirement {} never says anything: {} can never hold, because {}", r.name, to_text(*trigger),
+                       why));
       return;
     }
   }

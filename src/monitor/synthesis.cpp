@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "sentree/monitor/requirement_script.h"
 #include "sentree/text/xml.h"
 
@@ -107,11 +109,9 @@ class Synthesizer {
   // nothing.
   [[nodiscard]] std::string late_event() const { return ticks_only_count_ ? "ticked" : "observed"; }
   // Counted: the bound has been over since the present tick; is over with the present observation.
-  [[nodiscard]] Js late() const {
-    return in_ticks() ? Js{"ticks > " + std::to_string(r_.bound->count), 5} : js_false();
-  }
+  [[nodiscard]] Js late() const { return in_ticks() ? Js{fmt::format("ticks > {}", r_.bound->count), 5} : js_false(); }
   [[nodiscard]] Js used_up() const {
-    return in_events() ? Js{"observations >= " + std::to_string(r_.bound->count), 5} : js_false();
+    return in_events() ? Js{fmt::format("observations >= {}", r_.bound->count), 5} : js_false();
   }
 
   void scope() {
@@ -269,7 +269,7 @@ class Synthesizer {
     on(find(home_id), trigger, keeps_id);
     settle(find(home_id));
     ChartState& keeps = states_.emplace_back(ChartState{
-        keeps_id, Role::kPending, "must keep " + to_text(*r_.q) + " until " + to_text(*r_.r), false, {}, {}});
+        keeps_id, Role::kPending, fmt::format("must keep {} until {}", to_text(*r_.q), to_text(*r_.r)), false, {}, {}});
     on(keeps, broken_, home_id);
     leave(keeps, end, home_id);
     violate(keeps, "observed", bad);
@@ -466,7 +466,7 @@ class Synthesizer {
             (r_.re_arming ? ", re-arming" : "") + ")";
     // Without its folder: the chart is the same wherever the project lies.
     const std::string file = r_.span.file.substr(r_.span.file.find_last_of('/') + 1);
-    if (!file.empty()) out_ += ", " + file + ":" + std::to_string(r_.span.line);
+    if (!file.empty()) out_ += fmt::format(", {}:{}", file, r_.span.line);
     out_ += "\n";
     const auto line = [&](std::string text) {
       for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at + 1))
@@ -557,7 +557,7 @@ class Synthesizer {
   }
 
   std::string count(const std::string& clock) const {
-    const std::string one_more = assign(clock, clock + " + 1");
+    std::string one_more = assign(clock, clock + " + 1");
     if (counts_always_) return one_more;
     Js pending = js_false();
     for (const ChartState& state : states_) {

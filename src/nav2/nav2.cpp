@@ -216,8 +216,8 @@ struct RateController {
     }
     const double waited_s = 1e-9 * static_cast<double>(self.now().time_since_epoch().count() - since_ns);
     // A tick that comes a nanosecond early, since periods are rounded to those, is in time.
-    constexpr double kRounding_s = 1e-9;
-    const bool due = first || self.child_status(0) == Status::kRunning || waited_s + kRounding_s >= 1.0 / *hz;
+    constexpr double kRoundingS = 1e-9;
+    const bool due = first || self.child_status(0) == Status::kRunning || waited_s + kRoundingS >= 1.0 / *hz;
     return due ? Next::tick(0) : Next::done(Status::kRunning);
   }
   Next on_child(Context& self, std::size_t /*child*/, Status status) {

@@ -12,12 +12,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <condition_variable>
-#include <cstring>
 #include <deque>
 #include <filesystem>
 #include <mutex>
 #include <optional>
 #include <sstream>
+#include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
@@ -52,7 +52,8 @@ Result<Spawned> spawn(const std::string& name, const std::string& program, const
                       bool survives) {
   int pipes[2];
   if (pipe2(pipes, O_CLOEXEC) != 0)
-    return fail("process.start", fmt::format("process \"{}\" cannot be started: {}", name, std::strerror(errno)));
+    return fail("process.start",
+                fmt::format("process \"{}\" cannot be started: {}", name, std::generic_category().message(errno)));
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -77,7 +78,8 @@ Result<Spawned> spawn(const std::string& name, const std::string& program, const
   close(pipes[1]);
   if (pid < 0) {
     close(pipes[0]);
-    return fail("process.start", fmt::format("process \"{}\" cannot be started: {}", name, std::strerror(why)));
+    return fail("process.start",
+                fmt::format("process \"{}\" cannot be started: {}", name, std::generic_category().message(why)));
   }
   fcntl(pipes[0], F_SETFL, O_NONBLOCK);
   return Spawned{pid, pipes[0]};

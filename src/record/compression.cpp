@@ -6,6 +6,8 @@
 
 #include <memory>
 
+#include <fmt/format.h>
+
 #include "sentree/base/assert.h"
 
 namespace sentree::record {
@@ -98,7 +100,7 @@ Result<std::string> decompress(std::string_view compression, std::string_view by
     return out;
   }
   return fail("record.compression",
-              "compression \"" + std::string(compression) + "\" is not known; there are lz4, zstd and none");
+              fmt::format("compression \"{}\" is not known; there are lz4, zstd and none", compression));
 }
 
 }  // namespace sentree::record

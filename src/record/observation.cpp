@@ -4,6 +4,8 @@
 #include <cstring>
 #include <system_error>
 
+#include <fmt/format.h>
+
 #include "sentree/base/json.h"
 #include "sentree/record/detail/print.h"
 #include "sentree/text/json.h"
@@ -211,7 +213,7 @@ Result<Message> read_observation(const RawMessage& recorded) {
   if (!read) return tl::unexpected(read.error());
   const auto kind = kind_of(text_member(*read, "kind"));
   if (!kind || read->find("name") == nullptr)
-    return fail("record.not-an-observation", "a message of " + std::string(kObservationsTopic) + " is no observation");
+    return fail("record.not-an-observation", fmt::format("a message of {} is no observation", kObservationsTopic));
   Message message;
   message.sequence = unsigned_member(*read, "sequence");
   message.time = TimePoint(Duration(static_cast<std::int64_t>(recorded.log_time)));

@@ -4,6 +4,8 @@
 #include <optional>
 #include <queue>
 
+#include <fmt/format.h>
+
 #include "sentree/record/compression.h"
 #include "sentree/record/detail/bytes.h"
 #include "sentree/record/detail/records.h"
@@ -164,7 +166,7 @@ void Reader::scan_part(Part part) {
     ++statistics_.channel_messages[message->channel];
     return true;
   });
-  if (!sound) problem("record.damaged-chunk", "the chunk at byte " + std::to_string(part.index.offset) + " is damaged");
+  if (!sound) problem("record.damaged-chunk", fmt::format("the chunk at byte {} is damaged", part.index.offset));
   if (any) parts_.push_back(std::move(part));
 }
 
@@ -193,7 +195,7 @@ Result<void> Reader::scan() {
       end_loose();
       // Those without messages count too: each costs the work of unpacking it.
       if ((is_loose || op == Op::kChunk) && ++pieces > kChunksMax)
-        return fail("record.too-large", "more than " + std::to_string(kChunksMax) + " chunks", SourceSpan{name_});
+        return fail("record.too-large", fmt::format("more than {} chunks", kChunksMax), SourceSpan{name_});
       if (is_loose) {
         loose = Part{{.offset = offset, .length = total, .compression = {}, .message_indexes = {}}, true};
       } else if (op == Op::kChunk) {
@@ -237,14 +239,14 @@ Result<void> Reader::scan() {
 Result<std::string> Reader::unpack(const Part& part) {
   const ChunkIndex& index = part.index;
   if (index.length > kRecordSizeMax)
-    return fail("record.too-large", "a chunk of " + std::to_string(index.length) + " bytes", SourceSpan{name_});
+    return fail("record.too-large", fmt::format("a chunk of {} bytes", index.length), SourceSpan{name_});
   auto bytes = source_->read(index.offset, index.length);
   if (!bytes || part.loose) return bytes;
   Cursor cursor(*bytes);
   const auto op = static_cast<Op>(cursor.get<std::uint8_t>());
   const auto length = cursor.get<std::uint64_t>();
   if (!cursor.ok() || op != Op::kChunk || length != cursor.rest().size())
-    return fail("record.damaged-chunk", "there is no chunk at byte " + std::to_string(index.offset), SourceSpan{name_});
+    return fail("record.damaged-chunk", fmt::format("there is no chunk at byte {}", index.offset), SourceSpan{name_});
   (void)cursor.get<std::uint64_t>();
   (void)cursor.get<std::uint64_t>();
   const auto size = cursor.get<std::uint64_t>();
@@ -252,22 +254,22 @@ Result<std::string> Reader::unpack(const Part& part) {
   const std::string_view compression = cursor.string();
   const std::string_view packed = cursor.bytes(cursor.get<std::uint64_t>());
   if (!cursor.ok() || size > kChunkSizeMax)
-    return fail("record.damaged-chunk",
-                "the chunk at byte " + std::to_string(index.offset) + " is damaged or too large", SourceSpan{name_});
+    return fail("record.damaged-chunk", fmt::format("the chunk at byte {} is damaged or too large", index.offset),
+                SourceSpan{name_});
   auto records = decompress(compression, packed, size);
   if (!records) {
     records.error().span = SourceSpan{name_};
     return records;
   }
   if (crc != 0 && crc32_of(*records) != crc)
-    return fail("record.damaged-chunk", "the chunk at byte " + std::to_string(index.offset) + " is damaged",
+    return fail("record.damaged-chunk", fmt::format("the chunk at byte {} is damaged", index.offset),
                 SourceSpan{name_});
   return records;
 }
 
 Result<std::string> Reader::part(std::size_t index) {
   if (index >= parts_.size())
-    return fail("record.damaged", "there is no part " + std::to_string(index), SourceSpan{name_});
+    return fail("record.damaged", fmt::format("there is no part {}", index), SourceSpan{name_});
   return unpack(parts_[index]);
 }
 
@@ -335,8 +337,8 @@ Result<void> Reader::read(const Query& query, const std::function<bool(const Raw
       return true;
     });
     if (!sound || unknown) {
-      problem("record.damaged-chunk", "the chunk at byte " + std::to_string(part.index.offset) +
-                                          (sound ? " names unknown channels" : " is damaged inside"));
+      problem("record.damaged-chunk", fmt::format("the chunk at byte {} {}", part.index.offset,
+                                                  sound ? "names unknown channels" : "is damaged inside"));
     }
     const auto earlier = [](const RawMessage& a, const RawMessage& b) { return a.log_time < b.log_time; };
     if (!std::is_sorted(open.messages.begin(), open.messages.end(), earlier))

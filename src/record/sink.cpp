@@ -5,14 +5,14 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
+#include <system_error>
 
 namespace sentree::record {
 
 namespace {
 
 tl::unexpected<Diagnostic> unwritable(const std::string& name) {
-  return fail("record.unwritable", std::string("cannot be written: ") + std::strerror(errno), SourceSpan{name});
+  return fail("record.unwritable", "cannot be written: " + std::generic_category().message(errno), SourceSpan{name});
 }
 
 }  // namespace

@@ -6,14 +6,14 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
+#include <system_error>
 
 namespace sentree::record {
 
 namespace {
 
 tl::unexpected<Diagnostic> unreadable(const std::string& name) {
-  return fail("record.unreadable", std::string("cannot be read: ") + std::strerror(errno), SourceSpan{name});
+  return fail("record.unreadable", "cannot be read: " + std::generic_category().message(errno), SourceSpan{name});
 }
 
 }  // namespace

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <memory>
+#include <system_error>
 #include <vector>
 
 #include "sentree/rpc/certificates.h"
@@ -17,7 +17,7 @@ namespace {
 std::string last_error() {
   const unsigned long code = ::ERR_get_error();
   ::ERR_clear_error();
-  if (ERR_SYSTEM_ERROR(code)) return std::strerror(ERR_GET_REASON(code));
+  if (ERR_SYSTEM_ERROR(code)) return std::generic_category().message(ERR_GET_REASON(code));
   const char* reason = ::ERR_reason_error_string(code);
   return reason != nullptr ? reason : "unknown reason";
 }

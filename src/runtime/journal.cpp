@@ -10,9 +10,9 @@
 #include <cerrno>
 #include <condition_variable>
 #include <cstdio>
-#include <cstring>
 #include <ctime>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
@@ -208,7 +208,7 @@ Result<Journaled> read_journal(const fs::path& file) {
   if (descriptor < 0) {
     return fail("journal.none",
                 fmt::format("{}: {}; only a run with --durable keeps a journal, and one that has ended needs none",
-                            file.string(), std::strerror(errno)));
+                            file.string(), std::generic_category().message(errno)));
   }
   auto lock = std::make_shared<File>(descriptor);
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0)
@@ -311,7 +311,7 @@ class Journal::Impl {
     }
     good = good && ::rename(made.c_str(), options_.journal.c_str()) == 0;
     if (!good) {
-      const std::string why = std::strerror(errno);
+      const std::string why = std::generic_category().message(errno);
       (void)::unlink(made.c_str());
       // The records behind the last one still say everything, where they can be written.
       if (first) give_up(fmt::format("{}: {}", made.string(), why));
@@ -341,9 +341,9 @@ class Journal::Impl {
     const std::string made = record(kind, pack(Value(std::move(body))));
     base_ += made;
     if (const int error = sync_error_)
-      return give_up(fmt::format("{}: {}", options_.journal.string(), std::strerror(error)));
+      return give_up(fmt::format("{}: {}", options_.journal.string(), std::generic_category().message(error)));
     if (!write_all(file_->get(), made))
-      return give_up(fmt::format("{}: {}", options_.journal.string(), std::strerror(errno)));
+      return give_up(fmt::format("{}: {}", options_.journal.string(), std::generic_category().message(errno)));
     ++cost_.writes;
     cost_.bytes += made.size();
     dirty_ = true;
@@ -356,7 +356,7 @@ class Journal::Impl {
     ++waits_;
     const auto begun = std::chrono::steady_clock::now();
     if (::fdatasync(file_->get()) != 0)
-      return give_up(fmt::format("{}: {}", options_.journal.string(), std::strerror(errno)));
+      return give_up(fmt::format("{}: {}", options_.journal.string(), std::generic_category().message(errno)));
     const auto now = std::chrono::steady_clock::now();
     cost_.waited += now - begun;
     if (is_slow_told_ || now - begun_ < std::chrono::seconds(1)) return;

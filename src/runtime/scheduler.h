@@ -142,10 +142,10 @@ class Scheduler : public Clock {
   virtual void keep(Chronicle* /*chronicle*/) {}
   /// Told, in the thread of the run, when that was held up and goes on later than its pace wants: how much wall time it
   /// has lost so far.
-  virtual void on_behind(std::function<void(Duration)> /*told*/) {}
+  virtual void on_behind(const std::function<void(Duration)>& /*told*/) {}
   /// What is due until then is executed as fast as the machine allows, and unwritten; nothing enters meanwhile. Then
   /// `reached` is called, once, in the thread of the run, and time passes as the pace says.
-  virtual void catch_up(TimePoint /*until*/, std::function<void()> /*reached*/) {}
+  virtual void catch_up(TimePoint /*until*/, const std::function<void()>& /*reached*/) {}
   /// In `reached`: it is `to` now. What was due before is due now, in its order. `put_off` sees each delivery first,
   /// and may set its time.
   virtual void leap(TimePoint /*to*/, const std::function<void(TimePoint& when, mission::Delivery& what)>&) {}

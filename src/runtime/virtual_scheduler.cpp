@@ -140,13 +140,13 @@ class VirtualScheduler final : public Scheduler {
   }
 
   void keep(Chronicle* chronicle) override { chronicle_ = chronicle; }
-  void on_behind(std::function<void(Duration)> told) override { told_behind_ = std::move(told); }
+  void on_behind(const std::function<void(Duration)>& told) override { told_behind_ = told; }
   Place place() const override { return {now(), executed_}; }
 
-  void catch_up(TimePoint until, std::function<void()> reached) override {
+  void catch_up(TimePoint until, const std::function<void()>& reached) override {
     catching_up_ = true;
     catch_up_until_ = until;
-    caught_up_ = std::move(reached);
+    caught_up_ = reached;
     attention_ = true;
   }
 

@@ -32,7 +32,7 @@ const char* telling(std::string_view name) {
 
 std::string shown(const XmlElement& element) {
   const std::string_view name = element.local_name();
-  const std::string told = value(element, telling(name));
+  std::string told = value(element, telling(name));
   if (is_state(name) && !told.empty()) return told;
   return kind(element) + (told.empty() ? "" : " " + told);
 }
@@ -49,7 +49,7 @@ std::string key(const XmlElement& element) {
 
 // Nobody takes one state, one variable for another.
 std::string like(const XmlElement& element) {
-  const std::string own = identity(element);
+  std::string own = identity(element);
   if (!own.empty()) return own;
   return element.local_name() == "data" ? key(element) : kind(element);
 }

@@ -23,20 +23,20 @@ void Loader::resolve() {
 }
 
 void Loader::resolve_targets(const Reference& reference) {
-  const auto& [index, ids, place, initial, foreign] = reference;
-  Transition& transition = model_->transitions[index];
-  for_each_name(ids, [&](std::string_view id) {
+  const Place& place = reference.place;
+  Transition& transition = model_->transitions[reference.transition];
+  for_each_name(reference.ids, [&](std::string_view id) {
     const auto found = model_->ids.find(id);
     if (found == model_->ids.end()) {
       std::vector<std::string> candidates;
       for (const State& state : model_->states) {
         if (!state.id.empty()) candidates.push_back(state.id);
       }
-      const bool attribute = initial && transition.place == place;
+      const bool attribute = reference.initial && transition.place == place;
       const std::string message = (attribute ? "initial state \"" : "transition target \"") + std::string(id) +
                                   "\" is not a state" + did_you_mean(id, candidates);
       const char* const code = attribute ? "scxml.unknown-initial" : "scxml.unknown-target";
-      if (foreign || in_parts_)
+      if (reference.foreign || in_parts_)
         refuse(code, message, place);
       else
         error(code, message, place);
@@ -44,7 +44,7 @@ void Loader::resolve_targets(const Reference& reference) {
     }
     transition.targets.push_back(found->second);
   });
-  check_targets(index, place, initial);
+  check_targets(reference.transition, place, reference.initial);
 }
 
 void Loader::check_targets(TransitionIndex index, const Place& place, bool initial) {

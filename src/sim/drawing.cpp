@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "sentree/base/value.h"
 #include "sentree/sim/area.h"
 #include "sentree/text/xml.h"
@@ -194,8 +196,8 @@ void draw_robot(Canvas& canvas, const RobotSpec& spec, const RobotState& robot, 
   canvas.disc(robot.truth.pose.position(), spec.radius_m, "fill=\"#f5a623\" fill-opacity=\"0.85\" stroke=\"#8a5a00\"");
   canvas.arrow(robot.truth.pose, spec.radius_m, "stroke=\"#8a5a00\" stroke-width=\"3\"");
   const int percent = static_cast<int>(std::lround(robot.battery.charge * 100.0));
-  canvas.label(robot.truth.pose.position() + Vec2{0.0, spec.radius_m + 0.1},
-               spec.name + " " + std::to_string(percent) + " %", "text-anchor=\"middle\" fill=\"#8a5a00\"");
+  canvas.label(robot.truth.pose.position() + Vec2{0.0, spec.radius_m + 0.1}, fmt::format("{} {} %", spec.name, percent),
+               "text-anchor=\"middle\" fill=\"#8a5a00\"");
 }
 
 }  // namespace
@@ -218,15 +220,15 @@ std::string to_svg(const World& world, const State& state, const DrawingOptions&
   }
   for (const Door& door : state.doors) {
     canvas.line(door.a, door.b,
-                "stroke=\"#b5651d\" stroke-width=\"" + canvas.length(std::max(door.thickness_m, 0.05)) + "\"" +
-                    (door.open ? " stroke-opacity=\"0.25\" stroke-dasharray=\"4 3\"" : ""));
+                fmt::format("stroke=\"#b5651d\" stroke-width=\"{}\"{}", canvas.length(std::max(door.thickness_m, 0.05)),
+                            door.open ? " stroke-opacity=\"0.25\" stroke-dasharray=\"4 3\"" : ""));
     if (options.places) {
       canvas.label(0.5 * (door.a + door.b) + Vec2{0.0, 0.12}, door.id,
                    "text-anchor=\"middle\" fill=\"#b5651d\" font-size=\"10\"");
     }
   }
   for (std::size_t i = 0; i < state.robots.size(); ++i) draw_robot(canvas, world.robots[i], state.robots[i], options);
-  canvas.footer(world.map_id + "   t = " + fixed(seconds(state.time)) + " s");
+  canvas.footer(fmt::format("{}   t = {} s", world.map_id, fixed(seconds(state.time))));
   return std::move(canvas).finish();
 }
 

@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/value.h"
 #include "sentree/sim/png_image.h"
 #include "sentree/sim/yaml_fields.h"
@@ -73,15 +75,13 @@ Result<Image> parse_pgm(std::string_view bytes, const std::string& file) {
   const std::size_t cells = static_cast<std::size_t>(*width) * static_cast<std::size_t>(*height);
   if (*width > kMapSideMax || *height > kMapSideMax || cells > kMapCellsMax) {
     return fail("map.too-large",
-                "the image has " + std::to_string(*width) + " x " + std::to_string(*height) + " cells; at most " +
-                    std::to_string(kMapCellsMax) + " cells and " + std::to_string(kMapSideMax) +
-                    " a side are supported",
+                fmt::format("the image has {} x {} cells; at most {} cells and {} a side are supported", *width,
+                            *height, kMapCellsMax, kMapSideMax),
                 {file});
   }
   const auto truncated = [&](std::size_t have) {
     return fail("map.truncated",
-                "the image ends after " + std::to_string(have) + " of " + std::to_string(cells) +
-                    " cells; the file was cut off, fetch it again",
+                fmt::format("the image ends after {} of {} cells; the file was cut off, fetch it again", have, cells),
                 {file});
   };
   Image image{.width = *width, .height = *height};
@@ -91,8 +91,7 @@ Result<Image> parse_pgm(std::string_view bytes, const std::string& file) {
       const auto value = reader.number(*max);
       if (!value && reader.at_end()) return truncated(i);
       if (!value) {
-        return fail("map.bad-image", "cell " + std::to_string(i) + " is no number from 0 to " + std::to_string(*max),
-                    {file});
+        return fail("map.bad-image", fmt::format("cell {} is no number from 0 to {}", i, *max), {file});
       }
       image.grey[i] = scaled(*value, *max);
     }
@@ -171,8 +170,8 @@ Loaded<GridMap> parse_map(std::string_view source, const std::string& file, cons
   if (const auto mode = fields.choice("mode", modes)) meaning.mode = static_cast<Mode>(*mode);
   if (meaning.free >= meaning.occupied) {
     fields.error("bad-value",
-                 "free_thresh " + shortest_decimal(meaning.free) + " is not below occupied_thresh " +
-                     shortest_decimal(meaning.occupied),
+                 fmt::format("free_thresh {} is not below occupied_thresh {}", shortest_decimal(meaning.free),
+                             shortest_decimal(meaning.occupied)),
                  fields.span());
   }
   fields.finish();

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace sentree::sim {
 
 Result<Image> parse_png(std::string_view bytes, const std::string& file) {
@@ -15,10 +17,10 @@ Result<Image> parse_png(std::string_view bytes, const std::string& file) {
   }
   const std::size_t cells = static_cast<std::size_t>(png.width) * png.height;
   if (png.width > kMapSideMax || png.height > kMapSideMax || cells > kMapCellsMax) {
-    const std::string size = std::to_string(png.width) + " x " + std::to_string(png.height);
+    const std::string size = fmt::format("{} x {}", png.width, png.height);
     png_image_free(&png);
-    return fail("map.too-large",
-                "the image has " + size + " cells; at most " + std::to_string(kMapCellsMax) + " are supported", {file});
+    return fail("map.too-large", fmt::format("the image has {} cells; at most {} are supported", size, kMapCellsMax),
+                {file});
   }
   const bool has_alpha = (png.format & PNG_FORMAT_FLAG_ALPHA) != 0;
   png.format = PNG_FORMAT_RGBA;

@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/value.h"
 #include "sentree/sim/astar.h"
 #include "sentree/sim/path.h"
@@ -16,7 +18,7 @@ namespace {
 
 constexpr double kEscape_m = 1.5;  // how far an inflated start may be from open space
 
-std::string place(Vec2 p) { return "(" + shortest_decimal(p.x) + ", " + shortest_decimal(p.y) + ")"; }
+std::string place(Vec2 p) { return fmt::format("({}, {})", shortest_decimal(p.x), shortest_decimal(p.y)); }
 
 // Cells from `start` to the nearest open one, none of them nearer to an obstacle than the start is.
 std::vector<Cell> escape(const RouteModel& model, const CostGrid& grid, Cell start, std::span<const Cell> obstacles) {
@@ -83,11 +85,11 @@ Route search(const RouteModel& model, const CostGrid& grid, Vec2 start, Vec2 tar
     case Plan::Outcome::kFound: break;
     case Plan::Outcome::kNoPath:
       route.error = NavigationError::kNoValidPath;
-      route.message = "no path leads from " + place(start) + " to " + place(target);
+      route.message = fmt::format("no path leads from {} to {}", place(start), place(target));
       return route;
     case Plan::Outcome::kLimit:
       route.error = NavigationError::kPlanTimeout;
-      route.message = "no path was found within " + std::to_string(model.expansions_max) + " cells";
+      route.message = fmt::format("no path was found within {} cells", model.expansions_max);
       return route;
   }
   route.points = std::move(way_out);

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace sentree::sim {
 
 Value return_code(std::string_view name) { return name; }
@@ -115,7 +117,7 @@ Value occupancy_grid(const State& state, std::string_view code, std::string_view
 void Arguments::wrong(const std::string& path, std::string_view expected, const Value* value) {
   if (!problem_.empty()) return;
   problem_ = value == nullptr ? path + " is missing" : path + " is " + to_json(*value).substr(0, 60);
-  problem_ += "; " + std::string(expected) + " is expected";
+  problem_ += fmt::format("; {} is expected", expected);
 }
 
 const Value* Arguments::argument(std::string_view name) { return args_.find(name); }
@@ -213,7 +215,7 @@ std::vector<Vec2> Arguments::area(std::string_view name, std::string& map_id, st
   std::vector<Vec2> corners;
   constexpr std::size_t kCornersMax = 1000;
   if (points == nullptr || points->as_list() == nullptr || points->as_list()->size() > kCornersMax) {
-    wrong(path + ".points", "a list of at most " + std::to_string(kCornersMax) + " points", points);
+    wrong(path + ".points", fmt::format("a list of at most {} points", kCornersMax), points);
     return corners;
   }
   for (const Value& point : *points->as_list()) {
@@ -227,7 +229,7 @@ std::vector<Pose2> Arguments::path(std::string_view name) {
   const Value* poses = member(argument(name), "poses", path);
   std::vector<Pose2> found;
   if (poses == nullptr || poses->as_list() == nullptr || poses->as_list()->size() > kWaypointsMax) {
-    wrong(path + ".poses", "a list of at most " + std::to_string(kWaypointsMax) + " poses", poses);
+    wrong(path + ".poses", fmt::format("a list of at most {} poses", kWaypointsMax), poses);
     return found;
   }
   for (const Value& pose : *poses->as_list()) found.push_back(pose_in(&pose, path + ".poses"));

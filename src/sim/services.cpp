@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include <fmt/format.h>
+
 #include "sentree/sim/service_handlers.h"
 #include "sentree/sim/simulation.h"
 
@@ -63,7 +65,7 @@ Result<Value> call_uncast(const World& world, State& state, const Call& call, Ti
     std::vector<std::string> names;
     for (const RobotSpec& spec : world.robots) names.push_back(spec.name);
     return fail("sim.unknown-robot",
-                "the world has no robot \"" + std::string(call.robot) + "\"" + did_you_mean(call.robot, names));
+                fmt::format("the world has no robot \"{}\"{}", call.robot, did_you_mean(call.robot, names)));
   }
   for (const Service& service : table()) {
     if (service.name != call.service) continue;
@@ -74,18 +76,17 @@ Result<Value> call_uncast(const World& world, State& state, const Call& call, Ti
       Arguments arguments(call.args);
       Value result = method.handler({world, state, *robot, arguments, now});
       if (arguments.problem().empty()) return result;
-      return fail("sim.bad-argument",
-                  std::string(service.name) + "." + std::string(method.name) + ": " + arguments.problem());
+      return fail("sim.bad-argument", fmt::format("{}.{}: {}", service.name, method.name, arguments.problem()));
     }
     std::vector<std::string> names;
     for (const Method& method : service.methods) names.emplace_back(method.name);
-    return fail("sim.unknown-method", "service " + std::string(service.name) + " has no method \"" +
-                                          std::string(call.method) + "\"" + did_you_mean(call.method, names));
+    return fail("sim.unknown-method", fmt::format("service {} has no method \"{}\"{}", service.name, call.method,
+                                                  did_you_mean(call.method, names)));
   }
   std::vector<std::string> names;
   for (const Service& service : table()) names.emplace_back(service.name);
   return fail("sim.unknown-service",
-              "the simulator has no service \"" + std::string(call.service) + "\"" + did_you_mean(call.service, names));
+              fmt::format("the simulator has no service \"{}\"{}", call.service, did_you_mean(call.service, names)));
 }
 
 }  // namespace sentree::sim

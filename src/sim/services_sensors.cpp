@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/sim/service_handlers.h"
 
 namespace sentree::sim {
@@ -42,7 +44,7 @@ Value battery_status(const Context& c) {
 }
 
 Value battery_info(const Context& c) {
-  return "simulated battery of " + c.spec().name + ", " + shortest_decimal(c.spec().battery.capacity_Ah) + " Ah";
+  return fmt::format("simulated battery of {}, {} Ah", c.spec().name, shortest_decimal(c.spec().battery.capacity_Ah));
 }
 
 // --- Laser
@@ -80,7 +82,7 @@ Value scan_limits(const Context& c) {
 Value horizontal_resolution(const Context& c) { return c.spec().laser.angle_increment_rad; }
 Value scan_rate(const Context& c) { return 1.0 / seconds(c.spec().laser.period); }
 Value laser_info(const Context& c) {
-  return "simulated laser of " + c.spec().name + ", " + std::to_string(c.spec().laser.beams) + " beams";
+  return fmt::format("simulated laser of {}, {} beams", c.spec().name, c.spec().laser.beams);
 }
 
 // --- Localization

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <string>
 
+#include <fmt/format.h>
+
 #include "sentree/base/archive.h"
 #include "sentree/base/assert.h"
 #include "sentree/sim/archive.h"
@@ -14,8 +16,7 @@ namespace {
 // What indices of a state may be: everything else that is well formed is harmless.
 std::string broken_reference(const World& world, const State& state) {
   if (state.robots.size() != world.robots.size()) {
-    return "it has " + std::to_string(state.robots.size()) + " robots and the world " +
-           std::to_string(world.robots.size());
+    return fmt::format("it has {} robots and the world {}", state.robots.size(), world.robots.size());
   }
   if (state.time < TimePoint{} || state.time.time_since_epoch() % world.step != Duration(0)) {
     return "time is no multiple of the world's step";

@@ -6,6 +6,8 @@
 #include <set>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/value.h"
 #include "sentree/sim/clearance.h"
 #include "sentree/sim/world.h"
@@ -94,9 +96,7 @@ class WorldReader {
       return;
     }
     if (node->entries.size() > max) {
-      error("too-many",
-            "the world has " + std::to_string(node->entries.size()) + " " + kind + "; at most " + std::to_string(max) +
-                " are supported",
+      error("too-many", fmt::format("the world has {} {}; at most {} are supported", node->entries.size(), kind, max),
             node->span);
       return;
     }
@@ -132,10 +132,10 @@ class WorldReader {
           if (corner) area.points.push_back(corner->position());
         }
         if (!good) {
-          fields.error("bad-value",
-                       "corners of area \"" + key.scalar + "\" must be 3 to " + std::to_string(kCornersMax) +
-                           " points [x, y] in m",
-                       corners->span);
+          fields.error(
+              "bad-value",
+              fmt::format("corners of area \"{}\" must be 3 to {} points [x, y] in m", key.scalar, kCornersMax),
+              corners->span);
         }
       }
       fields.text("description", area.description);
@@ -167,8 +167,8 @@ class WorldReader {
       names.push_back(location.name);
     }
     error("unknown-location",
-          std::string(key) + " of " + what + " is \"" + node->scalar + "\", which is no location" +
-              did_you_mean(node->scalar, names),
+          fmt::format("{} of {} is \"{}\", which is no location{}", key, what, node->scalar,
+                      did_you_mean(node->scalar, names)),
           node->span);
   }
 
@@ -244,10 +244,10 @@ class WorldReader {
       std::vector<std::string> names;
       for (const Station& station : world_.stations) names.push_back(station.name);
       if (where != nullptr && std::find(names.begin(), names.end(), person.station) == names.end()) {
-        error(
-            "unknown-station",
-            what + " plugs in at \"" + person.station + "\", which is no station" + did_you_mean(person.station, names),
-            where->span);
+        error("unknown-station",
+              fmt::format("{} plugs in at \"{}\", which is no station{}", what, person.station,
+                          did_you_mean(person.station, names)),
+              where->span);
       }
       world_.people.push_back(std::move(person));
     });
@@ -407,8 +407,8 @@ class WorldReader {
       const double room = clearance(world_.map, world_.distance, robot.start.position(), robot.radius_m);
       if (!world_.map.is_free(cell) || room < robot.radius_m) {
         error("bad-place",
-              "robot \"" + robot.name + "\" starts " + where(robot.start) + ", where a disc of radius " +
-                  shortest_decimal(robot.radius_m) + " m does not fit on the map",
+              fmt::format("robot \"{}\" starts {}, where a disc of radius {} m does not fit on the map", robot.name,
+                          where(robot.start), shortest_decimal(robot.radius_m)),
               start_spans_[i]);
       }
     }
@@ -416,10 +416,10 @@ class WorldReader {
     for (const Place& place : places_) {
       if (costs.at(world_.map.cell_at(place.pose.position())) != CostGrid::kBlocked) continue;
       error("bad-place",
-            place.what + " is " + where(place.pose) +
-                ", where the robot cannot stand: off the known floor, or within " +
-                shortest_decimal(world_.robots.front().navigation.inflation(world_.robots.front().radius_m).blocked_m) +
-                " m of a wall",
+            fmt::format(
+                "{} is {}, where the robot cannot stand: off the known floor, or within {} m of a wall", place.what,
+                where(place.pose),
+                shortest_decimal(world_.robots.front().navigation.inflation(world_.robots.front().radius_m).blocked_m)),
             place.span);
     }
     const Tolerances goal = navigation_tolerances(world_);
@@ -427,17 +427,18 @@ class WorldReader {
       const Station& station = world_.stations[i];
       if (station.linear_tolerance_m <= goal.linear_m || station.angular_tolerance_rad <= goal.angular_rad) {
         error("tolerance",
-              "station \"" + station.name + "\" charges within " + shortest_decimal(station.linear_tolerance_m) +
-                  " m and " + shortest_decimal(station.angular_tolerance_rad) + " rad, but navigation stops within " +
-                  shortest_decimal(goal.linear_m) + " m and " + shortest_decimal(goal.angular_rad) +
-                  " rad; make the station's the larger",
+              fmt::format("station \"{}\" charges within {} m and {} rad, but navigation stops within {} m and {} rad; "
+                          "make the station's the larger",
+                          station.name, shortest_decimal(station.linear_tolerance_m),
+                          shortest_decimal(station.angular_tolerance_rad), shortest_decimal(goal.linear_m),
+                          shortest_decimal(goal.angular_rad)),
               station_spans_[i]);
       }
     }
   }
 
   static std::string where(const Pose2& pose) {
-    return "at (" + shortest_decimal(pose.x) + ", " + shortest_decimal(pose.y) + ")";
+    return fmt::format("at ({}, {})", shortest_decimal(pose.x), shortest_decimal(pose.y));
   }
 
   const text::YamlNode& root_;

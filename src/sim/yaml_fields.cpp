@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/base/value.h"
 
 namespace sentree::sim {
@@ -86,7 +88,7 @@ std::optional<Pose2> read_pose(const text::YamlNode& node) {
 YamlFields::YamlFields(const text::YamlNode& node, std::string codes, std::string what, Diagnostics& found)
     : node_(node), codes_(std::move(codes)), what_(std::move(what)), found_(found) {
   if (!node.is_mapping() && !node.is_null()) {
-    error("bad-value", what_ + " is " + shown(node) + "; a mapping is expected", node.span);
+    error("bad-value", fmt::format("{} is {}; a mapping is expected", what_, shown(node)), node.span);
   }
 }
 
@@ -102,7 +104,7 @@ const text::YamlNode* YamlFields::node(std::string_view key) {
 const text::YamlNode* YamlFields::required(std::string_view key) {
   const text::YamlNode* value = node(key);
   if (value == nullptr && (node_.is_mapping() || node_.is_null())) {
-    error("missing-key", what_ + " needs \"" + std::string(key) + "\"", node_.span);
+    error("missing-key", fmt::format("{} needs \"{}\"", what_, key), node_.span);
   }
   return value;
 }
@@ -113,15 +115,14 @@ void YamlFields::number(std::string_view key, double& out, Range range, std::spa
   const auto number = number_with_unit(*value, units);
   if (!number || std::isnan(*number)) {
     error("bad-value",
-          std::string(key) + " of " + what_ + " is " + shown(*value) + "; a number is expected" + unit_names(units),
+          fmt::format("{} of {} is {}; a number is expected{}", key, what_, shown(*value), unit_names(units)),
           value->span);
     return;
   }
   if (*number < range.low || *number > range.high || (range.low_excluded && *number == range.low)) {
     const std::string low = (range.low_excluded ? "above " : "at least ") + shortest_decimal(range.low);
     const std::string high = std::isfinite(range.high) ? " and at most " + shortest_decimal(range.high) : std::string();
-    error("bad-value",
-          std::string(key) + " of " + what_ + " is " + shortest_decimal(*number) + "; it must be " + low + high,
+    error("bad-value", fmt::format("{} of {} is {}; it must be {}{}", key, what_, shortest_decimal(*number), low, high),
           value->span);
     return;
   }
@@ -134,8 +135,7 @@ void YamlFields::integer(std::string_view key, int& out, int low, int high) {
   const auto number = value->is_scalar() ? value->integer() : std::nullopt;
   if (!number || *number < low || *number > high) {
     error("bad-value",
-          std::string(key) + " of " + what_ + " is " + shown(*value) + "; a whole number from " + std::to_string(low) +
-              " to " + std::to_string(high) + " is expected",
+          fmt::format("{} of {} is {}; a whole number from {} to {} is expected", key, what_, shown(*value), low, high),
           value->span);
     return;
   }
@@ -149,7 +149,7 @@ void YamlFields::boolean(std::string_view key, bool& out) {
   if (truth)
     out = *truth;
   else
-    error("bad-value", std::string(key) + " of " + what_ + " is " + shown(*value) + "; true or false is expected",
+    error("bad-value", fmt::format("{} of {} is {}; true or false is expected", key, what_, shown(*value)),
           value->span);
 }
 
@@ -159,8 +159,7 @@ void YamlFields::text(std::string_view key, std::string& out) {
   if (value->is_scalar() && !value->scalar.empty())
     out = value->scalar;
   else
-    error("bad-value", std::string(key) + " of " + what_ + " is " + shown(*value) + "; a text is expected",
-          value->span);
+    error("bad-value", fmt::format("{} of {} is {}; a text is expected", key, what_, shown(*value)), value->span);
 }
 
 void YamlFields::duration(std::string_view key, Duration& out, Range seconds_range) {
@@ -176,7 +175,7 @@ void YamlFields::pose(std::string_view key, Pose2& out) {
     out = *pose;
   else
     error("bad-value",
-          std::string(key) + " of " + what_ + " is no pose; write [x, y, heading] in m and rad, or \"90 deg\"",
+          fmt::format("{} of {} is no pose; write [x, y, heading] in m and rad, or \"90 deg\"", key, what_),
           value->span);
 }
 
@@ -187,7 +186,7 @@ void YamlFields::point(std::string_view key, Vec2& out) {
   if (pose && value->items.size() == 2)
     out = pose->position();
   else
-    error("bad-value", std::string(key) + " of " + what_ + " is no point; write [x, y] in m", value->span);
+    error("bad-value", fmt::format("{} of {} is no point; write [x, y] in m", key, what_), value->span);
 }
 
 std::optional<std::size_t> YamlFields::choice(std::string_view key, std::span<const std::string> names) {
@@ -198,8 +197,8 @@ std::optional<std::size_t> YamlFields::choice(std::string_view key, std::span<co
   std::string all;
   for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
   error("bad-value",
-        std::string(key) + " of " + what_ + " is " + shown(*value) + "; one of " + all + " is expected" +
-            did_you_mean(value->scalar, names),
+        fmt::format("{} of {} is {}; one of {} is expected{}", key, what_, shown(*value), all,
+                    did_you_mean(value->scalar, names)),
         value->span);
   return std::nullopt;
 }
@@ -207,7 +206,8 @@ std::optional<std::size_t> YamlFields::choice(std::string_view key, std::span<co
 void YamlFields::finish() {
   for (const auto& [key, value] : node_.entries) {
     if (std::find(asked_.begin(), asked_.end(), key.scalar) != asked_.end()) continue;
-    error("unknown-key", what_ + " has no \"" + key.scalar + "\"" + did_you_mean(key.scalar, asked_), key.span);
+    error("unknown-key", fmt::format("{} has no \"{}\"{}", what_, key.scalar, did_you_mean(key.scalar, asked_)),
+          key.span);
   }
 }
 

@@ -52,7 +52,7 @@ Result<std::string> read_from_disk(const std::filesystem::path& path, const Sour
   if (status.type() != std::filesystem::file_type::regular) return fail("file.not-a-file", "not a regular file", place);
 
   const File file(std::fopen(path.c_str(), "rb"));
-  if (!file) return fail("file.unreadable", std::string("cannot be read: ") + std::strerror(errno), place);
+  if (!file) return fail("file.unreadable", "cannot be read: " + std::generic_category().message(errno), place);
   std::string content;
   char buffer[64 * 1024];
   for (;;) {
@@ -65,7 +65,7 @@ Result<std::string> read_from_disk(const std::filesystem::path& path, const Sour
     if (got < sizeof buffer) break;
   }
   if (std::ferror(file.get()))
-    return fail("file.unreadable", std::string("cannot be read: ") + std::strerror(errno), place);
+    return fail("file.unreadable", "cannot be read: " + std::generic_category().message(errno), place);
   return content;
 }
 
@@ -100,7 +100,7 @@ Result<std::string> read_file(const std::filesystem::path& path, std::string sho
 
 Result<void> write_file(const std::filesystem::path& path, std::string_view content) {
   const auto unwritable = [&] {
-    return fail("file.unwritable", std::string("cannot be written: ") + std::strerror(errno),
+    return fail("file.unwritable", "cannot be written: " + std::generic_category().message(errno),
                 SourceSpan{path.string()});
   };
   std::filesystem::path temporary = path;

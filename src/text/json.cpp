@@ -104,7 +104,7 @@ class JsonBuilder final : public nlohmann::json_sax<nlohmann::json> {
 
 }  // namespace
 
-Result<Value> parse_json(std::string_view source, std::string file) {
+Result<Value> parse_json(std::string_view source, const std::string& file) {
   const LineIndex lines(source);
   JsonBuilder builder(lines, file);
   const bool parsed = nlohmann::json::sax_parse(source.begin(), source.end(), &builder);

@@ -34,7 +34,7 @@ bool is_below(const fs::path& path, const fs::path& folder) {
 
 }  // namespace
 
-SealedFolder::SealedFolder(const fs::path& folder, fs::path stands_for) : folder_(real(folder)) {
+SealedFolder::SealedFolder(const fs::path& folder, const fs::path& stands_for) : folder_(real(folder)) {
   const std::lock_guard lock(sealed_mutex);
   sealed().push_back({folder_, stands_for.lexically_normal()});
 }

@@ -12,7 +12,7 @@ class SealedFolder {
  public:
   /// @param stands_for  The folder that its texts were in, if they name each other by absolute paths; empty: they do
   /// not.
-  explicit SealedFolder(const std::filesystem::path& folder, std::filesystem::path stands_for = {});
+  explicit SealedFolder(const std::filesystem::path& folder, const std::filesystem::path& stands_for = {});
   ~SealedFolder();
   SealedFolder(const SealedFolder&) = delete;
   SealedFolder& operator=(const SealedFolder&) = delete;

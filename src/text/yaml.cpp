@@ -257,7 +257,7 @@ tl::unexpected<Diagnostic> too_deep(SourceSpan at) {
 
 }  // namespace
 
-Result<YamlNode> parse_yaml(std::string_view source, std::string file) {
+Result<YamlNode> parse_yaml(std::string_view source, const std::string& file) {
   if (source.size() > kBytesMax) {
     return fail("yaml.too-large", "larger than the " + std::to_string(kBytesMax) + " bytes that are read at most",
                 SourceSpan{file});

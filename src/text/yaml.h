@@ -48,6 +48,6 @@ struct YamlNode {
 
 /// Reads one YAML 1.2 document; an empty file gives a null node.
 /// Errors: yaml.syntax, yaml.duplicate-key, yaml.too-deep, yaml.too-large (expanded aliases included).
-[[nodiscard]] Result<YamlNode> parse_yaml(std::string_view source, std::string file = {});
+[[nodiscard]] Result<YamlNode> parse_yaml(std::string_view source, const std::string& file = {});
 
 }  // namespace sentree::text
