@@ -628,8 +628,10 @@ Result<Comparison> compare(std::string_view before, std::string_view after, cons
   const What first = what_is(before);
   const What second = what_is(after);
   if (first != second || first == What::kOther)
-    return fail("diff.unlike", "what can be drawn as one picture are two trees or two charts; " + before_file +
-                                   " and " + after_file + " are compared as texts");
+    return fail("diff.unlike",
+                "what can be drawn as one picture are two trees or two charts; " +
+                    (before_file == after_file ? after_file + " is compared as text"
+                                               : before_file + " and " + after_file + " are compared as texts"));
   return first == What::kTree ? compare_trees(before, after, kinds, before_file, after_file)
                               : compare_charts(before, after, before_file, after_file);
 }

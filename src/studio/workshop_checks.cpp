@@ -46,12 +46,25 @@ Loaded<project::Plan> Workshop::Impl::look(const Texts& texts, Diagnostics& foun
     if (models.value) {
       own = *models.value;
       kinds = design::Kinds(own);
+      std::string told = to_json(palette_value(kinds, own));
+      if (told != palette) {
+        palette = std::move(told);
+        ++palettes;
+      }
     }
     places = std::move(named);
   }
   prepared = project::prepare(std::move(*chosen.value), parts);
   found.insert(found.end(), prepared.diagnostics.begin(), prepared.diagnostics.end());
   return prepared;
+}
+
+// People read paths inside the project.
+std::string Workshop::Impl::as_read(std::string message) const {
+  const std::string before = folder.string() + "/";
+  for (std::size_t at = message.find(before); at != std::string::npos; at = message.find(before, at))
+    message.erase(at, before.size());
+  return message;
 }
 
 // Those of the whole project, or of one scenario: then what was found in others stays.
@@ -64,11 +77,7 @@ void Workshop::Impl::keep_findings(const Texts& texts, const Diagnostics& found,
     const auto text = texts.texts.find(design::file_inside(folder, diagnostic.span.file));
     located.push_back(
         design::locate(diagnostic, folder, text != texts.texts.end() ? std::string_view(text->second) : ""));
-    // People read paths inside the project.
-    std::string& message = located.back().diagnostic.message;
-    const std::string before = folder.string() + "/";
-    for (std::size_t at = message.find(before); at != std::string::npos; at = message.find(before, at))
-      message.erase(at, before.size());
+    located.back().diagnostic.message = as_read(std::move(located.back().diagnostic.message));
   }
   const std::lock_guard lock(mutex);
   if (!whole) {
@@ -198,6 +207,7 @@ void Workshop::Impl::check_and_run() {
       }
     }
     Diagnostics found;
+    const std::uint64_t palette_before = palettes;
     auto prepared = look(texts, found);
     keep_findings(texts, found, false);
     if (!is_current()) {
@@ -209,6 +219,7 @@ void Workshop::Impl::check_and_run() {
       checked = at;
       // The kinds of nodes are part of the pictures.
       for (const std::string& file : open) {
+        if (palettes == palette_before) break;
         const design::Document* document = workspace.find(file);
         if (document != nullptr && kind_of_file(file, document->text) == "mission") tell_document(file);
       }

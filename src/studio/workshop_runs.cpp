@@ -134,7 +134,7 @@ Result<Value> Workshop::Impl::apply_to_run() {
       later = later || why.code.ends_with(".cannot-carry");
       reasons.push_back(Map{{"file", design::file_inside(folder, why.span.file)},
                             {"line", static_cast<std::int64_t>(why.span.line)},
-                            {"message", why.message}});
+                            {"message", as_read(why.message)}});
     }
     return Value(Map{{"refused", std::move(reasons)}, {"later", later}});
   }

@@ -83,6 +83,7 @@ struct Workshop::Impl {
   [[nodiscard]] Texts texts_now() const;
   Loaded<project::Plan> look(const Texts& texts, Diagnostics& found);
   [[nodiscard]] Loaded<project::Scenario> chosen_scenario(const std::string& name) const;
+  [[nodiscard]] std::string as_read(std::string message) const;
   void keep_findings(const Texts& texts, const Diagnostics& found, bool whole);
   void judge_past(const Texts& texts, const project::Plan& plan);
   void run_shadow(project::Plan plan, bool as_baseline, bool and_show, std::uint64_t of_revision);
@@ -97,6 +98,8 @@ struct Workshop::Impl {
   const std::filesystem::path folder;
   design::Kinds kinds{{}};
   std::vector<bt::NodeModel> own;
+  std::string palette;         // as pages are told it
+  std::uint64_t palettes = 0;  // that there were; of the worker
   List places;                 // of the world, for completion
   List interfaces;             // of services, too
   std::set<std::string> open;  // files whose text some page has asked for

@@ -92,7 +92,7 @@ test("a project with errors, and a run in real time, are refused with reason and
   writeFileSync(file, original.replace('location="kitchen"', 'location="kitchn"'));
   await page.getByTestId("apply").click();
   const reasons = page.getByTestId("refusals");
-  await reasons.getByText('"kitchn", the location of AtKitchen, is no location or area').waitFor();
+  await reasons.getByText('"kitchn", the location of AtKitchen, is no location or area of world/world.yaml').waitFor();
   assert.match(await reasons.innerText(), /mission\.xml:\d+/);
   const dialog = page.getByRole("dialog");
   assert.equal(await dialog.getByRole("button", { name: "Try again" }).count(), 0, "waiting would not help");

@@ -132,7 +132,7 @@ export default function CompareView({ with: side, sides, choose_side, file: firs
           </span>
         )}
         {sides && files?.length === 1 && <strong className="ellipsis">{file}</strong>}
-        {comparison && (
+        {drawn && (
           <ul className="compare-counts" aria-label="Differences">
             {counts.map(([kind, count]) => (
               <li key={kind} className={`badge ${kind}`} data-count={kind} title={`${count} ${kWords[kind]}`}>
