@@ -10,6 +10,8 @@
 #include "sentree/mission/part_memory.h"
 #include "sentree/project/intervention.h"
 #include "sentree/scxml/enabled.h"
+#include "sentree/sim/plan_memo.h"
+#include "sentree/sim/remember.h"
 #include "sentree/sim/scan_memo.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
@@ -63,7 +65,8 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
     world_ = &world;
     state_ = sim::initial_state(world, scenario.seed);
     sim::ScanMemo scans;
-    const sim::RememberScans remembers(scans);
+    const sim::Remember<sim::ScanMemo> remembers_scans(scans);
+    const sim::Remember<sim::PlanMemo> remembers_plans(plans_);
     now_ = {};
     tick_ = 0;
     observations_ = 0;
@@ -274,6 +277,7 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
   std::uint64_t executed_before_ = 0;
   std::deque<Known> known_;  // by the number of an observation
   QuickMonitors monitors_;
+  sim::PlanMemo plans_;
 
   // Of the run that goes on.
   const sim::World* world_ = nullptr;

@@ -347,14 +347,14 @@ class ChartCollector : public Collector {
 
   // In('state'), and what a message's source is compared with.
   void in_expressions(const XmlElement& root) {
-    for (std::size_t at_ = root.offset(); at_ < root.end_offset(); ++at_) {
-      const char quote = text_[at_];
+    for (std::size_t place = root.offset(); place < root.end_offset(); ++place) {
+      const char quote = text_[place];
       if (quote != '\'' && quote != '"') continue;
-      const std::size_t from = at_ + 1;
+      const std::size_t from = place + 1;
       std::size_t to = from;
       while (to < root.end_offset() && (is_word(text_[to]) || text_[to] == '-' || text_[to] == '.')) ++to;
       if (to == from || to >= root.end_offset() || text_[to] != quote) continue;
-      std::size_t before = at_;
+      std::size_t before = place;
       while (before > 0 && is_space(text_[before - 1])) --before;
       if (before >= 3 && text_.substr(before - 3, 3) == "In(" && (before == 3 || !is_word(text_[before - 4]))) {
         add(SymbolKind::kState, file_ + "#" + at(from, to), from, to);
@@ -365,7 +365,7 @@ class ChartCollector : public Collector {
         if (before >= kSource.size() && text_.substr(before - kSource.size(), kSource.size()) == kSource)
           node(from, to);
       }
-      at_ = to;
+      place = to;
     }
   }
 

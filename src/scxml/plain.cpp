@@ -208,6 +208,7 @@ class PlainStep {
           if (!condition(node.a, holds)) return false;
           holds = !holds;
           return true;
+        case PlainOp::kHasKind: return has_kind(node, holds);
         default:
           if (!evaluate(node, value)) return false;
       }
@@ -224,6 +225,14 @@ class PlainStep {
     if (which >= kNodes) return evaluate(plan_.nodes[which & kPlaceMask], made) ? &made : nullptr;
     const PlainValue* value = &places_[which >> kPlaceBits][which & kPlaceMask];
     return value->kind != PlainKind::kUnknown ? value : nullptr;
+  }
+
+  bool has_kind(const PlainNode& node, bool& holds) {
+    PlainValue made;
+    const PlainValue* value = operand(node.a, made);
+    if (value == nullptr) return false;
+    holds = (node.b >> static_cast<unsigned>(value->kind) & 1U) != 0;
+    return true;
   }
 
   [[nodiscard]] PlainValue variable(std::uint32_t slot) const {
@@ -243,13 +252,7 @@ class PlainStep {
   }
 
   bool evaluate(const PlainNode& node, PlainValue& out) {
-    switch (node.op) {
-      case PlainOp::kIn: out = PlainValue::of((configuration_[node.a / 64] >> (node.a % 64) & 1U) != 0); return true;
-      case PlainOp::kAnd: return value_of(node.a, out) && (!out.truthy() || value_of(node.b, out));
-      case PlainOp::kOr: return value_of(node.a, out) && (out.truthy() || value_of(node.b, out));
-      case PlainOp::kConditional: return value_of(node.a, out) && value_of(out.truthy() ? node.b : node.c, out);
-      default: break;
-    }
+    if (node.op <= PlainOp::kOr) return choose(node, out);
     PlainValue first;
     const PlainValue* a = operand(node.a, first);
     if (a == nullptr) return false;
@@ -259,6 +262,21 @@ class PlainStep {
     if (b == nullptr) return false;
     if (a->kind != PlainKind::kNumber || b->kind != PlainKind::kNumber) return binary(node.op, *a, *b, out);
     return numbers(node.op, a->number, b->number, out);
+  }
+
+  // What does not look at the values of all its operands. Apart from what does, which most nodes are.
+  [[gnu::noinline]] bool choose(const PlainNode& node, PlainValue& out) {
+    bool holds = false;
+    switch (node.op) {
+      case PlainOp::kIn: holds = (configuration_[node.a / 64] >> (node.a % 64) & 1U) != 0; break;
+      case PlainOp::kAnd: return value_of(node.a, out) && (!out.truthy() || value_of(node.b, out));
+      case PlainOp::kOr: return value_of(node.a, out) && (out.truthy() || value_of(node.b, out));
+      case PlainOp::kConditional: return condition(node.a, holds) && value_of(holds ? node.b : node.c, out);
+      default:
+        if (!has_kind(node, holds)) return false;
+    }
+    out = PlainValue::of(holds);
+    return true;
   }
 
   static bool unary(PlainOp op, const PlainValue& value, PlainValue& out) {
@@ -274,17 +292,6 @@ class PlainStep {
     if (!to_number(value, number)) return false;
     out = PlainValue::of(op == PlainOp::kNegate ? -number : number);
     return true;
-  }
-
-  static std::string_view type_name(PlainKind kind) {
-    switch (kind) {
-      case PlainKind::kBool: return "boolean";
-      case PlainKind::kNumber: return "number";
-      case PlainKind::kText: return "string";
-      case PlainKind::kNull:
-      case PlainKind::kObject: return "object";
-      default: return "undefined";
-    }
   }
 
   static bool to_number(const PlainValue& value, double& number) {

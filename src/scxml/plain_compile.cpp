@@ -22,6 +22,16 @@ bool may_be_inherited(std::string_view name) {
          name == "propertyIsEnumerable" || name == "toLocaleString" || name == "toString" || name == "valueOf";
 }
 
+// A bit of each kind that `typeof` names so.
+std::uint32_t kinds_named(std::string_view type) {
+  std::uint32_t kinds = 0;
+  for (const PlainKind kind : {PlainKind::kUndefined, PlainKind::kNull, PlainKind::kBool, PlainKind::kNumber,
+                               PlainKind::kText, PlainKind::kObject}) {
+    if (type_name(kind) == type) kinds |= 1U << static_cast<unsigned>(kind);
+  }
+  return kinds;
+}
+
 class PlainCompiler {
  public:
   PlainCompiler(PlainPlan::Content& content, PlainPaths& paths)
@@ -263,10 +273,10 @@ class PlainCompiler {
       case PlainNative::kLessEqual: return binary(PlainOp::kLessEqual, code, node);
       case PlainNative::kGreater: return binary(PlainOp::kGreater, code, node);
       case PlainNative::kGreaterEqual: return binary(PlainOp::kGreaterEqual, code, node);
-      case PlainNative::kEqual: return binary(PlainOp::kEqual, code, node);
-      case PlainNative::kNotEqual: return binary(PlainOp::kNotEqual, code, node);
-      case PlainNative::kStrictEqual: return binary(PlainOp::kStrictEqual, code, node);
-      case PlainNative::kStrictNotEqual: return binary(PlainOp::kStrictNotEqual, code, node);
+      case PlainNative::kEqual: return equality(PlainOp::kEqual, code, node);
+      case PlainNative::kNotEqual: return equality(PlainOp::kNotEqual, code, node);
+      case PlainNative::kStrictEqual: return equality(PlainOp::kStrictEqual, code, node);
+      case PlainNative::kStrictNotEqual: return equality(PlainOp::kStrictNotEqual, code, node);
       case PlainNative::kAnd: return binary(PlainOp::kAnd, code, node);
       case PlainNative::kOr: return binary(PlainOp::kOr, code, node);
       case PlainNative::kConditional: {
@@ -302,6 +312,15 @@ class PlainCompiler {
     const Operand a = translate(code, node.a);
     const Operand b = translate(code, node.b);
     return add({.op = op, .a = a, .b = b});
+  }
+  // `typeof x === 'number'` compares no texts.
+  Operand equality(PlainOp op, const NativeCode& code, const NativeCode::Node& node) {
+    const NativeCode::Node& kind = code.nodes[node.a];
+    const NativeCode::Node& name = code.nodes[node.b];
+    if (kind.op != PlainNative::kTypeof || name.op != PlainNative::kString) return binary(op, code, node);
+    const bool differs = op == PlainOp::kNotEqual || op == PlainOp::kStrictNotEqual;
+    const auto mask = kinds_named(code.strings[name.a]);
+    return add({.op = PlainOp::kHasKind, .a = translate(code, kind.a), .b = differs ? ~mask : mask});
   }
 
   PlainPlan::Content& content_;

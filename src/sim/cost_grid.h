@@ -47,6 +47,8 @@ class CostGrid {
   /// Cost: O(cells · inflation area).
   void add_obstacles(std::span<const Cell> cells);
 
+  friend bool operator==(const CostGrid&, const CostGrid&) = default;
+
  private:
   [[nodiscard]] std::uint8_t weight_at(std::uint32_t squared_cells) const;
 

@@ -11,6 +11,8 @@
 #include "sentree/base/value.h"
 #include "sentree/sim/astar.h"
 #include "sentree/sim/path.h"
+#include "sentree/sim/plan_memo.h"
+#include "sentree/sim/remember.h"
 
 namespace sentree::sim {
 
@@ -80,7 +82,10 @@ Route search(const RouteModel& model, const CostGrid& grid, Vec2 start, Vec2 tar
     from = cells.back();
     start = model.map.centre(from);
   }
-  const Plan plan = find_path(grid, from, to, model.expansions_max);
+  // What lies in the way differs from run to run; the map does not.
+  PlanMemo* const memo = &grid == &model.costs ? Remember<PlanMemo>::present() : nullptr;
+  const Plan plan = memo != nullptr ? memo->path(grid, from, to, model.expansions_max)
+                                    : find_path(grid, from, to, model.expansions_max);
   switch (plan.outcome) {
     case Plan::Outcome::kFound: break;
     case Plan::Outcome::kNoPath:

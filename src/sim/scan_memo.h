@@ -10,6 +10,7 @@
 namespace sentree::sim {
 
 /// What each laser of one world saw last, without noise: while nothing moves, it sees the same again.
+/// Scans that are looked up in it (Remember<ScanMemo>) must be of that world.
 class ScanMemo {
  public:
   /// True: `ranges` are what was kept of that robot, for the same pose of its laser among the same shapes.
@@ -24,22 +25,6 @@ class ScanMemo {
     std::vector<double> ranges;
   };
   std::vector<Seen> seen_;  // by robot; without ranges: nothing
-};
-
-/// While it lives, scans of this thread are looked up in `memo`, which must be of their world.
-class RememberScans {
- public:
-  explicit RememberScans(ScanMemo& memo) : before_(remembering) { remembering = &memo; }
-  ~RememberScans() { remembering = before_; }
-  RememberScans(const RememberScans&) = delete;
-  RememberScans& operator=(const RememberScans&) = delete;
-
-  /// Null: nothing is remembered.
-  [[nodiscard]] static ScanMemo* present() { return remembering; }
-
- private:
-  static inline thread_local ScanMemo* remembering = nullptr;
-  ScanMemo* before_;
 };
 
 }  // namespace sentree::sim

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sentree/base/rng.h"
+#include "sentree/sim/remember.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
 
@@ -31,7 +32,7 @@ TEST(ScanMemo, ChangesNothing) {
       now += std::chrono::milliseconds(100);
       const auto both = [&](auto&& change) {
         change(plain);
-        const RememberScans remembers(memo);
+        const Remember<ScanMemo> remembers(memo);
         change(remembered);
       };
       switch (rng.below(12)) {

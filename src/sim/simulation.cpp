@@ -8,6 +8,7 @@
 #include "sentree/sim/announced.h"
 #include "sentree/sim/clearance.h"
 #include "sentree/sim/exact_localization.h"
+#include "sentree/sim/remember.h"
 #include "sentree/sim/scan_memo.h"
 #include "sentree/sim/sight.h"
 
@@ -100,7 +101,7 @@ bool is_any_in_reach(std::span<const Shape> shapes, const Pose2& laser, const La
 }
 
 void cast(const World& world, std::size_t index, const Pose2& laser, std::span<const Shape> shapes, RobotState& robot) {
-  ScanMemo* const memo = RememberScans::present();
+  ScanMemo* const memo = Remember<ScanMemo>::present();
   if (memo != nullptr && memo->recall(index, laser, shapes, robot.scan.ranges)) return;
   cast_scan(world.map, world.rays, shapes, laser, world.robots[index].laser, robot.scan.ranges);
   if (memo != nullptr) memo->keep(index, laser, shapes, robot.scan.ranges);

@@ -103,7 +103,14 @@ constexpr const char* kDrawn[] = {
 <transition event="s.place.reply" target="there"><assign location="count" expr="count + 1"/><send event="forget" delay="50ms"/></transition>
 <transition event="forget"><assign location="count" expr="count - 1"/></transition></state>
 <state id="there"><transition event="battery battery.level" target="away"/><transition event="forget"><assign location="count" expr="count - 1"/></transition></state>
-<state id="much"><transition event="forget" cond="--count == 0" target="away"/></state>)"};
+<state id="much"><transition event="forget" cond="--count == 0" target="away"/></state>)",
+    R"(<datamodel><data id="n" expr="0"/><data id="kept"/></datamodel>
+<state id="a"><transition event="s.text.reply" cond="typeof _event.data.result === 'object'"><assign location="n" expr="n + 1"/></transition>
+<transition event="s.text.reply" cond="typeof _event.data.result != 'number' &amp;&amp; typeof _event.data.result !== 'undefined'">
+<assign location="n" expr="typeof _event.data.result == 'boolean' ? n + 10 : typeof _event.data.result === 'string' ? n + 100 : n + 1000"/></transition>
+<transition event="s.ok.reply"><assign location="kept" expr="_event.data.result &amp;&amp; typeof _event.data.result.x === 'number' ? _event.data.result.x : undefined"/></transition>
+<transition event="s.ask.reply" cond="typeof kept === 'undefined'" target="b"/></state>
+<state id="b"><transition event="*" cond="typeof kept !== 'function'" target="a"/></state>)"};
 
 // Results of each kind, missing ones and times that meet deadlines.
 std::vector<Message> drawn_trace(Rng& rng) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,13 +19,15 @@ namespace plain {
 using PlainKind = PlainValue::Kind;
 
 enum class PlainOp : std::uint8_t {
-  kIn,  // a: state
+  kIn,           // a: state
+  kHasKind,      // a; b: a bit of each kind that it may be
+  kConditional,  // a ? b : c
+  kAnd,
+  kOr,  // a, b
   kNot,
   kNegate,
   kPlus,
   kTypeof,  // a
-  kAnd,
-  kOr,
   kAdd,
   kSubtract,
   kMultiply,
@@ -38,7 +41,6 @@ enum class PlainOp : std::uint8_t {
   kNotEqual,
   kStrictEqual,
   kStrictNotEqual,  // a, b
-  kConditional,     // a ? b : c
 };
 
 // What an expression, or a part of one, is: a value that lies somewhere, or a node. Where: the two highest bits.
@@ -50,6 +52,18 @@ constexpr Operand kMembers = 1U << kPlaceBits;    // of the event
 constexpr Operand kVariables = 2U << kPlaceBits;  // by slot
 constexpr Operand kNodes = 3U << kPlaceBits;
 constexpr Operand kAlways = 0xFFFFFFFFU;
+
+/// As `typeof` has it.
+[[nodiscard]] constexpr std::string_view type_name(PlainKind kind) {
+  switch (kind) {
+    case PlainKind::kBool: return "boolean";
+    case PlainKind::kNumber: return "number";
+    case PlainKind::kText: return "string";
+    case PlainKind::kNull:
+    case PlainKind::kObject: return "object";
+    default: return "undefined";
+  }
+}
 
 struct PlainNode {
   PlainOp op = PlainOp::kIn;
