@@ -437,7 +437,9 @@ class Replay {
     }
     const TimePoint now = inside_->scheduler().now();
     if (exchange == nullptr) {
-      if (now > recorded_.ended() || !report_.unrecorded.empty()) return;
+      // Of the last moment of a run that was stopped in between not everything was done.
+      const bool is_over = now > recorded_.ended() || (now == recorded_.ended() && !is_whole());
+      if (is_over || !report_.unrecorded.empty()) return;
       report_.unrecorded = fmt::format("{} asks {}.{}({})", leaf, service.name, method.name, to_json(args));
       report_.unrecorded_at = now;
       if (options_.go_on && service.at == "sim" && inside_->sim() != nullptr) go_on();
@@ -545,15 +547,18 @@ class Replay {
     });
   }
 
+  // A run that was stopped in between halted its leaves at a moment that the replay does not know.
+  [[nodiscard]] bool is_whole() const {
+    const std::string ended_by = recorded_.fact("ended_by");
+    return !ended_by.empty() && ended_by != "interrupt" && ended_by != "error";
+  }
+
   void compare() {
     const bool exact = recorded_.is_virtual();
-    // A run that was stopped in between halted its leaves at a moment that the replay does not know.
-    const std::string ended_by = recorded_.fact("ended_by");
-    const bool whole = !ended_by.empty() && ended_by != "interrupt" && ended_by != "error";
     const TimePoint until = !report_.unrecorded.empty() ? report_.unrecorded_at
                             : report_.moment            ? *options_.at
                             : options_.go_on_at         ? *options_.go_on_at - Duration(1)
-                            : whole                     ? kNever
+                            : is_whole()                ? kNever
                                                         : recorded_.ended() - std::chrono::seconds(1);
     report_.differences = differences(then_behaviour_, now_behaviour_, exact, until);
     if (report_.differences.size() > kDifferencesMax) report_.differences.resize(kDifferencesMax);
