@@ -29,6 +29,10 @@ bool StepMemory::step(std::string_view what, bool begins, scxml::Session& sessio
   key_.assign(what);
   key_ += '\n';
   spoilt_ = !remembers_;
+  if (spoilt_) {
+    ++executed_;
+    return execute();
+  }
   // Delayed sends that wait matter to few events, so they are looked at only where they do.
   const bool with_timers = !begins && (what == kTimers || !session.invocations().empty());
   const auto add_form = [&](const scxml::Session& of) { spoilt_ = spoilt_ || !scxml::encode(chart_, of, now, key_); };
@@ -63,6 +67,11 @@ bool StepMemory::step(std::string_view what, bool begins, scxml::Session& sessio
     return done.result;
   }
   ++executed_;
+  if (executed_ == kTried && looked_up_ * 2 < executed_) {
+    remembers_ = false;
+    spoilt_ = true;
+    steps_.clear();
+  }
   const std::size_t before = effects.size();
   const std::optional<scxml::Session> was = keeps_timers ? std::optional(session) : std::nullopt;
   const bool result = execute();

@@ -21,13 +21,15 @@ namespace sentree::mission {
 ///
 /// What is looked up differs from what the interpreter would have done in nothing that the chart can see; ids that the
 /// engine makes up are those of the first time. Charts that ask for such ids, clocks or random numbers are not
-/// remembered.
+/// remembered, nor are those whose steps hardly ever come again.
 class StepMemory {
  public:
   /// `what` of the step that time takes.
   static constexpr std::string_view kTimers = "timers";
   /// Steps that are remembered; more are executed each time.
   static constexpr std::size_t kStepsMax = 200'000;
+  /// Steps executed after which fewer than half as many that were looked up are not worth what is kept of them.
+  static constexpr std::uint64_t kTried = 4'096;
   /// Alternatives of a choice whose values are kept; a step with a larger one is executed each time.
   static constexpr std::uint64_t kAlternativesMax = 256;
 

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <optional>
@@ -59,15 +60,15 @@ struct Edge {
 /// Every behaviour of a mission: states between two periods, joined by what one period can do.
 struct Graph {
   struct Node {
-    std::uint32_t depth = 0;  ///< Periods from the beginning, at least.
     TimePoint at{};           ///< On one of the shortest ways.
-    bool ended = false;       ///< Nothing of the mission is left to do.
+    std::uint32_t depth = 0;  ///< Periods from the beginning, at least.
     std::uint32_t first_edge = 0;
     std::uint32_t edges = 0;
+    bool ended = false;  ///< Nothing of the mission is left to do.
     friend bool operator==(const Node&, const Node&) = default;
   };
   std::vector<Node> nodes;            ///< The first is the beginning; in order of depth.
-  std::vector<Edge> edges;            ///< Those of a node beside each other.
+  std::deque<Edge> edges;             ///< Those of a node beside each other. In blocks, since they are most of a graph.
   std::vector<Message> observations;  ///< Each once, without numbers and times, and with the data that is looked at.
   std::vector<std::vector<Seen>> sequences;
   std::vector<std::vector<Made>> decisions;

@@ -88,7 +88,7 @@ std::uint32_t Periods::find() {
 void Periods::add(std::uint32_t depth) {
   const bool ended = frontier_->ended();
   if (look_) look_(*frontier_);
-  graph_.nodes.push_back({.depth = depth, .at = frontier_->now(), .ended = ended, .first_edge = 0, .edges = 0});
+  graph_.nodes.push_back({.at = frontier_->now(), .depth = depth, .first_edge = 0, .edges = 0, .ended = ended});
   gates_of_.insert(gates_of_.end(), gates_now_.begin(), gates_now_.end());
   places_.push_back(ended ? 0 : frontier_->keep());
 }
@@ -429,7 +429,7 @@ std::uint32_t Periods::adopt(const Scouted& way, std::uint32_t depth) {
   const auto next = static_cast<std::uint32_t>(graph_.nodes.size());
   const std::uint32_t to = *known_.try_emplace(way.key, next).first;
   if (to != next) return to;
-  graph_.nodes.push_back({.depth = depth, .at = way.now, .ended = way.ended, .first_edge = 0, .edges = 0});
+  graph_.nodes.push_back({.at = way.now, .depth = depth, .first_edge = 0, .edges = 0, .ended = way.ended});
   places_.push_back(way.ended ? 0 : frontier_->keep(way.form));
   return to;
 }
