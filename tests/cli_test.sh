@@ -384,6 +384,10 @@ for json in '' --json; do
   expect 130 'up to tick [0-9]+: interrupted|"complete":false.*"ended_by":"interrupted"' timeout --foreground --preserve-status --signal INT 3 \
     "$sentree" verify examples/porter --no-memo --order virtual --out "$work/porter" $json
 done
+# In a script without an end, which comes to look at nothing, it ends when it is asked twice.
+cp -rL examples/grasp "$work/endless" && sed -i 's/chance(0.7)/(function () { while (true) {} })()/' "$work/endless/models/hand.scxml"
+expect 130 'asked twice' bash -c "'$sentree' verify '$work/endless' & while [[ -n \$(jobs -rp) ]]; do kill -INT \$!; sleep 0.1; done
+  wait \$!; code=\$?; echo asked twice; exit \$code"
 # What no behaviour reaches is left for pages, of models too.
 expect 0 'project":"..","files".*"mission.xml":"[0-9]+".*"complete":true.*"kind":"transitions","of":"skills/' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only turns_to_station >/dev/null && cat '$work/verified/verify/reached.json'"
@@ -465,6 +469,11 @@ expect 124 'monitor never_empty: undecided' "$sentree" run "$work/verified/verif
 expect 2 'no model "robt"; did you mean "robot"' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robt#1=2
 expect 2 'is not MODEL#NUMBER=VALUE' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot=2
 expect 0 'turns_to_station +holds ' "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --exact
+# Components that are elsewhere, or nowhere, answer anything too.
+cp -r "$source/examples/minimal" "$work/nobody" && sed -i '/^world:/d; s|at: sim|at: tcp://127.0.0.1:1|' "$work/nobody/sentree.yaml"
+expect 0 'any reply   battery.getBatteryState.percentage: 0, 0.2, 1' "$sentree" verify "$work/nobody"
+sed -i 's|, *at: tcp[^}]*||' "$work/nobody/sentree.yaml"
+expect 0 'any reply   battery.getBatteryState.percentage: 0, 0.2, 1' "$sentree" verify "$work/nobody"
 # Without a model anything may be answered, and another order than that of virtual time is run again.
 cp -r "$source/examples/minimal" "$work/unmodelled"
 expect 0 'leaves_charged +holds ' "$sentree" verify "$work/unmodelled"

@@ -198,9 +198,12 @@ class Checker {
     if (type.kind == Type::kRecord || type.kind == Type::kOther) {
       std::string members;
       for (const auto& [name, inner] : type.members) members += (members.empty() ? "" : ", ") + name;
+      const std::string text = to_text(c);
+      const bool is_request = text.starts_with("request(") && text.ends_with(")");
       error(c.span, "requirement.type",
-            to_text(c) + " is " + (type.name.empty() ? "a record" : "of type " + type.name) +
-                (members.empty() ? ", which cannot be compared" : "; name one of its members: " + members));
+            text + " is " + (type.name.empty() ? "a record" : "of type " + type.name) +
+                (members.empty() ? ", which cannot be compared" : "; name one of its members: " + members) +
+                (is_request ? "; event(" + text + ") says that it comes" : ""));
       return {Type::kUnknown, "", nullptr, nullptr};
     }
     return want({type.kind, type.unit, nullptr, &type}, expected, c);

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "sentree/project/any_reply.h"
+
 namespace sentree::project {
 
 void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
@@ -34,7 +36,8 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
     for (const MonitorEntry& monitor : project.monitors) part(!monitor.at.empty(), monitor.span);
     for (const SkillEntry& skill : project.skills) part(!skill.at.empty(), skill.span);
     for (const ServiceEntry& service : project.services)
-      part(service.at != "sim" && service.at != "model" && service.at != "topics", service.span);
+      part(service.at != "sim" && service.at != "model" && service.at != "topics" && service.at != kAnyReply,
+           service.span);
     if (!elsewhere.file.empty()) {
       add(diagnostics, Severity::kError, "scenario.clock",
           "this part runs in another process, which has no virtual time; use clock: real or {real: FACTOR}", elsewhere);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sentree/idl/conform.h"
+#include "sentree/project/any_reply.h"
 #include "sentree/project/chart_memory.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/check_mission.h"
@@ -58,7 +59,7 @@ class Preparation {
     for (const ServiceEntry& entry : project_.services) {
       if (!entry.observed.empty())
         check_address(fmt::format("what is observed as \"{}\"", entry.name), entry.observed, entry.span);
-      else if (entry.at != "sim" && entry.at != "model" && entry.at != "topics")
+      else if (entry.at != "sim" && entry.at != "model" && entry.at != "topics" && entry.at != kAnyReply)
         check_address(fmt::format("service \"{}\"", entry.name), entry.at, entry.span);
       const idl::Schema* schema = interface(entry.idl, entry.span);
       if (schema == nullptr) continue;
@@ -84,8 +85,10 @@ class Preparation {
       }
       if (entry.at == "sim" && sim::find_service(entry.interface) == nullptr && entry.interface != sim::kTelemetry) {
         add("check.not-simulated",
-            fmt::format("the simulator does not serve \"{}\"; give the service an address (at: tcp://…)",
-                        entry.interface),
+            fmt::format(
+                "the simulator does not serve \"{0}\"; give the service an address (at: tcp://…), or a chart that "
+                "answers for it (at: model, and models: [{{file: models/{1}.scxml, serves: [{1}]}}])",
+                entry.interface, entry.name),
             entry.span);
       }
     }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sentree/base/diagnostic.h"
+#include "sentree/project/any_reply.h"
 #include "sentree/project/scenario_text.h"
 #include "sentree/scxml/model.h"
 #include "sentree/text/yaml_node_edit.h"
@@ -60,6 +61,11 @@ std::vector<std::string> choice_names(const Graph& graph) {
 project::Scenario with_models(project::Scenario scenario) {
   scenario.virtual_time = true;
   scenario.factor = 1.0;
+  // Who answers is a model. What has none answers anything, whether anybody could serve it or not.
+  for (project::ServiceEntry& service : scenario.project.services) {
+    const bool is_simulated = service.at == "sim" && scenario.project.world;
+    if (!is_simulated && service.at != "topics") service.at = project::kAnyReply;
+  }
   for (const project::ModelEntry& model : scenario.project.models) {
     for (project::ServiceEntry& service : scenario.project.services) {
       const auto& serves = model.serves;

@@ -1,0 +1,9 @@
+#pragma once
+
+namespace sentree::project {
+
+/// `ServiceEntry::at` of a service that nothing serves and that would answer anything: for who looks at a plan before
+/// it is known what that is. No project file has it.
+inline constexpr const char* kAnyReply = "any reply";
+
+}  // namespace sentree::project
