@@ -27,7 +27,8 @@ namespace sentree::verify {
 namespace {
 
 constexpr std::uint64_t kOracleSeeds = 60;
-constexpr std::uint64_t kTicks = 4;
+// As many as are few enough ways.
+constexpr std::uint64_t kTicks[] = {6, 4};
 // Of a project that can go in more ways nothing is said.
 constexpr std::size_t kRunsMax = 1'500;
 
@@ -63,7 +64,7 @@ class BruteForce final : public mission::Surroundings {
     monitors_.emplace(plan_.monitors, TimePoint{});
     mission::VirtualHost host(plan_);
     mission::State state = host.begin();
-    for (std::uint64_t tick = 0; tick < kTicks && !mission::VirtualHost::ended(state); ++tick) {
+    for (std::uint64_t tick = 0; tick < options_.ticks && !mission::VirtualHost::ended(state); ++tick) {
       begin_ = state.now;
       text_ += '\n';
       const auto done = period(host, state, *this, [&] { return fault(host, state); });
@@ -170,11 +171,11 @@ class BruteForce final : public mission::Surroundings {
 };
 
 // Every way through a graph.
-void walk(const Graph& graph, std::uint32_t at, std::uint64_t tick, const std::string& text, Behaviours& out) {
+void walk(const Graph& graph, std::uint32_t at, std::uint64_t ticks, const std::string& text, Behaviours& out) {
   if (out.all.size() > 2 * kRunsMax) out.too_many = true;
   if (out.too_many) return;
   const Graph::Node& node = graph.nodes[at];
-  if (node.ended || tick == kTicks) {
+  if (node.ended || ticks == 0) {
     out.all.insert(text);
     return;
   }
@@ -186,7 +187,7 @@ void walk(const Graph& graph, std::uint32_t at, std::uint64_t tick, const std::s
       for (const auto& [name, value] : *message.data.as_map()) more += ' ' + name + to_json(value);
       more += ';';
     }
-    walk(graph, graph.edges[e].to, tick + 1, more, out);
+    walk(graph, graph.edges[e].to, ticks - 1, more, out);
   }
 }
 
@@ -194,6 +195,7 @@ TEST(Exploration, FindsWhatBruteForceFinds) {
   const std::uint64_t only = environment("SENTREE_SEED", 0);
   const std::uint64_t seeds = environment("SENTREE_SEEDS", kOracleSeeds);
   std::size_t compared = 0;
+  std::size_t deep = 0;
   std::size_t behaviours = 0;
   std::size_t violated = 0;
   for (std::uint64_t seed = only != 0 ? only : 1; seed <= (only != 0 ? only : seeds); ++seed) {
@@ -206,18 +208,23 @@ TEST(Exploration, FindsWhatBruteForceFinds) {
     if (!prepared.ok() || has_errors(obstacles(*prepared.value))) continue;
     const project::Plan& plan = *prepared.value;
     Asked asked;
-    asked.explore.ticks = kTicks;
     asked.explore.order = seed % 3 == 0 ? Order::kAny : Order::kVirtual;
     if (seed % 2 == 0) asked.explore.faults = plan.scenario.project.verify.faults;
     asked.explore.faults_at_most = plan.scenario.project.verify.faults_at_most;
     asked.judge.probabilities = false;
     asked.explore.reduce_orders = false;
-    const Behaviours naive = BruteForce(plan, asked.explore)();
+    Behaviours naive;
+    for (const std::uint64_t ticks : kTicks) {
+      asked.explore.ticks = ticks;
+      naive = BruteForce(plan, asked.explore)();
+      if (!naive.too_many) break;
+    }
     if (naive.too_many) continue;
+    deep += asked.explore.ticks == kTicks[0] ? 1U : 0U;
     const Verification found = verify(plan, asked);
     ASSERT_THAT(found.errors, testing::IsEmpty());
     Behaviours explored;
-    walk(found.graph, 0, 0, "", explored);
+    walk(found.graph, 0, asked.explore.ticks, "", explored);
     ASSERT_EQ(explored.all, naive.all);
     for (const Judgement& judgement : found.judgements) {
       const bool is_violated = naive.violated.contains(judgement.requirement);
@@ -240,9 +247,11 @@ TEST(Exploration, FindsWhatBruteForceFinds) {
     ++compared;
     behaviours += naive.all.size();
   }
-  std::cout << compared << " projects, " << behaviours << " behaviours, " << violated << " violations\n";
+  std::cout << compared << " projects, " << deep << " of them to tick " << kTicks[0] << ", " << behaviours
+            << " behaviours, " << violated << " violations\n";
   if (only != 0) return;
   EXPECT_GT(compared, seeds / 4) << "hardly any project is small enough";
+  EXPECT_GT(deep, seeds / 8) << "hardly any to tick " << kTicks[0];
   EXPECT_GT(behaviours, compared);
   EXPECT_GT(violated, 0U);
 }
