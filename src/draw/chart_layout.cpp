@@ -289,7 +289,7 @@ class ChartPlacer {
       if (is_across(s, piece)) edge.label = arrow.label;
       edge.from_offset = offset(piece.from);
       edge.to_offset = offset(piece.to);
-      edges.push_back(std::move(edge));
+      edges.push_back(edge);
     }
     return edges;
   }
@@ -567,7 +567,7 @@ class ChartPlacer {
 
 std::string label_text(const ChartTransition& transition) {
   std::string text = transition.event;
-  const auto add = [&](std::string part) {
+  const auto add = [&](const std::string& part) {
     if (!text.empty()) text += ' ';
     text += part;
   };

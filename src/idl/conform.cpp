@@ -17,7 +17,7 @@ constexpr std::size_t kShownTextMax = 40;
 constexpr std::size_t kShownNamesMax = 12;
 
 std::string shown(const Value& value) {
-  const std::string type(to_string(value.type()));
+  std::string type(to_string(value.type()));
   switch (value.type()) {
     case Value::Type::kString: {
       std::string text(value.text().substr(0, kShownTextMax));

@@ -346,11 +346,11 @@ class Parser {
   }
 
   static std::optional<Kind> base_kind(std::string_view word) {
-    constexpr std::pair<std::string_view, Kind> kinds[] = {
+    constexpr std::pair<std::string_view, Kind> kKinds[] = {
         {"bool", Kind::kBool},     {"byte", Kind::kI8},       {"i8", Kind::kI8},
         {"i16", Kind::kI16},       {"i32", Kind::kI32},       {"i64", Kind::kI64},
         {"double", Kind::kDouble}, {"string", Kind::kString}, {"binary", Kind::kBinary}};
-    for (const auto& [name, kind] : kinds) {
+    for (const auto& [name, kind] : kKinds) {
       if (name == word) return kind;
     }
     return std::nullopt;

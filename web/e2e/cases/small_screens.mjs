@@ -5,6 +5,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 
 import { first_message, open_page, text, until } from "../harness/browser.mjs";
+import { serious } from "../harness/design.mjs";
 import { example, serve_run } from "../harness/program.mjs";
 
 const kScreens = [[1920, 1080], [1440, 900], [1366, 768], [1024, 700]];
@@ -93,8 +94,18 @@ test("at a violation the tree, the stage and the chosen text keep their size on 
     const lanes = await lanes_in_sight(page);
     assert.deepEqual(lanes.slice(0, 2), ["mission", "work"], `at ${width}×${height}`);
     assert.deepEqual(lanes.slice(2, 4).sort(), ["monitor:battery", "monitor:never_empty"], `at ${width}×${height}`);
+    assert.deepEqual(await serious(page), [], `axe at ${width}×${height}`);
     if (pictures) await page.screenshot({ path: join(pictures, `violation-${width}.png`) });
   }
+  // However narrow the column is, each of its tabs can be reached from each.
+  await page.setViewportSize({ width: 1366, height: 768 });
+  for (const tab of ["Messages", "Reached", "Monitors", "Reached", "Messages", "Monitors"]) {
+    await page.locator(".side").getByRole("tab", { name: tab }).click();
+    await page.locator(`#panel-${tab.toLowerCase()}`).waitFor({ state: "visible" });
+    assert.deepEqual(await serious(page), [], `axe, ${tab}`);
+  }
+  await page.setViewportSize({ width: 1024, height: 700 });
+  await until(async () => (await nodes_in_sight(page)) === wanted, "all nodes are in sight again");
   // The story lies over the timeline and hides no node.
   await page.keyboard.press("v");
   await page.getByTestId("violation-story").waitFor();

@@ -4,7 +4,6 @@ import type { Observation } from "../protocol/types";
 import { useCommand } from "../widgets/commands";
 import { Icon } from "../widgets/Icon";
 import { go_to_panel } from "../widgets/layout";
-import { PanelTools } from "../widgets/PanelTools";
 import { request, select, useStudio } from "../store/store";
 import { seek, stop_replay } from "../store/time_travel";
 import { choices, filter_rows, kNoFilter, kShows, server_filter, type MessageFilter, type Show } from "./messages/filter";
@@ -141,17 +140,6 @@ export function MessagesPanel() {
 
   return (
     <div className="messages-panel">
-      <PanelTools>
-        <span className="muted number messages-count">
-          {rows.length}
-          {missed > 0 && following ? ` · ${missed} left out` : ""}
-        </span>
-        {live && !recording && (
-          <button className="icon-button" aria-pressed={following} onClick={() => set_follow(!follow)} aria-label="Follow the newest" title="Follow the newest">
-            <Icon name="follow" />
-          </button>
-        )}
-      </PanelTools>
       <div className="messages-filter" role="search" aria-label="Filter the messages">
         <input
           ref={text_field}
@@ -181,6 +169,15 @@ export function MessagesPanel() {
             <option key={leaf}>{leaf}</option>
           ))}
         </select>
+        <span className="muted number messages-count">
+          {rows.length}
+          {missed > 0 && following ? ` · ${missed} left out` : ""}
+        </span>
+        {live && !recording && (
+          <button className="icon-button" aria-pressed={following} onClick={() => set_follow(!follow)} aria-label="Follow the newest" title="Follow the newest">
+            <Icon name="follow" />
+          </button>
+        )}
       </div>
       <div className="messages-list">
         <Rows

@@ -91,7 +91,7 @@ function Monitor({ model, state, chosen, times }: { model: MonitorModel; state: 
       </div>
       <div className="monitor-tools">
         {times.length > 0 && (
-          <button className="button small" onClick={next} aria-label={`Next violation of ${model.name}`} title={`Go to the next violation (${count > 1 ? `${count} in all` : clock_text(times[0] ?? 0)})`}>
+          <button className="button small" onClick={next} aria-label={`Next violation of ${model.name}, ${clock_text(times[0] ?? 0, 1)}`} title={`Go to the next violation (${count > 1 ? `${count} in all` : clock_text(times[0] ?? 0)})`}>
             <Icon name="next" />
             {clock_text(times[0] ?? 0, 1)}
           </button>

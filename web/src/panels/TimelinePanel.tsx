@@ -26,7 +26,7 @@ function Tools({ timeline, shown, hide_idle, set_hide_idle }: { timeline: Timeli
         <button className="button small" onClick={() => violation(-1)} disabled={violations === 0} aria-label="Previous violation" title="Previous violation (Shift+N)">
           ‹ Violation
         </button>
-        <button className="button small" onClick={previous_tick} aria-label="One tick back" title="One tick back (,)">
+        <button className="button small" onClick={previous_tick} aria-label="−1 tick: one tick back" title="One tick back (,)">
           −1 tick
         </button>
         <button className="button small" onClick={() => (replay > 0 ? stop_replay() : start_replay(speed))} aria-pressed={replay > 0} title="Replay from the moment shown (Space, in the past)" data-testid="replay">
@@ -46,7 +46,7 @@ function Tools({ timeline, shown, hide_idle, set_hide_idle }: { timeline: Timeli
           ))}
         </select>
         {!live && (
-          <button className="button small" onClick={next_tick} aria-label="One tick on" title="One tick on (.)">
+          <button className="button small" onClick={next_tick} aria-label="+1 tick: one tick on" title="One tick on (.)">
           +1 tick
         </button>
         )}

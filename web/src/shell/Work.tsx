@@ -29,12 +29,12 @@ export function Work() {
           <Rail />
         ) : (
           <>
-            <Splitter direction="vertical" label="Width of the column" move={(pixels) => useLayout.setState({ side_px: Math.max(side_px - pixels, kSideMin_px) })} />
+            <Splitter direction="vertical" label="Width of the column" share={1 - side_px / size.width} move={(pixels) => useLayout.setState({ side_px: Math.max(side_px - pixels, kSideMin_px) })} />
             <Side width={side_px} />
           </>
         )}
       </div>
-      <Splitter direction="horizontal" label="Height of the timeline" move={(pixels) => useLayout.setState({ timeline_px: Math.max(timeline_px - pixels, kTimelineMin_px) })} />
+      <Splitter direction="horizontal" label="Height of the timeline" share={1 - timeline_px / size.height} move={(pixels) => useLayout.setState({ timeline_px: Math.max(timeline_px - pixels, kTimelineMin_px) })} />
       <div className="lower" style={{ flex: `0 0 ${timeline_px}px` }}>
         <PanelFrame panel={panel_of("timeline")} flex="1 1 0" />
         {below && (
@@ -78,6 +78,7 @@ function Stage() {
           <Splitter
             direction={stacked ? "horizontal" : "vertical"}
             label="Share of the mission"
+            share={mission}
             move={(pixels) => useLayout.setState({ mission: move_share(mission, pixels, stacked ? size.height : size.width) })}
           />
         )}
@@ -88,6 +89,7 @@ function Stage() {
               <Splitter
                 direction={stacked ? "vertical" : "horizontal"}
                 label="Share of the chart"
+                share={chart}
                 move={(pixels) => useLayout.setState({ chart: move_share(chart, pixels, stacked ? size.width : size.height) })}
               />
             )}

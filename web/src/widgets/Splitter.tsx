@@ -1,7 +1,7 @@
 import { useRef, useState } from "react";
 
-/** Between neighbours; `move` gets how far in pixels. Arrow keys move by 16, with Shift by 64. */
-export function Splitter({ direction, label, move }: { direction: "vertical" | "horizontal"; label: string; move(pixels: number): void }) {
+/** Between neighbours, at `share` (0 to 1) of what both have; `move` gets how far in pixels. Arrow keys move by 16, with Shift by 64. */
+export function Splitter({ direction, label, share, move }: { direction: "vertical" | "horizontal"; label: string; share: number; move(pixels: number): void }) {
   const last = useRef(0);
   const [dragging, set_dragging] = useState(false);
   const along = (event: { clientX: number; clientY: number }) => (direction === "vertical" ? event.clientX : event.clientY);
@@ -11,6 +11,7 @@ export function Splitter({ direction, label, move }: { direction: "vertical" | "
       role="separator"
       aria-orientation={direction}
       aria-label={label}
+      aria-valuenow={Math.round(share * 100)}
       tabIndex={0}
       onPointerDown={(event) => {
         event.currentTarget.setPointerCapture(event.pointerId);

@@ -139,7 +139,7 @@ export function Rows({ rows, follow, set_follow, chosen, now, pick, at_top, reve
       className="scroll messages"
       role="listbox"
       aria-label="Observations"
-      aria-activedescendant={at >= 0 ? `message-${rows[at]?.sequence}` : undefined}
+      aria-activedescendant={at >= from && at < to ? `message-${rows[at]?.sequence}` : undefined}
       tabIndex={0}
       onScroll={(event) => {
         const list = event.currentTarget;

@@ -212,7 +212,8 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
   // That a condition does not hold is an answer like any other.
   const no = node.kind === "condition" && word === "failure";
   const classes = ["node", no ? "no" : word, chosen ? "chosen" : near ? "near" : "", found ? "found" : "", never ? "never-ticked" : ""].filter(Boolean).join(" ");
-  const said = `${drawn.title.join(" ") || node.name}, ${node.type}: ${word}${status === 0 && last > 0 ? `, last ${(kStatuses[last] ?? "").toLowerCase()}` : ""}${never ? ", never reached" : ""}`;
+  // What is read aloud begins with what is to be seen.
+  const said = `${[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" ") || node.name}, ${node.type}: ${word}${status === 0 && last > 0 ? `, last ${(kStatuses[last] ?? "").toLowerCase()}` : ""}${never ? ", never reached" : ""}`;
   return (
     <g
       id={`node-${id}`}
@@ -224,7 +225,7 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
       aria-selected={chosen}
       aria-expanded={parent_of_some ? !folded : undefined}
     >
-      <title>{[said, ...drawn.lines].join("; ")}</title>
+      <title>{said}</title>
       {(chosen || found) && <rect className="halo" data-export="no" x={drawn.x - 5} y={drawn.y - 5} width={drawn.width + 10} height={drawn.height + 10} rx={7} />}
       <Outline drawn={drawn} />
       <Texts drawn={drawn} middle={middle} />
