@@ -470,7 +470,8 @@ class SkillTranslator {
       text +=
           ">\n<assign" + text::xml_attribute("location", result) + " expr=\"_event.data.result\"/>\n</transition>\n";
     }
-    // A stub that gets no answer goes on with a default value; here the call's failure is the skill's.
+    // What the original's generated client does with no answer is to go on with a default value; here the call's
+    // failure is the skill's.
     needs_failure_ = needs_failure_ || !failure_;
     text += "<transition" + text::xml_attribute("event", "error " + name + ".error") +
             text::xml_attribute("cond", mine) + " target=\"failure\"/>\n";

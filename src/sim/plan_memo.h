@@ -14,7 +14,8 @@ namespace sentree::sim {
 /// Of one grid, since few worlds have robots of several sizes: another takes its place. Bounded in number.
 class PlanMemo {
  public:
-  /// What find_path gives; valid until the next call.
+  /// What find_path gives; valid until the next call. Cost: what was found before takes a comparison of the grid with
+  /// the one before, else a search.
   [[nodiscard]] const Plan& path(const CostGrid& grid, Cell start, Cell goal, std::uint64_t expansions_max);
 
   [[nodiscard]] std::uint64_t searches() const { return searches_; }  ///< Those that it made.

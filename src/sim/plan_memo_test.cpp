@@ -4,69 +4,23 @@
 
 #include <vector>
 
-#include "sentree/base/rng.h"
-#include "sentree/sim/remember.h"
-#include "sentree/sim/services.h"
-#include "sentree/sim/simulation.h"
+#include "sentree/sim/memo_test_support.h"
 
 namespace sentree::sim {
 namespace {
 
-World planned_house() {
-  Loaded<World> loaded = load_world(SENTREE_SOURCE_DIR "/examples/recharge/world/world.yaml", "world.yaml");
-  for (const Diagnostic& d : loaded.diagnostics) ADD_FAILURE() << to_string(d);
-  return loaded.ok() ? *std::move(loaded.value) : World{};
-}
-
-// Whatever happens, a robot whose paths are remembered drives as one whose are not.
+// Paths of one run are of use to the next.
 TEST(PlanMemo, ChangesNothing) {
-  World world = planned_house();
+  const World world = test::house();
   ASSERT_FALSE(world.robots.empty());
-  constexpr std::uint64_t kSeed = 12;
-  Rng rng(kSeed);
   PlanMemo memo;
-  for (int run = 0; run < 3; ++run) {
-    State plain = initial_state(world, kSeed);
-    State remembered = plain;
-    TimePoint now{};
-    for (int i = 0; i < 150; ++i) {
-      now += std::chrono::milliseconds(400);
-      const auto both = [&](auto&& change) {
-        change(plain);
-        const Remember<PlanMemo> remembers(memo);
-        change(remembered);
-      };
-      switch (rng.below(20)) {
-        case 0:
-        case 1:
-          both([&](State& state) {
-            (void)call(world, state,
-                       {.service = "Navigation",
-                        .method = "gotoTargetByLocationName",
-                        .args = Map{{"name", i % 2 == 0 ? "kitchen" : "station"}}},
-                       now);
-          });
-          break;
-        case 2: both([](State& state) { state.doors[0].open = !state.doors[0].open; }); break;
-        case 3: {
-          const Vec2 at{rng.uniform(1.0, 15.0), rng.uniform(1.0, 9.0)};
-          both([&](State& state) {
-            state.obstacles.assign(1, Obstacle());
-            state.obstacles[0].shape = Shape::disc(at, 0.3);
-          });
-          break;
-        }
-        default: break;  // it drives
-      }
-      both([&](State& state) { advance(world, state, now); });
-      ASSERT_EQ(plain, remembered) << "seed " << kSeed << ", run " << run << ", step " << i;
-    }
-  }
+  for (const std::uint64_t seed : {12, 13, 14})
+    test::expect_alike(world, {.seed = seed, .steps = 150, .step = std::chrono::milliseconds(400), .quiet = 10}, memo);
   EXPECT_GT(memo.searches(), 0U);
 }
 
 TEST(PlanMemo, SearchesAgainOnlyWhatIsNew) {
-  const World world = planned_house();
+  const World world = test::house();
   ASSERT_FALSE(world.robots.empty());
   const RobotSpec& robot = world.robots[0];
   const Cell from = world.map.cell_at(world.locations.at(0).pose.position());
@@ -94,7 +48,7 @@ TEST(PlanMemo, SearchesAgainOnlyWhatIsNew) {
 }
 
 TEST(PlanMemo, IsBounded) {
-  const World world = planned_house();
+  const World world = test::house();
   ASSERT_FALSE(world.robots.empty());
   const CostGrid& costs = world.robots[0].costs;
   const Cell blocked{0, 0};  // no search: the memo alone is what is filled

@@ -4,36 +4,17 @@ import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
+import { begin_run, open_beside, records, rename_node, stop_run } from "../harness/beside.mjs";
 import { interventions, text, until } from "../harness/browser.mjs";
-import { copy_of, node, open_design, serve_design, settled } from "../harness/design.mjs";
+import { node } from "../harness/design.mjs";
 import { run } from "../harness/program.mjs";
 
 const pictures = process.env.SENTREE_PICTURES;
 if (pictures) mkdirSync(pictures, { recursive: true });
 
-const records = async (page) => (await page.getByTestId("records").getAttribute("title")).replace("runs/", "");
-
-async function rename(page, from, to) {
-  await page.getByRole("button", { name: "Design", exact: true }).click();
-  await node(page, from).click();
-  await page.getByTestId("design-tree").focus();
-  await page.keyboard.press("F2");
-  await page.keyboard.press("Control+a");
-  await page.keyboard.type(to);
-  await page.keyboard.press("Enter");
-  await node(page, to).waitFor();
-  await settled(page);
-}
-
 test("edits are applied to a run that is paused, or refused with all reasons", async () => {
-  const folder = copy_of("recharge");
-  const program = await serve_design(folder);
-  const { page, close } = await open_design(program.url);
-  await page.getByTestId("design-tree").waitFor();
-  await page.getByRole("combobox", { name: "Scenario of the shadow run" }).selectOption("normal");
-  await settled(page);
-  await page.getByRole("button", { name: "Record a run of the scenario" }).click();
-  await page.getByRole("menuitem", { name: "Sixteen times as fast" }).click();
+  const { folder, program, page, close } = await open_beside("recharge", "normal");
+  await begin_run(page, "Sixteen times as fast");
   const at_work = page.locator('[data-testid=tree] [data-status="RUNNING"][aria-label^="GoToKitchen"]');
   await at_work.waitFor();
   await page.getByTestId("pause").click();
@@ -42,7 +23,7 @@ test("edits are applied to a run that is paused, or refused with all reasons", a
   assert.equal(await page.getByTestId("apply").count(), 0, "there is nothing to apply");
 
   // What is at work cannot get lost.
-  await rename(page, "GoToKitchen", "DriveToKitchen");
+  await rename_node(page, "GoToKitchen", "DriveToKitchen");
   await page.getByTestId("apply").click();
   await page.getByTestId("refusals").getByText("the skill of GoToKitchen is at work, and its leaf is gone").waitFor();
   if (pictures) await page.screenshot({ path: join(pictures, "apply-later.png") });
@@ -53,7 +34,7 @@ test("edits are applied to a run that is paused, or refused with all reasons", a
   await page.getByTestId("apply").waitFor({ state: "visible" });
 
   // Another leaf, idle now, gets another name.
-  await rename(page, "AtKitchen", "InKitchen");
+  await rename_node(page, "AtKitchen", "InKitchen");
   await page.getByTestId("apply").click();
   await until(async () => (await records(page)) !== first, "the run is recorded into another file");
   const second = await records(page);
@@ -78,14 +59,8 @@ test("edits are applied to a run that is paused, or refused with all reasons", a
 });
 
 test("a project with errors, and a run in real time, are refused with reason and place", async () => {
-  const folder = copy_of("recharge");
-  const program = await serve_design(folder);
-  const { page, close } = await open_design(program.url);
-  await page.getByTestId("design-tree").waitFor();
-  await page.getByRole("combobox", { name: "Scenario of the shadow run" }).selectOption("normal");
-  await settled(page);
-  await page.getByRole("button", { name: "Record a run of the scenario" }).click();
-  await page.getByRole("menuitem", { name: "In step with the clock" }).click();
+  const { folder, program, page, close } = await open_beside("recharge", "normal");
+  await begin_run(page, "In step with the clock");
   await until(async () => (await text(page, "presence")) === "● Live", "the run goes on");
   const file = join(folder, "mission.xml");
   const original = readFileSync(file, "utf8");
@@ -101,14 +76,11 @@ test("a project with errors, and a run in real time, are refused with reason and
   writeFileSync(file, original);
   await page.getByTestId("apply").click();
   await page.getByTestId("apply").waitFor({ state: "detached" });
-  await page.getByRole("button", { name: "Stop", exact: true }).click();
-  await dialog.getByRole("button", { name: "Stop" }).click();
-  await page.getByTestId("records").waitFor({ state: "detached" });
+  await stop_run(page);
 
-  await page.getByRole("button", { name: "Record a run of the scenario" }).click();
-  await page.getByRole("menuitem", { name: "In real time" }).click();
+  await begin_run(page, "In real time");
   await page.getByTestId("records").waitFor();
-  await rename(page, "AtKitchen", "InKitchen");
+  await rename_node(page, "AtKitchen", "InKitchen");
   await page.getByTestId("apply").click();
   await reasons.getByText("a run in real time cannot be held between two ticks").waitFor();
   await close();

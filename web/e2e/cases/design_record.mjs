@@ -4,33 +4,21 @@ import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
+import { begin_run, open_beside, records, rename_node, stop_run } from "../harness/beside.mjs";
 import { interventions, text, until } from "../harness/browser.mjs";
-import { copy_of, node, open_design, serve_design, settled } from "../harness/design.mjs";
+import { copy_of, open_design, serve_design, settled } from "../harness/design.mjs";
 import { run } from "../harness/program.mjs";
 
 const recordings = (page) => page.locator("[data-recording]").evaluateAll((rows) => rows.map((row) => row.dataset.recording));
 
 async function record(page, how) {
-  await page.getByRole("button", { name: "Record a run of the scenario" }).click();
-  await page.getByRole("menuitem", { name: how }).click();
+  await begin_run(page, how);
   await until(async () => (await text(page, "presence")) === "● Live", "the run goes on");
-  return (await page.getByTestId("records").getAttribute("title")).replace("runs/", "");
-}
-
-async function stop(page) {
-  await page.getByRole("button", { name: "Stop", exact: true }).click();
-  await page.getByRole("dialog").getByRole("button", { name: "Stop" }).click();
-  await until(async () => (await text(page, "presence")) === "■ Ended", "the run has ended");
-  await page.getByTestId("records").waitFor({ state: "detached" });
+  return records(page);
 }
 
 test("a run is recorded while it is steered, stopped, listed and opened; editing goes on beside it", async () => {
-  const folder = copy_of("recharge");
-  const program = await serve_design(folder);
-  const { page, close } = await open_design(program.url);
-  await page.getByTestId("design-tree").waitFor();
-  await page.getByRole("combobox", { name: "Scenario of the shadow run" }).selectOption("normal");
-  await settled(page);
+  const { folder, program, page, close } = await open_beside("recharge", "normal");
   assert.deepEqual(await recordings(page), []);
 
   const file = await record(page, "In step with the clock");
@@ -43,20 +31,12 @@ test("a run is recorded while it is steered, stopped, listed and opened; editing
   await until(async () => (await text(page, "presence")) === "❚❚ Paused", "the run is paused");
 
   // An edit is checked and run in the shadow; the page keeps showing the run.
-  await page.getByRole("button", { name: "Design", exact: true }).click();
-  await node(page, "AtKitchen").click();
-  await page.getByTestId("design-tree").focus();
-  await page.keyboard.press("F2");
-  await page.keyboard.press("Control+a");
-  await page.keyboard.type("InKitchen");
-  await page.keyboard.press("Enter");
-  await node(page, "InKitchen").waitFor();
-  await settled(page);
+  await rename_node(page, "AtKitchen", "InKitchen");
   assert.equal(await page.locator("[data-recording][aria-current=true]").getAttribute("data-recording"), file);
   await page.getByRole("button", { name: "Run", exact: true }).click();
   await page.locator('[data-testid=tree] [aria-label^="AtKitchen"]').waitFor();
   assert.equal(await page.getByRole("button", { name: "Record a run of the scenario" }).count(), 0, "one at a time");
-  await stop(page);
+  await stop_run(page);
 
   // The shadow run comes back, and the recording beside it.
   await page.getByTestId("to-shadow").click();
@@ -70,7 +50,7 @@ test("a run is recorded while it is steered, stopped, listed and opened; editing
   // The next one runs what is edited, saved or not; ended by its scenario it is over too.
   const second = await record(page, "Sixteen times as fast");
   await page.locator('[data-testid=tree] [aria-label^="InKitchen"]').waitFor();
-  await stop(page);
+  await stop_run(page);
   await page.getByRole("button", { name: "Design", exact: true }).click();
   assert.deepEqual((await recordings(page)).sort(), [file, second].sort());
   await close();
