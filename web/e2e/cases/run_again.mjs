@@ -9,6 +9,12 @@ import { copy_of } from "../harness/design.mjs";
 import { example, serve_run } from "../harness/program.mjs";
 
 const hello_of = (page) => first_message(page, "hello");
+/** What another run than that of `boot` says of itself, at the same address. */
+const other_run = (page, boot) =>
+  until(async () => {
+    const now = await hello_of(page).catch(() => null);
+    return now && now.boot !== boot ? now : null;
+  }, "there is another run");
 
 test("a run that has ended begins again, with the same seed, and then as another scenario", async () => {
   const program = await serve_run(example("recharge"), { scenario: "experiment1", args: ["--clock", "virtual", "--factor", "1000"] });
@@ -17,10 +23,7 @@ test("a run that has ended begins again, with the same seed, and then as another
   const before = await hello_of(page);
   await page.getByRole("button", { name: "Run again" }).click();
   await page.getByRole("menuitem", { name: "The same once more" }).click();
-  const after = await until(async () => {
-    const now = await hello_of(page).catch(() => null);
-    return now && now.boot !== before.boot ? now : null;
-  }, "there is another run at the same address");
+  const after = await other_run(page, before.boot);
   assert.equal(after.seed, before.seed);
   assert.equal(after.title, before.title);
   // Until then the page shows the end of the run before.
@@ -44,8 +47,7 @@ test("with another seed it is another run, which can be repeated", async () => {
   const { page, close } = await open_page(program.url, { lost_connections: true });
   /** What is left to chance is the odometry: where the robot believes to be when the run ends. */
   const ended = async (before) => {
-    await until(async () => (await hello_of(page).catch(() => before)).boot !== before?.boot, "there is another run");
-    const hello = await hello_of(page);
+    const hello = await other_run(page, before?.boot);
     await page.locator(`header[data-boot="${hello.boot}"]`).waitFor();
     await until(async () => (await text(page, "presence")) === "■ Ended", "it has ended");
     return { ...hello, believes: (await state_of(page)).robots.robot.estimate };

@@ -82,7 +82,8 @@ export function operate(page, op, args = {}) {
     ([name, given]) =>
       new Promise((settle, fail) => {
         const socket = new WebSocket(`ws://${location.host}/api/ws`);
-        socket.onerror = () => fail(new Error("no connection"));
+        // A program that begins again closes it, also before it has answered.
+        socket.onerror = socket.onclose = () => fail(new Error("no connection"));
         socket.onopen = () => socket.send(JSON.stringify({ op: name, id: 1, ...given }));
         socket.onmessage = (event) => {
           const message = JSON.parse(event.data);
@@ -102,7 +103,8 @@ export function first_message(page, type) {
     (wanted) =>
       new Promise((settle, fail) => {
         const socket = new WebSocket(`ws://${location.host}/api/ws`);
-        socket.onerror = () => fail(new Error("no connection"));
+        // A program that begins again closes it, also before it has answered.
+        socket.onerror = socket.onclose = () => fail(new Error("no connection"));
         socket.onmessage = (event) => {
           const message = JSON.parse(event.data);
           if (message.type !== wanted) return;
