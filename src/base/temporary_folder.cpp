@@ -53,10 +53,11 @@ void clean_temporary_folders(const fs::path& place, std::chrono::seconds age) {
   }
 }
 
-TemporaryFolder::TemporaryFolder(std::string_view purpose) {
+TemporaryFolder::TemporaryFolder(std::string_view purpose, std::size_t path_max) {
   std::error_code error;
-  const fs::path place = fs::temp_directory_path(error);
+  fs::path place = fs::temp_directory_path(error);
   if (error) return;
+  if (place.native().size() + 1 + kPrefix.size() + purpose.size() + kEndingSize > path_max) place = "/tmp";
   static std::once_flag cleaned;
   std::call_once(cleaned, [&] { clean_temporary_folders(place, std::chrono::minutes(1)); });
   std::string name = (place / (std::string(kPrefix) + std::string(purpose) + "-XXXXXX")).string();

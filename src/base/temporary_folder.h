@@ -1,6 +1,8 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string_view>
 
@@ -10,8 +12,10 @@ namespace sentree {
 /// What processes that were killed have left is taken away by the next process of the same user that makes one.
 class TemporaryFolder {
  public:
-  /// @param purpose  Part of its name: "sentree-purpose-8fK2aQ".
-  explicit TemporaryFolder(std::string_view purpose);
+  /// @param purpose   Part of its name: "sentree-purpose-8fK2aQ".
+  /// @param path_max  Octets that its path may have, where sockets are to have names in it: if the system's place is
+  ///                  longer (TMPDIR), it is in /tmp.
+  explicit TemporaryFolder(std::string_view purpose, std::size_t path_max = SIZE_MAX);
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;

@@ -4,6 +4,8 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <optional>
+#include <string>
 
 namespace sentree {
 namespace {
@@ -45,16 +47,41 @@ TEST(TemporaryFolder, WhatAKilledProcessLeftIsTakenAway) {
   EXPECT_TRUE(fs::exists(other / "socket"));
 }
 
+// The system's place for temporary files is another one, as long as this lives.
+class Elsewhere {
+ public:
+  explicit Elsewhere(const std::string& place) {
+    if (const char* before = std::getenv("TMPDIR")) before_ = before;
+    setenv("TMPDIR", place.c_str(), 1);
+  }
+  ~Elsewhere() {
+    if (before_)
+      setenv("TMPDIR", before_->c_str(), 1);
+    else
+      unsetenv("TMPDIR");
+  }
+  Elsewhere(const Elsewhere&) = delete;
+  Elsewhere& operator=(const Elsewhere&) = delete;
+
+ private:
+  std::optional<std::string> before_;
+};
+
 TEST(TemporaryFolder, IsEmptyWhereNoneCanBeMade) {
-  const char* before = std::getenv("TMPDIR");
-  const std::string kept = before != nullptr ? before : "";
-  setenv("TMPDIR", "/nowhere/at/all", 1);
-  const TemporaryFolder folder("test");
-  if (before != nullptr)
-    setenv("TMPDIR", kept.c_str(), 1);
-  else
-    unsetenv("TMPDIR");
-  EXPECT_TRUE(folder.path().empty());
+  const Elsewhere nowhere("/nowhere/at/all");
+  EXPECT_TRUE(TemporaryFolder("test").path().empty());
+}
+
+TEST(TemporaryFolder, IsWhereItsPathIsShortEnough) {
+  const TemporaryFolder outer("test");
+  const fs::path place = outer.path() / std::string(60, 'a');
+  fs::create_directory(place);
+  const Elsewhere here(place);
+  EXPECT_EQ(TemporaryFolder("test").path().parent_path(), place);
+  const TemporaryFolder inner("test", 40);
+  EXPECT_EQ(inner.path().parent_path(), "/tmp");
+  EXPECT_LE(inner.path().native().size(), 40U);
+  EXPECT_EQ(TemporaryFolder("test", inner.path().native().size() + 300).path().parent_path(), place);
 }
 
 }  // namespace

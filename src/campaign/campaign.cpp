@@ -31,14 +31,16 @@ std::vector<std::string> texts(const std::vector<Level>& levels) {
   return out;
 }
 
-// Rows of a table one by one; the last may be torn.
+// Rows of a table one by one; the last may be torn, and so may the header be, of who was killed as it began.
 class Table {
  public:
   Table(std::filesystem::path file, std::string header, std::size_t requirements)
       : file_(std::move(file)), requirements_(requirements), in_(file_, std::ios::binary) {
     std::string line;
-    good_ = std::getline(in_, line) && line + "\n" == header && !in_.eof();
-    size_ = header.size();
+    std::getline(in_, line);
+    const bool is_torn = in_.eof();
+    good_ = is_torn ? header.starts_with(line) : line + "\n" == header;
+    size_ = is_torn ? 0 : header.size();
   }
   [[nodiscard]] bool is_good() const { return good_; }
   /// Octets of the whole rows that were read, and of the header.
@@ -192,7 +194,7 @@ Result<Summary> run_campaign(Runner& runner, const Settings& settings, const Cam
     }
     std::error_code error;
     std::filesystem::resize_file(file, table.size(), error);
-    begins = static_cast<bool>(error);
+    begins = error || table.size() == 0;
   }
   if (auto written = text::write_file(options.folder / kSettingsName, to_json(to_value(settings)) + "\n"); !written)
     return tl::unexpected(written.error());

@@ -168,6 +168,14 @@ TEST_F(Campaign, OfShardsThatAreMergedIsTheSameAsInOne) {
   ASSERT_TRUE(less);
   EXPECT_EQ(less->ended(Outcome::kLost), less->runs() / 4);
   EXPECT_EQ(less->lost().front().run, 4U);
+  // Nor are others lost if it was killed as it began.
+  parts.push_back(folder_.path() / "part4");
+  for (const char* begun : {"", "ru"}) {
+    ASSERT_TRUE(text::write_file(parts.back() / kTableName, begun));
+    const auto torn = merge_campaign(*one, asked, parts, out("torn"));
+    ASSERT_TRUE(torn) << to_string(torn.error());
+    EXPECT_EQ(to_json(torn->to_value()), to_json(less->to_value()));
+  }
 }
 
 TEST_F(Campaign, GoesOnFromATableThatEndsAnywhere) {
@@ -183,8 +191,9 @@ TEST_F(Campaign, GoesOnFromATableThatEndsAnywhere) {
   SCOPED_TRACE(kSeed);
   Rng rng(kSeed);
   const std::size_t header = table.find('\n') + 1;
-  for (int i = 0; i < 8; ++i) {
-    const std::size_t cut = header + rng.below(table.size() - header);
+  std::vector<std::size_t> cuts{0, 1, header - 1, header};
+  for (int i = 0; i < 8; ++i) cuts.push_back(header + rng.below(table.size() - header));
+  for (const std::size_t cut : cuts) {
     ASSERT_TRUE(text::write_file(folder / kTableName, table.substr(0, cut)));
     const auto again = run_campaign(*one, asked, {.jobs = 1, .folder = folder, .resume = true});
     ASSERT_TRUE(again) << to_string(again.error());

@@ -28,6 +28,9 @@ namespace {
 
 // Requests of others whose outcome has not come.
 constexpr std::size_t kOverheardMax = 256;
+// Of the 107 octets that a socket's path may have, the rest is for the names in the folder: those of processes and
+// observers.
+constexpr std::size_t kSocketFolderMax = 60;
 // What a run's processes get to end in order.
 constexpr std::chrono::seconds kEndPatience{2};
 
@@ -304,7 +307,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
   std::optional<std::string> make_folder() {
     if (!anything_remote()) return std::nullopt;
     if (!is_durable()) {
-      folder_.emplace("run");
+      folder_.emplace("run", kSocketFolderMax);
       if (folder_->path().empty()) return "no folder for its sockets can be made; TMPDIR names where";
       return std::nullopt;
     }

@@ -43,7 +43,7 @@ Result<std::unique_ptr<ObservationInbox>> ObservationInbox::open(const std::stri
   const auto at = address_of(path);
   const int socket = at ? ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0) : -1;
   if (socket < 0 || ::bind(socket, reinterpret_cast<const sockaddr*>(&*at), sizeof *at) != 0) {
-    const std::string why = at ? std::generic_category().message(errno) : "the path is too long for a socket";
+    const std::string why = at ? std::generic_category().message(errno) : "a socket's path has 107 octets at most";
     if (socket >= 0) ::close(socket);
     return fail("observer.socket", "no socket for observations: " + why, SourceSpan{path});
   }

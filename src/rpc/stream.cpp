@@ -247,7 +247,7 @@ Connected connect_to(const Address& address, Resolver& resolver, const std::shar
     sockaddr_un at{};
     at.sun_family = AF_UNIX;
     if (address.path.size() >= sizeof at.sun_path)
-      return {nullptr, StreamStatus::kFailed, "the path is too long for a socket"};
+      return {nullptr, StreamStatus::kFailed, "a socket's path has 107 octets at most"};
     std::memcpy(at.sun_path, address.path.c_str(), address.path.size() + 1);
     return connect_socket(AF_UNIX, reinterpret_cast<const sockaddr*>(&at), sizeof at, deadline);
   }

@@ -4,6 +4,7 @@
 Signals at random moments, a disk that is full, few descriptors, standard output that nobody reads, and clocks that jump. A run goes on or ends with
 an error that is told; nothing of it lives on, and the next command cleans up behind one that was killed."""
 import argparse
+import atexit
 import json
 import os
 import random
@@ -13,6 +14,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -32,8 +34,9 @@ chance = random.Random(options.seed)
 shutil.rmtree(work, ignore_errors=True)
 work.mkdir(parents=True)
 os.chdir(work)
-sockets = work / "run"
-sockets.mkdir()
+# Paths of sockets are short, wherever this is checked out.
+sockets = Path(tempfile.mkdtemp(prefix="s-", dir="/tmp"))
+atexit.register(shutil.rmtree, sockets, ignore_errors=True)
 environment = dict(os.environ, XDG_RUNTIME_DIR=str(sockets), TMPDIR=str(sockets), SENTREE_RUNS=str(work / "runs"))
 shutil.copytree(source / "examples/minimal", work / "minimal")
 (work / "minimal/scenarios/again.yaml").write_text("clock: {real: 20}\nduration: 60 s\noverride: {mission: {repeat: true}}\n")
