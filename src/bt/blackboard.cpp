@@ -1,5 +1,7 @@
 #include "sentree/bt/blackboard.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -46,8 +48,7 @@ Blackboard::Entry* Blackboard::create(std::uint32_t cell, const PortType* type, 
     Entry& entry = state_.entries_[existing];
     const bool both_strong = entry.type != nullptr && entry.type->strong() && type != nullptr && type->strong();
     if (both_strong && !(*entry.type == *type) && !castable(model_, *type, *entry.type)) {
-      error = "entry \"" + std::string(name(cell)) + "\" is of type " + entry.type->name + " and cannot become " +
-              type->name;
+      error = fmt::format("entry \"{}\" is of type {} and cannot become {}", name(cell), entry.type->name, type->name);
       return nullptr;
     }
     return &entry;
@@ -105,14 +106,13 @@ bool Blackboard::set(std::uint32_t cell, Datum&& datum, const PortType* type, st
       converted = std::move(datum.value);
     }
     if (!converted) {
-      error = "entry \"" + std::string(name(cell)) + "\" is of type " + entry.type->name + "; it cannot take a " +
-              type->name;
+      error = fmt::format("entry \"{}\" is of type {}; it cannot take a {}", name(cell), entry.type->name, type->name);
       return false;
     }
     datum.value = std::move(*converted);
   }
   if (!copy_into(datum, entry.datum)) {
-    error = "entry \"" + std::string(name(cell)) + "\" cannot take the value " + to_json(datum.value);
+    error = fmt::format("entry \"{}\" cannot take the value {}", name(cell), to_json(datum.value));
     return false;
   }
   written(entry);
@@ -127,8 +127,8 @@ bool Blackboard::put(std::uint32_t cell, Datum&& datum, const PortType* type, st
     if (entry->type == nullptr || !entry->type->strong()) {
       entry->type = &type_of<Value>();
     } else if (type == nullptr || !(*type == *entry->type)) {
-      error = "entry \"" + std::string(name(cell)) + "\" is of type " + entry->type->name + "; it cannot take " +
-              (type != nullptr ? "a " + type->name : "what has none");
+      error = fmt::format("entry \"{}\" is of type {}; it cannot take {}", name(cell), entry->type->name,
+                          type != nullptr ? "a " + type->name : "what has none");
       return false;
     }
   }
@@ -178,8 +178,8 @@ std::uint32_t Blackboard::cell(std::uint32_t scope, std::string_view name) {
 }
 
 std::string Blackboard::too_many(std::string_view name) {
-  return "entry \"" + std::string(name) + "\" would be one more than the " + std::to_string(kRuntimeEntriesMax) +
-         " that may be named at run time; name it in the tree";
+  return fmt::format("entry \"{}\" would be one more than the {} that may be named at run time; name it in the tree",
+                     name, kRuntimeEntriesMax);
 }
 
 std::string_view Blackboard::name(std::uint32_t cell) const {

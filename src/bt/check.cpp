@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -15,7 +17,7 @@ void Loader::check_definitions() {
     // Those that came along with a tree of another file are that file's business.
     if (!definition.reached && !documents_[definition.document]->found) {
       define(definition);
-      warn("bt.unused-tree", "BehaviorTree \"" + definition.id + "\" is not part of the main tree",
+      warn("bt.unused-tree", fmt::format("BehaviorTree \"{}\" is not part of the main tree", definition.id),
            definition.element.span());
     }
   }
@@ -26,7 +28,8 @@ void Loader::check_definitions() {
   }
   for (const auto& [id, ports] : subtree_ports_) {
     if (!definition_index_.contains(id) && !options_.partial) {
-      warn("bt.unused-model", "the TreeNodesModel declares SubTree \"" + id + "\", and there is no such BehaviorTree",
+      warn("bt.unused-model",
+           fmt::format("the TreeNodesModel declares SubTree \"{}\", and there is no such BehaviorTree", id),
            ports.span);
     }
   }
@@ -88,13 +91,12 @@ void Loader::check_entries() {
       says_nothing = false;
       if (!told.emplace(model_->infos[id].offset, name.name).second) continue;
       warn("bt.unknown-entry",
-           std::string(attribute) + " uses entry \"" + name.name + "\", which nothing in the tree creates",
-           span_of(id));
+           fmt::format("{} uses entry \"{}\", which nothing in the tree creates", attribute, name.name), span_of(id));
     }
     for (const std::string& mistake : type_mistakes(script, own, is_number)) {
       says_nothing = false;
       if (!told.emplace(model_->infos[id].offset, mistake).second) continue;
-      warn("bt.script-type", std::string(attribute) + ": script \"" + script.text + "\": " + mistake, span_of(id));
+      warn("bt.script-type", fmt::format("{}: script \"{}\": {}", attribute, script.text, mistake), span_of(id));
     }
     sound[index] = says_nothing;
   };

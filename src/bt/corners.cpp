@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <functional>
 #include <span>
@@ -131,20 +133,20 @@ void Loader::check_corners(std::uint32_t index) {
       repeated[i] = repeated[node.parent] != 0 || repeats(above);
       if (place == results[node.parent].reached) {
         warn("bt.unreachable-child",
-             own.id + " is never reached: what stands before it always ends " + manifest(parent).id,
+             fmt::format("{} is never reached: what stands before it always ends {}", own.id, manifest(parent).id),
              node.element.span());
       }
       if (place == 0 && (above == Kind::kIfThenElse || above == Kind::kWhileDoElse) &&
           (results[i].total & kSkipped) != 0) {
         warn("bt.skipped-condition",
-             "the condition of " + manifest(parent).id + " may be SKIPPED; that gives the tick up",
+             fmt::format("the condition of {} may be SKIPPED; that gives the tick up", manifest(parent).id),
              node.element.span());
       }
       const std::string_view tag = node.element.name();
       if (above == Kind::kReactiveSequence && is_explicit_tag(tag)) {
         warn("bt.explicit-in-reactive",
-             "BehaviorTree.CPP 4.10 refuses <" + std::string(tag) + " ID=…> under ReactiveSequence; <" + own.id +
-                 "> works in both",
+             fmt::format("BehaviorTree.CPP 4.10 refuses <{} ID=…> under ReactiveSequence; <{}> works in both", tag,
+                         own.id),
              node.element.span());
       }
     }
@@ -155,9 +157,9 @@ void Loader::check_corners(std::uint32_t index) {
     if ((frozen || has(Conditions::kOnHalted)) && (results[i].own & kSkipped) != 0 && own.children_max != 0 &&
         stays_running(own.kind)) {
       warn("bt.skipped-stays-running",
-           own.id + " may be SKIPPED because of its children and stays RUNNING inside then: " +
-               (frozen ? "its _failureIf, _successIf, _skipIf are not asked again until its parent resets it"
-                       : "its _onHalted runs when its parent resets it"),
+           fmt::format("{} may be SKIPPED because of its children and stays RUNNING inside then: {}", own.id,
+                       frozen ? "its _failureIf, _successIf, _skipIf are not asked again until its parent resets it"
+                              : "its _onHalted runs when its parent resets it"),
            node.element.span());
     }
     const Mask below = i + 1 < results.size() ? results[i + 1].total : Mask{0};  // Of a decorator's child.
@@ -170,8 +172,8 @@ void Loader::check_corners(std::uint32_t index) {
     }
     if (own.kind == Kind::kRunOnce && (halted[i] != 0 || repeated[i] != 0)) {
       warn("bt.run-once",
-           std::string("RunOnce is never armed again, not by ") +
-               (repeated[i] != 0 ? "the next cycle of what repeats it" : "halting") + " either",
+           fmt::format("RunOnce is never armed again, not by {} either",
+                       repeated[i] != 0 ? "the next cycle of what repeats it" : "halting"),
            node.element.span());
     }
     if (own.kind == Kind::kSequenceWithMemory && model_->format != 3 && halted[i] != 0 && node.child_count > 1) {
@@ -180,8 +182,9 @@ void Loader::check_corners(std::uint32_t index) {
   }
   if (on_halted != nullptr) {
     warn("bt.on-halted",
-         "_onHalted also runs for nodes that never ran when the whole tree is halted, and twice for those that run" +
-             (on_halted_count > 1 ? " (" + std::to_string(on_halted_count) + " nodes of this tree have one)" : ""),
+         fmt::format("_onHalted also runs for nodes that never ran when the whole tree is halted, and twice for those "
+                     "that run{}",
+                     on_halted_count > 1 ? fmt::format(" ({} nodes of this tree have one)", on_halted_count) : ""),
          on_halted->element.attribute_span("_onHalted"));
   }
 }
@@ -191,15 +194,15 @@ void Loader::check_arity(const DefinedNode& node, const Manifest& own) {
     const std::uint32_t least = own.kind == Kind::kWhileDoElse && model_->format == 3 ? 3 : 2;
     if (node.child_count < least || node.child_count > 3) {
       warn("bt.child-count",
-           own.id + " has " + std::to_string(node.child_count) + " children; with other than " +
-               (least == 3 ? "3" : "2 or 3") + " every tick of it fails",
+           fmt::format("{} has {} children; with other than {} every tick of it fails", own.id, node.child_count,
+                       least == 3 ? "3" : "2 or 3"),
            node.element.span());
     }
   }
   if (own.kind == Kind::kSwitch && node.child_count != own.ports.size()) {
     warn("bt.child-count",
-         own.id + " has " + std::to_string(node.child_count) + " children; it needs one per case and the default, " +
-             std::to_string(own.ports.size()) + ", or every tick of it fails",
+         fmt::format("{} has {} children; it needs one per case and the default, {}, or every tick of it fails", own.id,
+                     node.child_count, own.ports.size()),
          node.element.span());
   }
 }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -107,14 +109,14 @@ Manifest Loader::unknown_manifest(const XmlElement& element, std::string_view id
   const std::string what = made.category == Category::kControl ? "control node" : "decorator";
   if (declared != declared_.end()) {
     warn("bt.unknown-node",
-         "\"" + made.id + "\" is declared as " + std::string(to_string(made.category)) +
-             ", and no C++ node of that ID is registered: it can be drawn, not run",
+         fmt::format("\"{}\" is declared as {}, and no C++ node of that ID is registered: it can be drawn, not run",
+                     made.id, to_string(made.category)),
          place);
   } else {
     warn("bt.unknown-node",
-         "there is no node \"" + made.id + "\"" + hint(id, known_ids()) + "; it is taken for a " +
-             (leaf ? "leaf" : what + " of unknown kind") +
-             ", since nothing declares it: a TreeNodesModel or a palette can",
+         fmt::format("there is no node \"{}\"{}; it is taken for a {}, since nothing declares it: a TreeNodesModel or "
+                     "a palette can",
+                     made.id, hint(id, known_ids()), leaf ? "leaf" : what + " of unknown kind"),
          place);
   }
   return made;
@@ -131,7 +133,7 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
   if (is_explicit) {
     const auto given = element.attribute("ID");
     if (!given || given->empty()) {
-      error("bt.missing-id", "<" + std::string(tag) + "> needs an ID", element.span());
+      error("bt.missing-id", fmt::format("<{}> needs an ID", tag), element.span());
       return kNone;
     }
     id = *given;
@@ -199,7 +201,8 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
     if (!is_explicit && definition_index_.contains(id) && (model_->format == 3 || options_.partial)) {
       // Format 3 lets a SubTree be written as a node of its ID.
       if (model_->format != 3) {
-        warn("bt.unknown-node", "\"" + shown + "\" is a BehaviorTree; write <SubTree ID=\"" + shown + "\"/>", place);
+        warn("bt.unknown-node", fmt::format("\"{}\" is a BehaviorTree; write <SubTree ID=\"{}\"/>", shown, shown),
+             place);
       }
       found = find_builtin("SubTree", model_->format);
     } else if (kind) {
@@ -211,30 +214,31 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
       found = &made;
     } else if (options_.partial && other != nullptr) {
       warn("bt.other-format",
-           "\"" + shown + "\" is a node of format " + std::to_string(7 - model_->format) +
-               ", and the file is of format " + std::to_string(model_->format) +
-               (model_->format == 3 ? "; write BTCPP_format=\"4\"" : ""),
+           fmt::format("\"{}\" is a node of format {}, and the file is of format {}{}", shown, 7 - model_->format,
+                       model_->format, model_->format == 3 ? "; write BTCPP_format=\"4\"" : ""),
            place);
       found = other;
     } else if (options_.partial) {
       made = unknown_manifest(element, id, place);
       found = &made;
     } else if (definition_index_.contains(id)) {
-      error("bt.unknown-node", "\"" + shown + "\" is a BehaviorTree; write <SubTree ID=\"" + shown + "\"/>", place);
+      error("bt.unknown-node", fmt::format("\"{}\" is a BehaviorTree; write <SubTree ID=\"{}\"/>", shown, shown),
+            place);
     } else if (declared != declared_.end()) {
       error("bt.unknown-node",
-            "\"" + shown + "\" is declared as " + std::string(to_string(declared->second.category)) +
-                ", and no C++ node of that ID is registered",
+            fmt::format("\"{}\" is declared as {}, and no C++ node of that ID is registered", shown,
+                        to_string(declared->second.category)),
             place);
     } else if (options_.has_skill && options_.has_skill(id, element.attribute("name").value_or(id))) {
       error("bt.undeclared-kind",
-            "is \"" + shown + "\" an action or a condition? Write <Action ID=\"" + shown +
-                "\"/> or declare it in the TreeNodesModel",
+            fmt::format(
+                "is \"{}\" an action or a condition? Write <Action ID=\"{}\"/> or declare it in the TreeNodesModel",
+                shown, shown),
             place);
     } else {
       error("bt.unknown-node",
-            "there is no node \"" + shown + "\"" + hint(id, known_ids()) +
-                (other != nullptr ? " (it exists in format " + std::to_string(7 - model_->format) + ")" : ""),
+            fmt::format("there is no node \"{}\"{}{}", shown, hint(id, known_ids()),
+                        other != nullptr ? fmt::format(" (it exists in format {})", 7 - model_->format) : ""),
             place);
     }
     if (found == nullptr) return kNone;
@@ -269,12 +273,12 @@ std::uint32_t Loader::define_script(std::string_view text, const XmlElement& ele
   if (!script) {
     const int column = script.error().span.column;
     report(lenient_ ? Severity::kWarning : Severity::kError, script.error().code,
-           std::string(attribute) + ": " + script.error().message,
+           fmt::format("{}: {}", attribute, script.error().message),
            script_place(text, element, attribute, column > 0 ? static_cast<std::size_t>(column - 1) : 0));
     return kNone;
   }
   for (const ScriptWarning& warning : script->warnings) {
-    warn(warning.code, std::string(attribute) + ": " + warning.message,
+    warn(warning.code, fmt::format("{}: {}", attribute, warning.message),
          script_place(text, element, attribute, warning.offset));
   }
   const auto index = static_cast<std::uint32_t>(model_->scripts.size());
@@ -299,8 +303,8 @@ void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlE
   port.name = name;
   if (text.size() > kPortBytesMax) {
     error("bt.too-large",
-          "port \"" + model_->strings[name] + "\" of " + manifest.id + " has " + std::to_string(text.size()) +
-              " bytes; at most " + std::to_string(kPortBytesMax) + " are accepted",
+          fmt::format("port \"{}\" of {} has {} bytes; at most {} are accepted", model_->strings[name], manifest.id,
+                      text.size(), kPortBytesMax),
           element.attribute_span(model_->strings[name]));
     return;
   }
@@ -320,13 +324,13 @@ void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlE
     std::optional<Value> parsed = value_of_text(*model_, *port.type, text);
     // Format 3 finds it out when the port is read.
     if (!parsed && model_->format != 3) {
-      report(severity_of(manifest), "bt.bad-value",
-             "port \"" + model_->strings[name] + "\" of " + manifest.id + ": \"" + std::string(text) + "\" is no " +
-                 port.type->name +
-                 (port.type->parse != nullptr                   ? ""
-                  : port.type->kind == PortType::Class::kObject ? "; only an entry {…} can hold one"
-                                                                : "; write json:… or an entry {…}"),
-             element.attribute_value_span(model_->strings[name]));
+      report(
+          severity_of(manifest), "bt.bad-value",
+          fmt::format("port \"{}\" of {}: \"{}\" is no {}{}", model_->strings[name], manifest.id, text, port.type->name,
+                      port.type->parse != nullptr                   ? ""
+                      : port.type->kind == PortType::Class::kObject ? "; only an entry {…} can hold one"
+                                                                    : "; write json:… or an entry {…}"),
+          element.attribute_value_span(model_->strings[name]));
       if (severity_of(manifest) == Severity::kError) return;
     }
     if (parsed) literal.value = std::move(*parsed);
@@ -341,31 +345,31 @@ void Loader::unknown_attribute(const XmlElement& element, const Manifest& manife
   for (const std::string_view condition : kConditionNames) names.emplace_back(condition);
   const std::string hint = did_you_mean(name, names);
   const SourceSpan place = element.attribute_span(name);
-  const std::string shown = "\"" + std::string(name) + "\"";
+  const std::string shown = fmt::format("\"{}\"", name);
   if (name.starts_with('_')) {
     static constexpr std::string_view kQuiet[] = {"_description", "_uid", "_fullpath", "_autoremap"};
     if (std::find(std::begin(kQuiet), std::end(kQuiet), name) != std::end(kQuiet)) return;
-    warn("bt.unknown-attribute", "attribute " + shown + " of " + manifest.id + " means nothing and is kept" + hint,
-         place);
+    warn("bt.unknown-attribute",
+         fmt::format("attribute {} of {} means nothing and is kept{}", shown, manifest.id, hint), place);
   } else if (!manifest.external) {
     const Manifest* const other = find_builtin(manifest.id, 7 - model_->format);
     const auto declared = declared_.find(manifest.id);
     if (options_.partial && (was_port(manifest.id, name) || (other != nullptr && has_port(other->ports, name)) ||
                              (declared != declared_.end() && has_port(declared->second.ports, name)))) {
       warn("bt.unknown-port",
-           manifest.id + " has no port " + shown + " in format " + std::to_string(model_->format) +
-               (was_port(manifest.id, name) ? " any more" : "") + hint,
+           fmt::format("{} has no port {} in format {}{}{}", manifest.id, shown, model_->format,
+                       was_port(manifest.id, name) ? " any more" : "", hint),
            place);
       return;
     }
     report(lenient_ ? Severity::kWarning : Severity::kError, "bt.unknown-port",
-           manifest.id + " has no port " + shown + hint, place);
+           fmt::format("{} has no port {}{}", manifest.id, shown, hint), place);
   } else if (manifest.declared && !hint.empty()) {
     report(severity_of(manifest), "bt.unknown-port",
-           manifest.id + " has no port " + shown + " in the TreeNodesModel" + hint, place);
+           fmt::format("{} has no port {} in the TreeNodesModel{}", manifest.id, shown, hint), place);
   } else if (manifest.declared) {
-    warn("bt.undeclared-attribute", "attribute " + shown + " of " + manifest.id + " is declared nowhere and is kept",
-         place);
+    warn("bt.undeclared-attribute",
+         fmt::format("attribute {} of {} is declared nowhere and is kept", shown, manifest.id), place);
   }
 }
 
@@ -437,8 +441,8 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
   const std::uint32_t target = find_definition(*id, place);
   if (target == kNone) {
     missing("bt.unknown-tree",
-            "there is no BehaviorTree \"" + std::string(*id) + "\"" + hint(*id, tree_ids()) +
-                (options_.partial ? "; it is a closed box here, unless a file that has it is given too" : ""),
+            fmt::format("there is no BehaviorTree \"{}\"{}{}", *id, hint(*id, tree_ids()),
+                        options_.partial ? "; it is a closed box here, unless a file that has it is given too" : ""),
             place);
     if (options_.partial) define_closed(definition, node, *id);
     return;
@@ -451,7 +455,7 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
   const auto flag = [&](const XmlAttribute& attribute) {
     const auto value = detail::parse_bool(attribute.value);
     if (!value) {
-      error("bt.bad-value", std::string(attribute.name) + " is \"" + std::string(attribute.value) + "\"; true or false",
+      error("bt.bad-value", fmt::format("{} is \"{}\"; true or false", attribute.name, attribute.value),
             node.element.attribute_value_span(attribute.name));
     }
     return value.value_or(false);
@@ -485,8 +489,7 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
       if (present) continue;
       if (!info.default_text || info.default_text->empty()) {
         report(lenient_ || options_.partial ? Severity::kWarning : Severity::kError, "bt.missing-port",
-               "SubTree \"" + std::string(*id) + "\" needs port \"" + info.name +
-                   "\": the TreeNodesModel gives no default",
+               fmt::format("SubTree \"{}\" needs port \"{}\": the TreeNodesModel gives no default", *id, info.name),
                node.element.span());
         continue;
       }
@@ -528,7 +531,7 @@ void Loader::define_attributes(Definition& definition, DefinedNode& node, bool i
     given.push_back({name, value});
   });
   if (given.size() > kPortsMax) {
-    error("bt.too-large", "more than " + std::to_string(kPortsMax) + " attributes", node.element.span());
+    error("bt.too-large", fmt::format("more than {} attributes", kPortsMax), node.element.span());
     return;
   }
   if (manifest.kind == Kind::kSubTree) {
@@ -543,7 +546,8 @@ void Loader::define_attributes(Definition& definition, DefinedNode& node, bool i
       node.data =
           define_script(model_->strings[port.text], node.element, manifest.kind == Kind::kPrecondition ? "if" : "code");
     } else if (port.kind == Binding::Kind::kAbsent) {
-      error("bt.missing-port", manifest.id + " needs " + (manifest.kind == Kind::kPrecondition ? "\"if\"" : "\"code\""),
+      error("bt.missing-port",
+            fmt::format("{} needs {}", manifest.id, manifest.kind == Kind::kPrecondition ? "\"if\"" : "\"code\""),
             node.element.span());
     } else if (manifest.kind == Kind::kPrecondition) {
       error("bt.bad-value", "\"if\" of Precondition must be a script, not an entry",
@@ -573,9 +577,9 @@ void Loader::check_children(const Definition& definition, std::uint32_t index) {
     wanted = "a decorator has exactly one child";
   } else {
     wanted = manifest.children_min == 1 ? "a control node has at least one child"
-                                        : "it needs at least " + std::to_string(manifest.children_min);
+                                        : fmt::format("it needs at least {}", manifest.children_min);
   }
-  error("bt.child-count", manifest.id + " has " + std::to_string(node.child_count) + " children; " + wanted,
+  error("bt.child-count", fmt::format("{} has {} children; {}", manifest.id, node.child_count, wanted),
         node.element.span());
 }
 
@@ -611,8 +615,9 @@ bool Loader::define_node(Definition& definition, const XmlElement& element, std:
     }
     if (known && keeps_no_children(model_->manifests[node.manifest], is_explicit)) {
       warn("bt.children-of-leaf",
-           model_->manifests[node.manifest].id + " is a leaf: what stands inside it is never ticked, as in " +
-               "BehaviorTree.CPP 3, which loads such a file",
+           fmt::format(
+               "{} is a leaf: what stands inside it is never ticked, as in BehaviorTree.CPP 3, which loads such a file",
+               model_->manifests[node.manifest].id),
            child.span());
       break;
     }
@@ -629,7 +634,7 @@ void Loader::define(Definition& definition) {
   XmlElement first = definition.element.first_child();
   while (first && is_metadata(first.name())) first = first.next_sibling();
   if (!first) {
-    error("bt.child-count", "BehaviorTree \"" + definition.id + "\" is empty; it needs one node",
+    error("bt.child-count", fmt::format("BehaviorTree \"{}\" is empty; it needs one node", definition.id),
           definition.element.span());
     return;
   }
@@ -637,7 +642,7 @@ void Loader::define(Definition& definition) {
   while (second && is_metadata(second.name())) second = second.next_sibling();
   if (second) {
     error("bt.child-count",
-          "BehaviorTree \"" + definition.id + "\" has a second root node; put both under a control node",
+          fmt::format("BehaviorTree \"{}\" has a second root node; put both under a control node", definition.id),
           second.span());
   }
   definition.nodes.reserve(first.size());

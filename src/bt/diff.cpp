@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <map>
 #include <utility>
 
@@ -16,7 +18,7 @@ namespace {
 std::string registration(const XmlElement& element) {
   if (is_explicit_tag(element.name())) return std::string(element.attribute("ID").value_or(""));
   if (element.name() == "SubTree" || element.name() == "SubTreePlus") {
-    return "SubTree " + std::string(element.attribute("ID").value_or(""));
+    return fmt::format("SubTree {}", element.attribute("ID").value_or(""));
   }
   return std::string(element.name());
 }
@@ -27,7 +29,7 @@ std::string shown_name(const XmlElement& element) {
 }
 
 std::string key(const XmlElement& element) {
-  return registration(element) + "\n" + std::string(element.attribute("name").value_or(""));
+  return fmt::format("{}\n{}", registration(element), element.attribute("name").value_or(""));
 }
 
 text::XmlMeaning meaning() {
@@ -71,7 +73,7 @@ void compare_parts(text::XmlComparison& comparison, const std::map<std::string, 
     const auto other = b.find(id);
     if (other == b.end()) {
       comparison.found.push_back(
-          {Difference::Kind::kRemoved, prefix + id, std::string(element.name()) + " removed", element.span(), {}});
+          {Difference::Kind::kRemoved, prefix + id, fmt::format("{} removed", element.name()), element.span(), {}});
     } else {
       comparison.nodes(element, other->second, prefix + id);
     }
@@ -79,7 +81,7 @@ void compare_parts(text::XmlComparison& comparison, const std::map<std::string, 
   for (const auto& [id, element] : b) {
     if (!a.contains(id)) {
       comparison.found.push_back(
-          {Difference::Kind::kAdded, prefix + id, std::string(element.name()) + " added", {}, element.span()});
+          {Difference::Kind::kAdded, prefix + id, fmt::format("{} added", element.name()), {}, element.span()});
     }
   }
 }
@@ -102,8 +104,8 @@ Result<std::vector<Difference>> diff(std::string_view before, std::string_view a
     const std::string was(x.attribute(name).value_or(""));
     const std::string is(y.attribute(name).value_or(""));
     if (was != is) {
-      comparison.found.push_back({Difference::Kind::kChanged, "root",
-                                  std::string(name) + ": \"" + was + "\" → \"" + is + "\"", x.span(), y.span()});
+      comparison.found.push_back(
+          {Difference::Kind::kChanged, "root", fmt::format("{}: \"{}\" → \"{}\"", name, was, is), x.span(), y.span()});
     }
   }
   compare_parts(comparison, parts(x, "BehaviorTree"), parts(y, "BehaviorTree"), "");

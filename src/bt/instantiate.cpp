@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <utility>
@@ -102,9 +104,9 @@ std::uint32_t Loader::open_scope(const Definition& definition, const DefinedNode
 
 std::string Loader::declared_by(const EntryUse& use) const {
   if (use.constant_of != kNoNode) {
-    return "the constant of SubTree \"" + std::string(model_->name(use.constant_of)) + "\"";
+    return fmt::format("the constant of SubTree \"{}\"", model_->name(use.constant_of));
   }
-  return "port \"" + model_->strings[use.port] + "\" of " + model_->manifests[use.manifest].id;
+  return fmt::format("port \"{}\" of {}", model_->strings[use.port], model_->manifests[use.manifest].id);
 }
 
 void Loader::declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::uint32_t port) {
@@ -134,14 +136,15 @@ void Loader::declare_entry(std::uint32_t cell, const PortType* type, const Defin
   if (*use.strong == *type || use.strong->kind == PortType::Class::kString) return;
   if (castable(*model_, *use.strong, *type) || castable(*model_, *type, *use.strong)) return;
   const auto about = [&] {
-    return "entry \"" + model_->strings[model_->cells[cell].name] + "\" is a " + use.strong->name + " for " +
-           declared_by(use) + " and ";
+    return fmt::format("entry \"{}\" is a {} for {} and ", model_->strings[model_->cells[cell].name], use.strong->name,
+                       declared_by(use));
   };
-  const std::string self = "port \"" + model_->strings[port] + "\" of " + model_->manifests[defined.manifest].id;
+  const std::string self =
+      fmt::format("port \"{}\" of {}", model_->strings[port], model_->manifests[defined.manifest].id);
   if (type->kind == PortType::Class::kString && use.constant_of == kNoNode) {
     // BehaviorTree.CPP accepts this in the other order only; the order of nodes should not matter.
     if (use.type == nullptr || !use.type->strong()) return;
-    warn("bt.text-of-number", about() + "text for " + self + "; BehaviorTree.CPP refuses this order of nodes",
+    warn("bt.text-of-number", fmt::format("{}text for {}; BehaviorTree.CPP refuses this order of nodes", about(), self),
          defined.element.span());
     return;
   }
@@ -149,7 +152,7 @@ void Loader::declare_entry(std::uint32_t cell, const PortType* type, const Defin
   // BehaviorTree.CPP does not see the clash where an untyped port comes first in the file.
   // Whoever only looks has nobody's types but those of a palette.
   report(hidden || options_.partial ? Severity::kWarning : Severity::kError, "bt.type-clash",
-         about() + "a " + type->name + " for " + self, defined.element.span());
+         fmt::format("{}a {} for {}", about(), type->name, self), defined.element.span());
 }
 
 std::uint32_t Loader::bind_script(std::uint32_t script, std::uint32_t scope) {
@@ -375,14 +378,14 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
                                     : std::string_view(model_->text).substr(defined.name_offset, defined.name_length);
   std::string path(name);
   for (NodeId at = subtree; at != kNoNode; at = model_->trees[model_->infos[at].tree].subtree) {
-    path = std::string(model_->name(at)) + "." + path;
+    path = fmt::format("{}.{}", model_->name(at), path);
   }
   std::string slashes = path;
   std::replace(slashes.begin(), slashes.end(), '.', '/');
   for (const Substitution& rule : options_.substitutions) {
     if (!matches(rule.filter, path) && !matches(rule.filter, slashes) && !matches(rule.filter, original.id)) continue;
     if (defined.child_count != 0 || original.kind == Kind::kSubTree) {
-      error("bt.bad-substitution", "\"" + path + "\" has children and cannot be replaced by a leaf",
+      error("bt.bad-substitution", fmt::format("\"{}\" has children and cannot be replaced by a leaf", path),
             defined.element.span());
       return false;
     }
@@ -402,7 +405,8 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
       replacement.behaviour = entry->behaviour;
     } else {
       error("bt.bad-substitution",
-            "\"" + path + "\" is to be replaced by \"" + rule.id + "\", which is no leaf" + hint(rule.id, known_ids()),
+            fmt::format("\"{}\" is to be replaced by \"{}\", which is no leaf{}", path, rule.id,
+                        hint(rule.id, known_ids())),
             defined.element.span());
       return false;
     }
@@ -427,7 +431,7 @@ void grow(std::vector<T>& vector, std::size_t more) {
 bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scope, std::size_t depth) {
   Definition& definition = definitions_[index];
   if (definition.expanding) {
-    error("bt.recursive-tree", "BehaviorTree \"" + definition.id + "\" contains itself",
+    error("bt.recursive-tree", fmt::format("BehaviorTree \"{}\" contains itself", definition.id),
           model_->nodes.empty() ? definition.element.span() : span_of(subtree));
     return false;
   }
@@ -449,7 +453,7 @@ bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scop
   for (std::uint32_t i = 0; i < definition.nodes.size() && complete; ++i) {
     DefinedNode defined = definition.nodes[i];
     if (model_->nodes.size() >= kNodesMax) {
-      error("bt.too-large", "the tree has more than " + std::to_string(kNodesMax) + " nodes", defined.element.span());
+      error("bt.too-large", fmt::format("the tree has more than {} nodes", kNodesMax), defined.element.span());
       complete = false;
       break;
     }
@@ -457,8 +461,7 @@ bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scop
     if (!options_.substitutions.empty() && !substitute(defined, subtree, scope, test)) complete = false;
     depths[i] = defined.parent == kNone ? depth : depths[defined.parent] + 1;
     if (depths[i] > kDepthMax) {
-      error("bt.too-deep", "nodes are nested deeper than " + std::to_string(kDepthMax) + " levels",
-            defined.element.span());
+      error("bt.too-deep", fmt::format("nodes are nested deeper than {} levels", kDepthMax), defined.element.span());
       complete = false;
       break;
     }
@@ -528,9 +531,9 @@ std::string Loader::path_of(NodeId id, bool numbered) const {
       const NodeId child =
           model_->nodes[at].child_count > 0 ? model_->children[model_->nodes[at].first_child] : kNoNode;
       if (model_->nodes[at].kind == Kind::kSubTree) part = model_->strings[model_->trees[model_->infos[child].tree].id];
-      part += "::" + std::to_string(at + 1);
+      part += fmt::format("::{}", at + 1);
     }
-    path = path.empty() ? part : part + "." + path;
+    path = path.empty() ? part : fmt::format("{}.{}", part, path);
   }
   return path;
 }
@@ -543,7 +546,8 @@ void Loader::check_leaf_names() {
     std::string path = path_of(id, false);
     const std::string& kind = model_->manifest(id).id;
     if (options_.has_skill && !options_.has_skill(kind, model_->name(id))) {
-      error("bt.unknown-node", "leaf \"" + path + "\": there is no skill \"" + kind + "\"" + hint(kind, known_skills()),
+      error("bt.unknown-node",
+            fmt::format("leaf \"{}\": there is no skill \"{}\"{}", path, kind, hint(kind, known_skills())),
             span_of(id));
     }
     if (uses[event_name(path)] > 1) {
@@ -553,8 +557,9 @@ void Loader::check_leaf_names() {
     const auto [place, fresh] = seen.try_emplace(event_name(path), id);
     if (!fresh) {
       missing("bt.duplicate-leaf",
-              "there are two leaves \"" + place->first + "\" in messages; the other is at " +
-                  to_string(span_of(place->second)) + ". Give one of them, or its SubTree, another name",
+              fmt::format("there are two leaves \"{}\" in messages; the other is at {}. Give one of them, or its "
+                          "SubTree, another name",
+                          place->first, to_string(span_of(place->second))),
               span_of(id));
     }
   }

@@ -1,5 +1,7 @@
 #include "sentree/bt/load.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <utility>
@@ -18,7 +20,7 @@ void Loader::report(Severity severity, std::string code, std::string message, So
     if (severity != Severity::kError || unlisted_error_) return;
     unlisted_error_ = true;
     code = "bt.too-many-findings";
-    message = "there are more than " + std::to_string(kFindingsMax) + " findings; the rest is not listed";
+    message = fmt::format("there are more than {} findings; the rest is not listed", kFindingsMax);
   }
   diagnostics_.push_back({severity, std::move(code), std::move(message), std::move(span)});
 }
@@ -41,7 +43,7 @@ std::uint32_t Loader::string(std::string_view text) {
 
 bool Loader::read_document(std::string xml, std::string file, const std::filesystem::path& path, bool found) {
   if (xml.size() > kIncludeBytesMax) {
-    error("bt.too-large", "the file has more than " + std::to_string(kIncludeBytesMax) + " bytes", {file, 0, 0, 0});
+    error("bt.too-large", fmt::format("the file has more than {} bytes", kIncludeBytesMax), {file, 0, 0, 0});
     return false;
   }
   auto parsed = text::XmlDocument::parse(std::move(xml), file, {.lenient = true});
@@ -62,7 +64,7 @@ int Loader::detect_format(const XmlElement& root) {
   const auto format = root.attribute("BTCPP_format");
   if (!format) return 3;
   if (*format == "3" || *format == "4") return *format == "3" ? 3 : 4;
-  missing("bt.bad-format", "BTCPP_format is \"" + std::string(*format) + "\"; 3 and 4 are known",
+  missing("bt.bad-format", fmt::format("BTCPP_format is \"{}\"; 3 and 4 are known", *format),
           root.attribute_value_span("BTCPP_format"));
   return 4;
 }
@@ -70,7 +72,7 @@ int Loader::detect_format(const XmlElement& root) {
 void Loader::read_root(std::uint32_t document) {
   const XmlElement root = documents_[document]->xml.root();
   if (root.name() != "root") {
-    error("bt.not-a-tree", "the root element is <" + std::string(root.name()) + ">; a tree's is <root>", root.span());
+    error("bt.not-a-tree", fmt::format("the root element is <{}>; a tree's is <root>", root.name()), root.span());
     return;
   }
   const int format = detect_format(root);
@@ -78,8 +80,8 @@ void Loader::read_root(std::uint32_t document) {
     model_->format = format;
   } else if (format != model_->format) {
     warn("bt.mixed-formats",
-         "this file is of format " + std::to_string(format) + " and runs with the semantics of format " +
-             std::to_string(model_->format) + ", the including file's",
+         fmt::format("this file is of format {} and runs with the semantics of format {}, the including file's", format,
+                     model_->format),
          root.span());
   }
   // Models first: they say what the nodes of the trees are.
@@ -95,7 +97,7 @@ void Loader::read_root(std::uint32_t document) {
     } else if (name != "TreeNodesModel" && !is_metadata(name) && name.find(":") == std::string_view::npos) {
       static const std::vector<std::string> kKnown = {"BehaviorTree", "TreeNodesModel", "include"};
       warn("bt.unknown-element",
-           "<" + std::string(name) + "> inside <root> is kept and means nothing" + did_you_mean(name, kKnown),
+           fmt::format("<{}> inside <root> is kept and means nothing{}", name, did_you_mean(name, kKnown)),
            child.span());
     }
   }
@@ -113,8 +115,8 @@ void Loader::read_tree(std::uint32_t document, const XmlElement& element) {
   const auto [place, added] = definition_index_.try_emplace(name, index);
   if (!added) {
     error("bt.duplicate-tree",
-          "there are two BehaviorTrees \"" + name + "\"; the other is at " +
-              to_string(definitions_[place->second].element.span()),
+          fmt::format("there are two BehaviorTrees \"{}\"; the other is at {}", name,
+                      to_string(definitions_[place->second].element.span())),
           element.attribute_value_span("ID"));
     return;
   }
@@ -130,7 +132,7 @@ void Loader::read_models(const XmlElement& models) {
     const std::string_view tag = element.name();
     const auto id = element.attribute("ID");
     if (!id || id->empty()) {
-      error("bt.missing-id", "<" + std::string(tag) + "> in the TreeNodesModel needs an ID", element.span());
+      error("bt.missing-id", fmt::format("<{}> in the TreeNodesModel needs an ID", tag), element.span());
       continue;
     }
     Manifest manifest;
@@ -148,8 +150,7 @@ void Loader::read_models(const XmlElement& models) {
     } else {
       static const std::vector<std::string> kKnown = {"Action", "Condition", "Control", "Decorator", "SubTree"};
       warn("bt.unknown-element",
-           "<" + std::string(tag) + "> in the TreeNodesModel means nothing" + did_you_mean(tag, kKnown),
-           element.span());
+           fmt::format("<{}> in the TreeNodesModel means nothing{}", tag, did_you_mean(tag, kKnown)), element.span());
       continue;
     }
     for (XmlElement port = element.first_child(); port; port = port.next_sibling()) {
@@ -166,19 +167,18 @@ void Loader::read_models(const XmlElement& models) {
       }
       const auto name = port.attribute("name");
       if (!name || name->empty()) {
-        error("bt.missing-name", "<" + std::string(kind) + "> of \"" + manifest.id + "\" needs a name", port.span());
+        error("bt.missing-name", fmt::format("<{}> of \"{}\" needs a name", kind, manifest.id), port.span());
         continue;
       }
       if (manifest.ports.size() >= kPortsMax) {
-        error("bt.too-large", "\"" + manifest.id + "\" has more than " + std::to_string(kPortsMax) + " ports",
-              port.span());
+        error("bt.too-large", fmt::format("\"{}\" has more than {} ports", manifest.id, kPortsMax), port.span());
         break;
       }
       info.name = std::string(*name);
       const bool twice = std::any_of(manifest.ports.begin(), manifest.ports.end(),
                                      [&info](const PortInfo& other) { return other.name == info.name; });
       if (twice) {
-        error("bt.duplicate-port", "port \"" + info.name + "\" of \"" + manifest.id + "\" is declared twice",
+        error("bt.duplicate-port", fmt::format("port \"{}\" of \"{}\" is declared twice", info.name, manifest.id),
               port.span());
         continue;
       }
@@ -198,7 +198,7 @@ void Loader::read_models(const XmlElement& models) {
     manifest.kind = manifest.category == Category::kCondition ? Kind::kExternalCondition : Kind::kExternalAction;
     const std::string key = manifest.id;
     if (!declared_.try_emplace(key, std::move(manifest)).second) {
-      warn("bt.duplicate-model", "\"" + key + "\" is declared twice in the TreeNodesModel; the first counts",
+      warn("bt.duplicate-model", fmt::format("\"{}\" is declared twice in the TreeNodesModel; the first counts", key),
            element.span());
     }
   }
@@ -213,14 +213,14 @@ void Loader::read_include(std::uint32_t document, const XmlElement& element) {
   const SourceSpan place = element.attribute_value_span("path");
   if (!options_.read_file) {
     missing_files_ = true;
-    missing("bt.include-refused", "<include path=\"" + std::string(*given) + "\">: files cannot be read here", place);
+    missing("bt.include-refused", fmt::format("<include path=\"{}\">: files cannot be read here", *given), place);
     return;
   }
   std::filesystem::path path = documents_[document]->path.parent_path() / std::string(*given);
   if (const auto package = element.attribute("ros_pkg")) {
     if (!options_.find_package) {
       missing_files_ = true;
-      missing("bt.include-refused", "ROS package \"" + std::string(*package) + "\" cannot be looked up here", place);
+      missing("bt.include-refused", fmt::format("ROS package \"{}\" cannot be looked up here", *package), place);
       return;
     }
     auto folder = options_.find_package(*package);
@@ -232,12 +232,11 @@ void Loader::read_include(std::uint32_t document, const XmlElement& element) {
     path = *folder / std::string(*given);
   }
   if (open_files_.contains(path.lexically_normal().string())) {
-    error("bt.include-cycle", "\"" + path.lexically_normal().string() + "\" includes itself", place);
+    error("bt.include-cycle", fmt::format("\"{}\" includes itself", path.lexically_normal().string()), place);
     return;
   }
   if (open_files_.size() > kIncludeDepthMax) {
-    error("bt.too-deep", "files include each other more than " + std::to_string(kIncludeDepthMax) + " levels deep",
-          place);
+    error("bt.too-deep", fmt::format("files include each other more than {} levels deep", kIncludeDepthMax), place);
     return;
   }
   if (const auto read = read_other(path, place, false); !read) {
@@ -252,15 +251,14 @@ Result<void> Loader::read_other(const std::filesystem::path& given, const Source
   // A file that several others name is read once.
   if (open_files_.contains(key) || !read_files_.insert(key).second) return {};
   if (read_files_.size() > kIncludesMax) {
-    error("bt.too-large", "more than " + std::to_string(kIncludesMax) + " files are included", place);
+    error("bt.too-large", fmt::format("more than {} files are included", kIncludesMax), place);
     return {};
   }
   auto content = options_.read_file(path);
-  if (!content) return fail(content.error().code, "\"" + key + "\": " + content.error().message, place);
+  if (!content) return fail(content.error().code, fmt::format("\"{}\": {}", key, content.error().message), place);
   include_bytes_ += content->size();
   if (include_bytes_ > kIncludeBytesMax) {
-    error("bt.too-large", "the included files have more than " + std::to_string(kIncludeBytesMax) + " bytes together",
-          place);
+    error("bt.too-large", fmt::format("the included files have more than {} bytes together", kIncludeBytesMax), place);
     return {};
   }
   open_files_.insert(key);
@@ -300,7 +298,7 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
   if (!options_.main_tree.empty()) {
     if (const auto found = find_definition(options_.main_tree, root.span()); found != kNone) return found;
     error("bt.unknown-tree",
-          "there is no BehaviorTree \"" + options_.main_tree + "\"" + did_you_mean(options_.main_tree, ids),
+          fmt::format("there is no BehaviorTree \"{}\"{}", options_.main_tree, did_you_mean(options_.main_tree, ids)),
           root.span());
     return kNone;
   }
@@ -309,8 +307,8 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
     if (const auto found = find_definition(*wanted, place); found != kNone) return found;
     const bool elsewhere = options_.partial && missing_files_;
     report(elsewhere ? Severity::kWarning : Severity::kError, "bt.unknown-tree",
-           "main_tree_to_execute is \"" + std::string(*wanted) + "\", and there is no such BehaviorTree" +
-               did_you_mean(*wanted, ids),
+           fmt::format("main_tree_to_execute is \"{}\", and there is no such BehaviorTree{}", *wanted,
+                       did_you_mean(*wanted, ids)),
            place);
     return elsewhere && !definitions_.empty() ? likely_main() : kNone;
   }
@@ -323,22 +321,22 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
   if (options_.partial && !definitions_.empty()) {
     const std::uint32_t likely = likely_main();
     warn("bt.no-main-tree",
-         "which of the " + std::to_string(definitions_.size()) +
-             " BehaviorTrees is the main one? Say so by main_tree_to_execute; here it is \"" + definitions_[likely].id +
-             "\"",
+         fmt::format("which of the {} BehaviorTrees is the main one? Say so by main_tree_to_execute; here it is \"{}\"",
+                     definitions_.size(), definitions_[likely].id),
          root.span());
     return likely;
   }
   if (const auto nodes = declared_.size(); options_.partial && nodes > 0 && definitions_.empty()) {
-    report(Severity::kNote, "bt.palette", "a palette of " + std::to_string(nodes) + (nodes == 1 ? " node" : " nodes"),
+    report(Severity::kNote, "bt.palette", fmt::format("a palette of {}{}", nodes, nodes == 1 ? " node" : " nodes"),
            root.span());
     return kNone;
   }
   report(options_.partial && missing_files_ ? Severity::kWarning : Severity::kError,
          definitions_.empty() ? "bt.no-tree" : "bt.no-main-tree",
-         definitions_.empty() ? "there is no <BehaviorTree>"
-                              : "which of the " + std::to_string(definitions_.size()) +
-                                    " BehaviorTrees is the main one? Say so by main_tree_to_execute",
+         definitions_.empty()
+             ? "there is no <BehaviorTree>"
+             : fmt::format("which of the {} BehaviorTrees is the main one? Say so by main_tree_to_execute",
+                           definitions_.size()),
          root.span());
   return kNone;
 }
@@ -417,9 +415,9 @@ Result<std::filesystem::path> find_ros_package(std::string_view package,
       tried += (tried.empty() ? "" : ", ") + place.string();
     }
   }
-  return fail("bt.no-package",
-              "there is no ROS package \"" + std::string(package) + "\"" +
-                  (all.empty() ? "; AMENT_PREFIX_PATH says where packages are, and is empty" : "; tried " + tried));
+  return fail("bt.no-package", fmt::format("there is no ROS package \"{}\"{}", package,
+                                           all.empty() ? "; AMENT_PREFIX_PATH says where packages are, and is empty"
+                                                       : "; tried " + tried));
 }
 
 Loaded<Tree> load(std::string xml, const LoadOptions& options, std::string file) {

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "sentree/bt/machine.h"
@@ -96,23 +98,26 @@ const Datum* Machine::read(const Binding& binding, const PortType* wanted, Datum
 }
 
 Diagnostic Machine::read_error(const Binding& binding, const PortType* wanted) {
-  const std::string port = "port \"" + model_.strings[binding.name] + "\": ";
+  const std::string port = fmt::format("port \"{}\": ", model_.strings[binding.name]);
   const Datum* datum = nullptr;
   if (binding.kind == Binding::Kind::kLiteral) {
     datum = &model_.literals[binding.target];
   } else {
     const Blackboard::Entry* entry = blackboard_.find(binding.target);
     const std::string& shown = model_.strings[binding.text];
-    if (entry == nullptr) return {Severity::kError, "bt.no-entry", port + "there is no entry " + shown, {}};
+    if (entry == nullptr)
+      return {Severity::kError, "bt.no-entry", fmt::format("{}there is no entry {}", port, shown), {}};
     if (entry->datum.empty()) {
-      return {Severity::kError, "bt.empty-entry", port + "entry " + shown + " holds no value yet", {}};
+      return {Severity::kError, "bt.empty-entry", fmt::format("{}entry {} holds no value yet", port, shown), {}};
     }
     datum = &entry->datum;
   }
   const std::string what =
       datum->object != nullptr ? "a C++ object of type " + datum->object->type().name : to_json(datum->value);
-  return {
-      Severity::kError, "bt.conversion", port + what + " is no " + (wanted != nullptr ? wanted->name : "value"), {}};
+  return {Severity::kError,
+          "bt.conversion",
+          fmt::format("{}{} is no {}", port, what, wanted != nullptr ? wanted->name : "value"),
+          {}};
 }
 
 std::optional<std::int64_t> Machine::read_integer(const Node& n, std::uint32_t port) {
@@ -164,8 +169,8 @@ std::optional<Status> Machine::read_status(const Node& n, std::uint32_t port) {
 
 bool Machine::write(const Binding& binding, Datum&& datum, const PortType* type, std::string& error) {
   if (binding.kind != Binding::Kind::kEntry) {
-    error = "port \"" + model_.strings[binding.name] + "\" is \"" + model_.strings[binding.text] +
-            "\", which is no entry to write to; write \"{" + model_.strings[binding.text] + "}\"";
+    error = fmt::format("port \"{}\" is \"{}\", which is no entry to write to; write \"{{{}}}\"",
+                        model_.strings[binding.name], model_.strings[binding.text], model_.strings[binding.text]);
     return false;
   }
   return blackboard_.set(binding.target, std::move(datum), type, error);
@@ -184,7 +189,7 @@ bool Machine::run_long_condition(NodeId id, const ScriptUse& use, bool& result) 
   if (!run_long(id, use, value)) return false;
   std::string error;
   if (truth(value, result, error)) return true;
-  fail(id, "bt.script", "script \"" + model_.scripts[use.script].text + "\": " + error);
+  fail(id, "bt.script", fmt::format("script \"{}\": {}", model_.scripts[use.script].text, error));
   return false;
 }
 
@@ -279,12 +284,11 @@ const Datum* Context::read(const PortName& port, const PortType& wanted, Datum& 
 Diagnostic Context::read_error(const PortName& port, const PortType& wanted) const {
   const Binding* b = machine_.binding(machine_.node(node_), port);
   if (b == nullptr) {
-    return {Severity::kError, "bt.no-port",
-            "node \"" + path() + "\" has no value for port \"" + std::string(port.text) + "\"",
+    return {Severity::kError, "bt.no-port", fmt::format("node \"{}\" has no value for port \"{}\"", path(), port.text),
             machine_.tree().span(node_)};
   }
   Diagnostic error = machine_.read_error(*b, &wanted);
-  error.message = "node \"" + path() + "\", " + error.message;
+  error.message = fmt::format("node \"{}\", {}", path(), error.message);
   error.span = machine_.tree().span(node_);
   return error;
 }
@@ -293,7 +297,7 @@ Result<void> Context::write(const PortName& port, Datum&& datum, const PortType&
   const Binding* b = machine_.binding(machine_.node(node_), port);
   std::string error;
   if (b == nullptr) {
-    error = "there is no entry for output port \"" + std::string(port.text) + "\"";
+    error = fmt::format("there is no entry for output port \"{}\"", port.text);
   } else if (machine_.write(*b, std::move(datum), &type, error)) {
     return {};
   }
@@ -301,7 +305,7 @@ Result<void> Context::write(const PortName& port, Datum&& datum, const PortType&
                            : b->kind == Binding::Kind::kEntry ? "bt.entry-type"
                                                               : "bt.not-an-entry";
   if (b != nullptr) machine_.fail(node_, code, error);
-  return sentree::fail(code, "node \"" + path() + "\": " + error);
+  return sentree::fail(code, fmt::format("node \"{}\": {}", path(), error));
 }
 
 }  // namespace sentree::bt

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -20,7 +22,7 @@ Next Machine::fail(NodeId id, std::string_view code, std::string message) {
     failed_ = unusual_ = true;
     effects_.error =
         Diagnostic{Severity::kError, std::string(code),
-                   std::string(tree_.registration(id)) + " \"" + tree_.path(id) + "\": " + message, tree_.span(id)};
+                   fmt::format("{} \"{}\": {}", tree_.registration(id), tree_.path(id), message), tree_.span(id)};
   }
   return Next::done(Status::kIdle);
 }
@@ -117,7 +119,7 @@ StepResult Machine::answer(const Input& input) {
     const Binding* b = binding(n, name);
     if (b == nullptr || b->kind != Binding::Kind::kEntry) continue;
     if (!write(*b, Datum{value, nullptr}, b->type, error)) {
-      fail(leaf, "bt.entry-type", "output \"" + name + "\": " + error);
+      fail(leaf, "bt.entry-type", fmt::format("output \"{}\": {}", name, error));
       return finish(Outcome{false, Status::kIdle});
     }
   }

@@ -1,5 +1,7 @@
 #include "sentree/bt/registry.h"
 
+#include <fmt/format.h>
+
 #include <dlfcn.h>
 
 #include <utility>
@@ -72,17 +74,16 @@ void Registry::decorator(std::string id, Ports ports, std::function<Status(Conte
 
 void Registry::add(Entry entry) {
   const auto problem = [this, &entry](std::string code, std::string message) {
-    problems_.push_back({Severity::kError, std::move(code), "C++ node \"" + entry.id + "\": " + message, {}});
+    problems_.push_back({Severity::kError, std::move(code), fmt::format("C++ node \"{}\": {}", entry.id, message), {}});
   };
   if (!is_identifier(entry.id)) {
     return problem("bt.bad-name", "an ID starts with a letter and has letters, digits, '_', '-', '.' and ':' only");
   }
   if (find_builtin(entry.id, 4) != nullptr) return problem("bt.duplicate-node", "this ID is built in");
-  if (entry.ports.size() > kPortsMax)
-    return problem("bt.too-large", "has more than " + std::to_string(kPortsMax) + " ports");
+  if (entry.ports.size() > kPortsMax) return problem("bt.too-large", fmt::format("has more than {} ports", kPortsMax));
   for (PortInfo& port : entry.ports) {
     if (!is_identifier(port.name) || port.name.front() == '_' || port.name == "name" || port.name == "ID") {
-      return problem("bt.bad-name", "\"" + port.name + "\" cannot be the name of a port");
+      return problem("bt.bad-name", fmt::format("\"{}\" cannot be the name of a port", port.name));
     }
     if (port.type == &type_of<AnyType>()) port.type = nullptr;
   }
@@ -91,7 +92,7 @@ void Registry::add(Entry entry) {
   if (!entries_.try_emplace(std::move(id), std::move(entry)).second) {
     problems_.push_back({Severity::kError,
                          "bt.duplicate-node",
-                         "C++ node \"" + shown + "\" is registered twice; remove the first",
+                         fmt::format("C++ node \"{}\" is registered twice; remove the first", shown),
                          {}});
   }
 }
@@ -105,7 +106,7 @@ bool Registry::remove(std::string_view id) {
 
 Status Behaviour::tick_leaf(Context& self, NodeMemory* memory) const {
   const Next next = tick(self, memory);
-  if (next.child != kNoNode) self.fail("ticks child " + std::to_string(next.child) + " and has none");
+  if (next.child != kNoNode) self.fail(fmt::format("ticks child {} and has none", next.child));
   return next.status;
 }
 
@@ -115,8 +116,7 @@ void Registry::enum_value(std::string name, std::int64_t value) {
     if (old != value) {
       problems_.push_back({Severity::kError,
                            "bt.duplicate-enum",
-                           "script enum \"" + name + "\" is " + std::to_string(old) + " and cannot be " +
-                               std::to_string(value) + " too",
+                           fmt::format("script enum \"{}\" is {} and cannot be {} too", name, old, value),
                            {}});
     }
     return;
@@ -133,7 +133,7 @@ Result<void> Registry::plugin(const std::filesystem::path& path) {
   if (library == nullptr) {
     const char* why = dlerror();
     return fail("bt.plugin-unreadable",
-                shown + " cannot be loaded: " + (why != nullptr ? why : "the loader does not say why"));
+                fmt::format("{} cannot be loaded: {}", shown, why != nullptr ? why : "the loader does not say why"));
   }
   const auto abi = reinterpret_cast<const char* (*)()>(dlsym(library, "sentree_plugin_abi"));
   const auto nodes = reinterpret_cast<void (*)(Registry&)>(dlsym(library, "sentree_register_nodes"));
@@ -144,13 +144,13 @@ Result<void> Registry::plugin(const std::filesystem::path& path) {
   if (std::string_view(abi()) != SENTREE_PLUGIN_ABI) {
     const std::string other = abi();
     dlclose(library);
-    return fail("bt.plugin-abi", shown + " was built for " + other + "; this program needs " + SENTREE_PLUGIN_ABI +
-                                     ", so build it again");
+    return fail("bt.plugin-abi", fmt::format("{} was built for {}; this program needs {}, so build it again", shown,
+                                             other, SENTREE_PLUGIN_ABI));
   }
   try {
     nodes(*this);
   } catch (const std::exception& thrown) {
-    return fail("bt.plugin-threw", shown + ": " + thrown.what());
+    return fail("bt.plugin-threw", fmt::format("{}: {}", shown, thrown.what()));
   }
   return {};
 }

@@ -1,5 +1,7 @@
 #include "sentree/bt/schema.h"
 
+#include <fmt/format.h>
+
 #include <string_view>
 
 #include "sentree/bt/model.h"
@@ -89,8 +91,8 @@ std::string_view children_word(Category category) {
 }
 
 void element(std::string& out, std::string_view name, std::string_view body) {
-  out += "  <xs:element name=\"" + std::string(name) + "\">\n    <xs:complexType>\n" + std::string(body) +
-         "    </xs:complexType>\n  </xs:element>\n";
+  out += fmt::format("  <xs:element name=\"{}\">\n    <xs:complexType>\n{}    </xs:complexType>\n  </xs:element>\n",
+                     name, body);
 }
 
 /// What can be the name of an element, and is none of the schema's own elements.
@@ -115,15 +117,15 @@ std::string write_schema(const std::vector<NodeModel>& models) {
   std::string out(kHead);
   out += "  <xs:attributeGroup name=\"common\">\n    <xs:attribute name=\"name\" type=\"xs:string\"/>\n";
   for (const std::string_view condition : kConditionNames) {
-    out += "    <xs:attribute name=\"" + std::string(condition) + "\" type=\"xs:string\"/>\n";
+    out += fmt::format("    <xs:attribute name=\"{}\" type=\"xs:string\"/>\n", condition);
   }
   out +=
       "    <xs:attribute name=\"_description\" type=\"xs:string\"/>\n"
       "    <xs:anyAttribute namespace=\"##other\" processContents=\"skip\"/>\n"
       "  </xs:attributeGroup>\n  <xs:group name=\"node\">\n    <xs:choice>\n";
-  for (const std::string_view tag : kExplicit) out += "      <xs:element ref=\"" + std::string(tag) + "\"/>\n";
+  for (const std::string_view tag : kExplicit) out += fmt::format("      <xs:element ref=\"{}\"/>\n", tag);
   for (const NodeModel& model : models) {
-    if (is_compact(model)) out += "      <xs:element ref=\"" + model.id + "\"/>\n";
+    if (is_compact(model)) out += fmt::format("      <xs:element ref=\"{}\"/>\n", model.id);
   }
   out += "    </xs:choice>\n  </xs:group>\n";
   // The explicit form says the ID as an attribute, so its ports are not known here.
@@ -132,17 +134,17 @@ std::string write_schema(const std::vector<NodeModel>& models) {
                                       : tag == "Decorator" ? children_word(Category::kDecorator)
                                                            : std::string_view();
     element(out, tag,
-            std::string(children) +
-                "      <xs:attribute name=\"ID\" type=\"xs:string\" use=\"required\"/>\n"
-                "      <xs:anyAttribute processContents=\"skip\"/>\n");
+            fmt::format("{}      <xs:attribute name=\"ID\" type=\"xs:string\" use=\"required\"/>\n      "
+                        "<xs:anyAttribute processContents=\"skip\"/>\n",
+                        children));
   }
   for (const NodeModel& model : models) {
     if (!is_compact(model)) continue;
     std::string body(children_word(model.category));
     for (const PortInfo& port : model.ports) {
       const std::string name = text::xml_escape(port.name);
-      body += "      <xs:attribute name=\"" + name + "\" type=\"" + std::string(type_of_port(port)) + "\"";
-      if (port.default_text) body += " default=\"" + text::xml_escape(*port.default_text) + "\"";
+      body += fmt::format("      <xs:attribute name=\"{}\" type=\"{}\"", name, type_of_port(port));
+      if (port.default_text) body += fmt::format(" default=\"{}\"", text::xml_escape(*port.default_text));
       body += "/>\n";
     }
     element(out, model.id, body + "      <xs:attributeGroup ref=\"common\"/>\n");

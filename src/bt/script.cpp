@@ -1,5 +1,7 @@
 #include "sentree/bt/script.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <utility>
@@ -145,9 +147,8 @@ class Compiler {
 
   Result<Script> compile() {
     if (script_.text.size() > kScriptBytesMax) {
-      return sentree::fail("bt.script-too-large", "script of " + std::to_string(script_.text.size()) +
-                                                      " bytes; at most " + std::to_string(kScriptBytesMax) +
-                                                      " are accepted");
+      return sentree::fail("bt.script-too-large", fmt::format("script of {} bytes; at most {} are accepted",
+                                                              script_.text.size(), kScriptBytesMax));
     }
     bool any = false;
     while (ok_) {
@@ -177,20 +178,19 @@ class Compiler {
     if (!ok_) return;
     ok_ = false;
     offset_ = look_.offset;
-    message_ = "script \"" + shown() + "\", column " + std::to_string(look_.offset + 1) + ": " + what;
+    message_ = fmt::format("script \"{}\", column {}: {}", shown(), look_.offset + 1, what);
   }
   void warn(std::string code, std::string what) {
     script_.warnings.push_back(
-        {look_.offset, std::move(code),
-         "script \"" + shown() + "\", column " + std::to_string(look_.offset + 1) + ": " + what});
+        {look_.offset, std::move(code), fmt::format("script \"{}\", column {}: {}", shown(), look_.offset + 1, what)});
   }
   [[nodiscard]] std::string shown() const {
     return script_.text.size() > 60 ? script_.text.substr(0, 60) + "…" : script_.text;
   }
   void unexpected(std::string_view wanted) {
     if (look_.token == Token::kBad && look_.text.starts_with('\'')) return error("the string is not closed; add a '");
-    if (look_.token == Token::kEnd) return error("the script ends where " + std::string(wanted) + " is expected");
-    error("unexpected \"" + std::string(look_.text) + "\" where " + std::string(wanted) + " is expected");
+    if (look_.token == Token::kEnd) return error(fmt::format("the script ends where {} is expected", wanted));
+    error(fmt::format("unexpected \"{}\" where {} is expected", look_.text, wanted));
   }
 
   /// `effect`: how many values more or fewer are on the stack afterwards.
@@ -212,7 +212,7 @@ class Compiler {
 
   [[nodiscard]] bool enter() {
     if (++nesting_ > kScriptNestingMax && ok_) {
-      error("nested deeper than " + std::to_string(kScriptNestingMax) + " levels");
+      error(fmt::format("nested deeper than {} levels", kScriptNestingMax));
       too_deep_ = true;
     }
     return ok_;
@@ -229,7 +229,7 @@ class Compiler {
         if (!is(text)) continue;
         advance();
         if (name.text == "true" || name.text == "false") {
-          error("\"" + std::string(name.text) + "\" cannot be assigned");
+          error(fmt::format("\"{}\" cannot be assigned", name.text));
           return;
         }
         const std::uint32_t index = name_index(name.text);
@@ -309,7 +309,7 @@ class Compiler {
       case Token::kInteger: {
         const auto value = integer(here.text);
         if (!value) {
-          warn("bt.script-integer", "\"" + std::string(here.text) + "\" does not fit into 64 bits and counts as 0");
+          warn("bt.script-integer", fmt::format("\"{}\" does not fit into 64 bits and counts as 0", here.text));
         }
         advance();
         script_.integers.push_back(value.value_or(0));

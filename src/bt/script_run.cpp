@@ -1,5 +1,7 @@
 #include "sentree/bt/script_run.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <limits>
@@ -174,14 +176,16 @@ class Run {
 
  private:
   bool fail(std::string what) {
-    error_ = "script \"" + script_.text + "\": " + std::move(what);
+    error_ = fmt::format("script \"{}\": {}", script_.text, what);
     return false;
   }
   bool unknown(std::uint32_t name) {
-    return fail("no entry \"" + script_.names[name].name + "\"; create it with := first");
+    return fail(fmt::format("no entry \"{}\"; create it with := first", script_.names[name].name));
   }
-  bool empty(std::uint32_t name) { return fail("entry \"" + script_.names[name].name + "\" holds no value yet"); }
-  bool too_long() { return fail("a text longer than " + std::to_string(kScriptTextMax) + " bytes"); }
+  bool empty(std::uint32_t name) {
+    return fail(fmt::format("entry \"{}\" holds no value yet", script_.names[name].name));
+  }
+  bool too_long() { return fail(fmt::format("a text longer than {} bytes", kScriptTextMax)); }
   bool operand_empty() { return fail("an operand holds no value yet"); }
 
   bool assign(const Instruction& in, ScriptValue& value) {
@@ -220,8 +224,8 @@ class Run {
   bool mismatch(std::uint32_t name, const ScriptValue& value, const Value& held) {
     std::string text;
     append_text(text, value);
-    return fail("entry \"" + script_.names[name].name + "\" holds " + std::string(to_string(held.type())) + " " +
-                to_json(held) + " and cannot take " + text);
+    return fail(fmt::format("entry \"{}\" holds {} {} and cannot take {}", script_.names[name].name,
+                            to_string(held.type()), to_json(held), text));
   }
 
   bool update(const Instruction& in, ScriptValue& value) {
@@ -255,7 +259,7 @@ class Run {
       if (left.string->size() + value.string->size() > kScriptTextMax) return too_long();
       entry->datum.value = *left.string + *value.string;
     } else {
-      return fail("the operator does not fit what entry \"" + script_.names[in.arg].name + "\" holds");
+      return fail(fmt::format("the operator does not fit what entry \"{}\" holds", script_.names[in.arg].name));
     }
     blackboard_.written(*entry);
     value = load(entry->datum);
@@ -331,7 +335,7 @@ class Run {
     const auto a = left.is_number() ? std::optional(left.number()) : number_of(*left.string);
     const auto b = right.is_number() ? std::optional(right.number()) : number_of(*right.string);
     if (!a || !b) {
-      return fail("\"" + (a ? *right.string : *left.string) + "\" is compared with a number and is none");
+      return fail(fmt::format("\"{}\" is compared with a number and is none", a ? *right.string : *left.string));
     }
     holds = compare(op, *a, *b);
     return true;
@@ -380,7 +384,7 @@ bool truth(const ScriptValue& value, bool& result, std::string& error) {
       result = *number != 0.0;
       return true;
     }
-    error = "the text \"" + *value.string + "\" is neither true nor false; compare it with ==";
+    error = fmt::format("the text \"{}\" is neither true nor false; compare it with ==", *value.string);
     return false;
   }
   error = "the script's value is empty: it is neither true nor false";

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <map>
 #include <string>
 #include <utility>
@@ -132,7 +134,7 @@ class Walk {
     // An entry keeps the type of its first value; text for a number's entry is read as a number.
     const Type type = held_[name] != Type::kUnknown ? held_[name] : value.type;
     if (held_[name] == Type::kNumber && value.text != nullptr && is_number_ != nullptr && !(*is_number_)(*value.text)) {
-      mistake("\"" + script_.names[name].name + "\" holds a number and cannot take text", value);
+      mistake(fmt::format("\"{}\" holds a number and cannot take text", script_.names[name].name), value);
     }
     note(name, type);
     held_[name] = type;
@@ -142,10 +144,11 @@ class Walk {
     const Type held = held_[name];
     const bool joins = add && held != Type::kNumber && value.type != Type::kNumber;
     if (!joins && value.type == Type::kText) {
-      mistake("the right side is text, and \"" + script_.names[name].name + "\" is to be changed as a number", value);
+      mistake(fmt::format("the right side is text, and \"{}\" is to be changed as a number", script_.names[name].name),
+              value);
     }
     if (held == Type::kText && value.type == Type::kNumber) {
-      mistake("\"" + script_.names[name].name + "\" holds text and is to be changed as a number", {});
+      mistake(fmt::format("\"{}\" holds text and is to be changed as a number", script_.names[name].name), {});
     }
     value = {held};
   }
@@ -157,7 +160,7 @@ class Walk {
 
   void mistake(const std::string& what, const Known& text) {
     if (is_number_ == nullptr) return;
-    mistakes_.push_back(text.text != nullptr ? what + ", '" + *text.text + "'" : what);
+    mistakes_.push_back(text.text != nullptr ? fmt::format("{}, '{}'", what, *text.text) : what);
   }
 
   const Script& script_;

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -95,8 +97,10 @@ class Writer {
   }
   void write(const Datum& datum) {
     if (datum.object != nullptr && unsavable_.empty()) {
-      unsavable_ = "an entry of the blackboard holds a C++ object of type " + datum.object->type().name +
-                   ", which has no saved form; specialise Convert for it";
+      unsavable_ = fmt::format(
+          "an entry of the blackboard holds a C++ object of type {}, which has no saved form; specialise Convert for "
+          "it",
+          datum.object->type().name);
     }
     write(datum.value);
   }
@@ -280,8 +284,8 @@ Result<void> checked(const Tree& tree, const Writer& out) {
     if (model.nodes[id].kind != Kind::kUser || model.users[model.nodes[id].data].object != *out.unsavable_object())
       continue;
     return fail("bt.unsavable",
-                "node \"" + tree.path(id) + "\" (" + std::string(tree.registration(id)) +
-                    ") keeps what cannot be saved; give its class save() and restore()",
+                fmt::format("node \"{}\" ({}) keeps what cannot be saved; give its class save() and restore()",
+                            tree.path(id), tree.registration(id)),
                 tree.span(id));
   }
   return {};
@@ -305,8 +309,8 @@ Result<State> Snapshot::restore(const Tree& tree, std::string_view bytes) {
   bytes.remove_prefix(kMagic.size());
   Reader in(model, bytes);
   if (const std::uint32_t version = in.u32(); !in.ok || version != kVersion) {
-    return fail("bt.bad-snapshot", "the state was saved by version " + std::to_string(version) + "; this is version " +
-                                       std::to_string(kVersion));
+    return fail("bt.bad-snapshot",
+                fmt::format("the state was saved by version {}; this is version {}", version, kVersion));
   }
   if (in.u64() != fingerprint(model)) return fail("bt.bad-snapshot", "the state was saved with another tree");
   State state(tree);
@@ -361,14 +365,12 @@ Loaded<Carried> Snapshot::carry(const Tree& before, const State& state, const Tr
   const Model& is = after.model();
   Loaded<Carried> out;
   const auto refuse = [&](NodeId node, const std::string& what) {
-    out.diagnostics.push_back(
-        {Severity::kError, "bt.cannot-carry",
-         "node \"" + before.path(node) + "\" (" + std::string(before.registration(node)) + ") " + what,
-         before.span(node)});
+    out.diagnostics.push_back({Severity::kError, "bt.cannot-carry",
+                               fmt::format("node \"{}\" ({}) {}", before.path(node), before.registration(node), what),
+                               before.span(node)});
   };
   if (was.format != is.format)
-    refuse(0,
-           "is of a tree of format " + std::to_string(was.format) + ", the new one is of " + std::to_string(is.format));
+    refuse(0, fmt::format("is of a tree of format {}, the new one is of {}", was.format, is.format));
   Carried carried{State(after), paired(before, after)};
   const std::vector<NodeId>& node_of = carried.node_of;
   State& next = carried.state;

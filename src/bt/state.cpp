@@ -1,5 +1,7 @@
 #include "sentree/bt/state.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -67,9 +69,8 @@ Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Va
   if (cell == kNone) return fail("bt.too-many-entries", Blackboard::too_many(name));
   if (auto* held = blackboard.find(cell)) {
     if (!copy_into(Datum{std::move(value), nullptr}, held->datum)) {
-      return fail("bt.entry-type", "entry \"" + std::string(name) + "\" holds " +
-                                       std::string(to_string(held->datum.value.type())) +
-                                       " and cannot take that value");
+      return fail("bt.entry-type", fmt::format("entry \"{}\" holds {} and cannot take that value", name,
+                                               to_string(held->datum.value.type())));
     }
     blackboard.written(*held);
     return {};
@@ -96,10 +97,11 @@ Result<void> import_blackboard(const Tree& tree, State& state, const Value& blac
   for (const auto& [path, entries] : *scopes) {
     const NodeId subtree = path.empty() ? kNoNode : tree.find(path);
     if (!path.empty() && (subtree == kNoNode || tree.category(subtree) != Category::kSubTree)) {
-      return fail("bt.bad-blackboard", "there is no SubTree \"" + path + "\"");
+      return fail("bt.bad-blackboard", fmt::format("there is no SubTree \"{}\"", path));
     }
     if (entries.as_map() == nullptr) {
-      return fail("bt.bad-blackboard", "\"" + path + "\" holds " + to_json(entries) + "; it must be a map of entries");
+      return fail("bt.bad-blackboard",
+                  fmt::format("\"{}\" holds {}; it must be a map of entries", path, to_json(entries)));
     }
     for (const auto& [name, value] : *entries.as_map()) {
       if (auto written = set_entry(tree, changed, name, value, now, subtree); !written) return written;

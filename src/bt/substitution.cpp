@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "sentree/bt/load.h"
@@ -13,7 +15,7 @@ constexpr double kDelayMsMax = 365.0 * 24 * 3600 * 1000;
 Result<Substitution::TestNode> test_node(const Value& config, const std::string& name, const std::string& file) {
   Substitution::TestNode test;
   const auto bad = [&](const std::string& what) {
-    return fail("bt.bad-substitution", "test node \"" + name + "\": " + what, {file, 0, 0, 0});
+    return fail("bt.bad-substitution", fmt::format("test node \"{}\": {}", name, what), {file, 0, 0, 0});
   };
   const Map* members = config.as_map();
   if (members == nullptr) return bad("must be an object");
@@ -21,14 +23,14 @@ Result<Substitution::TestNode> test_node(const Value& config, const std::string&
     if (key == "return_status") {
       const auto status = parse_status(value.text());
       if (!status || *status == Status::kIdle)
-        return bad("return_status is " + to_json(value) + "; SUCCESS, FAILURE, SKIPPED or RUNNING");
+        return bad(fmt::format("return_status is {}; SUCCESS, FAILURE, SKIPPED or RUNNING", to_json(value)));
       test.return_status = *status;
     } else if (key == "return_status_script") {
       test.return_status_script = value.text();
     } else if (key == "async_delay") {
       const double ms = value.number(-1);
       if (!(ms >= 0 && ms <= kDelayMsMax))
-        return bad("async_delay is " + to_json(value) + "; milliseconds, not negative");
+        return bad(fmt::format("async_delay is {}; milliseconds, not negative", to_json(value)));
       test.async_delay = from_seconds(ms * 1e-3);
     } else if (key == "success_script") {
       test.success_script = value.text();
@@ -39,7 +41,7 @@ Result<Substitution::TestNode> test_node(const Value& config, const std::string&
     } else {
       static const std::vector<std::string> kKnown = {"return_status",  "return_status_script", "async_delay",
                                                       "success_script", "failure_script",       "post_script"};
-      return bad("unknown member \"" + key + "\"" + did_you_mean(key, kKnown));
+      return bad(fmt::format("unknown member \"{}\"{}", key, did_you_mean(key, kKnown)));
     }
   }
   return test;
@@ -61,7 +63,8 @@ Result<std::vector<Substitution>> parse_substitutions(std::string_view json, std
     rule.filter = filter;
     const std::string name(target.text());
     if (name.empty()) {
-      return fail("bt.bad-substitution", "rule \"" + filter + "\" must name a node or a test node", {file, 0, 0, 0});
+      return fail("bt.bad-substitution", fmt::format("rule \"{}\" must name a node or a test node", filter),
+                  {file, 0, 0, 0});
     }
     if (const Value* config = configs != nullptr ? configs->find(name) : nullptr) {
       auto test = test_node(*config, name, file);

@@ -1,5 +1,7 @@
 #include "sentree/bt/write.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 #include <set>
@@ -29,21 +31,21 @@ namespace {
 
 /// @param kept  Elements that are no ports, as they are written behind them.
 std::string write_model(const NodeModel& model, const std::string& indent, std::string_view kept = {}) {
-  std::string out = indent + "<" + std::string(to_string(model.category)) + text::xml_attribute("ID", model.id);
+  std::string out = fmt::format("{}<{}{}", indent, to_string(model.category), text::xml_attribute("ID", model.id));
   if (model.ports.empty() && kept.empty()) return out + "/>\n";
   out += ">\n";
   for (const PortInfo& port : model.ports) {
     const std::string tag(to_string(port.direction));
-    out += indent + "  <" + tag + text::xml_attribute("name", port.name);
+    out += fmt::format("{}  <{}{}", indent, tag, text::xml_attribute("name", port.name));
     const std::string type = !port.declared_type.empty() ? port.declared_type
                              : port.type != nullptr      ? port.type->name
                                                          : "";
     if (!type.empty()) out += text::xml_attribute("type", type);
     if (port.default_text) out += text::xml_attribute("default", *port.default_text);
-    out += port.description.empty() ? "/>\n" : ">" + text::xml_escape(port.description) + "</" + tag + ">\n";
+    out += port.description.empty() ? "/>\n" : fmt::format(">{}</{}>\n", text::xml_escape(port.description), tag);
   }
   out += kept;
-  return out + indent + "</" + std::string(to_string(model.category)) + ">\n";
+  return fmt::format("{}{}</{}>\n", out, indent, to_string(model.category));
 }
 
 /// What a model has beside its ports: MetadataFields, descriptions. Byte for byte, each on a line of its own.
@@ -51,7 +53,7 @@ std::string kept_of(const text::XmlDocument& document, const XmlElement& model, 
   std::string kept;
   for (XmlElement e = model.first_child(); e; e = e.next_sibling()) {
     if (e.name().ends_with("_port")) continue;
-    kept += indent + document.source().substr(e.offset(), e.end_offset() - e.offset()) + "\n";
+    kept += fmt::format("{}{}\n", indent, document.source().substr(e.offset(), e.end_offset() - e.offset()));
   }
   return kept;
 }
@@ -121,7 +123,7 @@ Result<std::string> with_attribute(std::string_view xml, const Tree& tree, NodeI
   if (!document) return tl::unexpected(std::move(document.error()));
   const XmlElement element = element_at(document->root(), tree.model().infos[node].offset);
   if (!element || element.span().line != place.line || tree.model().infos[node].file != 0) {
-    return fail("bt.no-such-node", "node \"" + tree.path(node) + "\" is not in this file", place);
+    return fail("bt.no-such-node", fmt::format("node \"{}\" is not in this file", tree.path(node)), place);
   }
   text::XmlEdit edit(*document);
   edit.set_attribute(element, name, value);

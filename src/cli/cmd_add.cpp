@@ -1,4 +1,6 @@
 #include "sentree/cli/commands.h"
+
+#include <fmt/format.h>
 #include "sentree/cli/output.h"
 #include "sentree/design/parts.h"
 #include "sentree/project/plan.h"
@@ -36,7 +38,7 @@ int add(const AddCommand& command) {
   const auto plan = project::prepare(project::plain_scenario(std::move(*loaded.value)));
   if (!plan.ok()) {
     say(plan.diagnostics);
-    say("mend the project first: `sentree check " + command.project + "`");
+    say(fmt::format("mend the project first: `sentree check {}`", command.project));
     return kInvalidInput;
   }
   const design::Part part = design::new_part(command.kind, command.name, &*plan.value).value();
@@ -52,7 +54,7 @@ int add(const AddCommand& command) {
     if (source) source = text::with_entry(*source, section, entry, project.file);
     if (source) continue;
     say(to_string(source.error()));
-    say("nothing was added; the entry would be, under " + section + ":\n  " + entry);
+    say(fmt::format("nothing was added; the entry would be, under {}:\n  {}", section, entry));
     return kInvalidInput;
   }
   std::vector<std::pair<fs::path, std::string>> files(part.files.begin(), part.files.end());

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 
@@ -43,27 +45,28 @@ std::optional<PageAddress> page_address(std::string_view text) {
 }
 
 int not_an_address(const std::string& text) {
-  say("--attach " + text + ": neither the process id of a run nor the address of a page, HOST:PORT");
+  say(fmt::format("--attach {}: neither the process id of a run nor the address of a page, HOST:PORT", text));
   return kUsage;
 }
 
 int attach_to_page(const PageAddress& address, bool open) {
   const std::string& where = address.where;
   const auto answer =
-      http::send("http://" + where + "/api/health", {}, {.body_bytes_max = kHealthMax, .timeout = kPatience});
+      http::send(fmt::format("http://{}/api/health", where), {}, {.body_bytes_max = kHealthMax, .timeout = kPatience});
   if (!answer && answer.error().code == "http.bad-url") return not_an_address(where);
   if (!answer && (answer.error().code == "http.unreachable" || answer.error().code == "http.timeout")) {
-    say("nobody answers at " + where +
-        "; a run there has a page if it was started with --studio, and others may reach " +
-        "it with --studio=HOST:PORT --insecure");
+    say(
+        fmt::format("nobody answers at {}; a run there has a page if it was started with --studio, and others may "
+                    "reach it with --studio=HOST:PORT --insecure",
+                    where));
     return kEnvironment;
   }
   const auto health = answer ? text::parse_json(answer->body) : tl::unexpected(answer.error());
   if (!health || health->find("mode") == nullptr || health->find("version") == nullptr) {
-    say("what answers at " + where + " is no page of Sentree");
+    say(fmt::format("what answers at {} is no page of Sentree", where));
     return kEnvironment;
   }
-  announce("http://" + where + "/" + address.rest, open);
+  announce(fmt::format("http://{}/{}", where, address.rest), open);
   if (health->find("mode")->text() != "live") say("it shows a recording");
   return kOk;
 }
@@ -82,7 +85,7 @@ std::optional<int> only_run() {
   }
   say("several missions run; choose one with --attach PID");
   for (const processes::RunningRun& run : runs)
-    say("  " + std::to_string(run.pid) + "  " + run.scenario + ", at " + shortest_decimal(run.time) + " s");
+    say(fmt::format("  {}  {}, at {} s", run.pid, run.scenario, shortest_decimal(run.time)));
   return std::nullopt;
 }
 
@@ -95,16 +98,16 @@ int attach_to_run(int pid, const StudioCommand& command) {
   const auto page = (*run)->call("page", Map{{"at", command.at}, {"insecure", command.insecure}},
                                  std::chrono::steady_clock::now() + kOpeningMax);
   if (!page) {
-    const std::string process = "process " + std::to_string(pid);
+    const std::string process = fmt::format("process {}", pid);
     if (page.error().kind == rpc::CallErrorKind::kUnreachable)
       say(process + " is no run that goes on, or is one of another user");
     else
-      say(process + " does not open its page: " + page.error().message);
+      say(fmt::format("{} does not open its page: {}", process, page.error().message));
     return kEnvironment;
   }
   const std::string url(page->find("url")->text());
   if (url.empty()) {
-    say("process " + std::to_string(pid) + " cannot be attached to: " + std::string(page->find("problem")->text()));
+    say(fmt::format("process {} cannot be attached to: {}", pid, page->find("problem")->text()));
     return kEnvironment;
   }
   announce(url, command.open);

@@ -83,7 +83,7 @@ int bench_rpc(const BenchRpcCommand& command) {
   std::string listen = "unix:" + (folder.path() / "empty.sock").string();
   std::unique_ptr<yarp::NameServer> names;
   if (command.over == "yarp") {
-    auto started = start_name_server("127.0.0.1:" + std::to_string(free_port()), false);
+    auto started = start_name_server(fmt::format("127.0.0.1:{}", free_port()), false);
     if (!started) {
       say(to_string(started.error()));
       return kEnvironment;

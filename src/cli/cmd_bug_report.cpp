@@ -53,7 +53,7 @@ int bug_report(const BugReportCommand& command) {
     }
     // A recording that cannot be read may be what the report is about.
     const auto reader = record::Reader::open(command.recording);
-    if (!reader) say("packed as it is, although it cannot be read: " + to_string(reader.error()));
+    if (!reader) say(fmt::format("packed as it is, although it cannot be read: {}", to_string(reader.error())));
   }
   Tarball tarball(output);
   const std::string folder = "sentree-bug-report/";
@@ -78,9 +78,10 @@ int bug_report(const BugReportCommand& command) {
                   "  machine.txt                kernel, distribution, processor, memory\n",
                   output.string(), std::filesystem::file_size(output, error)));
   if (!command.recording.empty()) {
-    print("  recording.mcap             " + command.recording + "\n" +
-          "The recording holds the project's files and all that was said in the run. Look at it before you pass it "
-          "on.\n");
+    print(
+        fmt::format("  recording.mcap             {}\nThe recording holds the project's files and all that was said in "
+                    "the run. Look at it before you pass it on.\n",
+                    command.recording));
   }
   return kOk;
 }

@@ -1,4 +1,6 @@
 #include "sentree/cli/commands.h"
+
+#include <fmt/format.h>
 #include "sentree/cli/output.h"
 #include "sentree/idl/conform.h"
 #include "sentree/processes/control.h"
@@ -24,7 +26,7 @@ std::optional<Value> parse_arguments(const std::vector<std::string>& arguments) 
   for (const std::string& argument : arguments) {
     const auto equals = argument.find('=');
     if (equals == std::string::npos || equals == 0) {
-      say("argument \"" + argument + "\" must be name=value, e.g. percent=10");
+      say(fmt::format("argument \"{}\" must be name=value, e.g. percent=10", argument));
       return std::nullopt;
     }
     const auto value = text::parse_yaml(argument.substr(equals + 1), argument.substr(0, equals));
@@ -34,7 +36,7 @@ std::optional<Value> parse_arguments(const std::vector<std::string>& arguments) 
     }
     const std::string name = argument.substr(0, equals);
     if (map.find(name) != nullptr) {
-      say("argument \"" + name + "\" is given twice");
+      say(fmt::format("argument \"{}\" is given twice", name));
       return std::nullopt;
     }
     map[name] = value->value();
@@ -47,7 +49,7 @@ int finish(bool ok, const std::string& result, const std::string& kind, const st
     print(result + "\n");
     return kOk;
   }
-  say(kind + ": " + message);
+  say(fmt::format("{}: {}", kind, message));
   return kind == "arguments" ? kUsage : kind == "exception" ? kFindings : kEnvironment;
 }
 
@@ -66,7 +68,7 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
   const idl::ServicePtr service = schema.value->service(of);
   if (!service) {
     const auto names = schema.value->service_names();
-    say(name + ": no service \"" + of + "\"" + did_you_mean(of, names));
+    say(fmt::format("{}: no service \"{}\"{}", name, of, did_you_mean(of, names)));
     return kInvalidInput;
   }
   // What is wrong with the arguments else, the call itself says.
@@ -86,7 +88,7 @@ int call(const CallCommand& command) {
   if (!arguments) return kUsage;
   const auto deadline = project::parse_duration(command.deadline);
   if (!deadline) {
-    say("--deadline " + command.deadline + ": not a duration such as 500 ms");
+    say(fmt::format("--deadline {}: not a duration such as 500 ms", command.deadline));
     return kUsage;
   }
   if (command.service.find(':') != std::string::npos) {

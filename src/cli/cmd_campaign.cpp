@@ -149,7 +149,7 @@ std::optional<Rank> rank_of_launcher() {
     Rank rank{std::strtoull(index, nullptr, 10), std::strtoull(count, nullptr, 10), {}};
     if (rank.count == 0 || rank.index >= rank.count) continue;
     for (const char* name : {"PMIX_NAMESPACE", "OMPI_MCA_ess_base_jobid", "SLURM_JOB_ID", "SLURM_STEP_ID", "PMI_FD"}) {
-      if (const char* job = std::getenv(name)) rank.job += std::string(job) + ".";
+      if (const char* job = std::getenv(name)) rank.job += fmt::format("{}.", job);
     }
     return rank;
   }
@@ -255,8 +255,8 @@ int tell(campaign::Runner& runner, const campaign::Settings& settings, const cam
     }
     least = std::move(*written);
   }
-  const std::string again = "sentree run " + settings.project +
-                            (settings.vary.empty() ? " --clock virtual" : " --vary " + settings.vary) + " --seed SEED";
+  const std::string again = fmt::format("sentree run {}{} --seed SEED", settings.project,
+                                        settings.vary.empty() ? " --clock virtual" : " --vary " + settings.vary);
   Value result = options.search != nullptr ? campaign::to_value(*options.search, summary) : summary.to_value();
   if (options.coverage != nullptr) (*result.as_map())["coverage"] = options.coverage->to_value();
   // Beside the result, wherever that lies.
@@ -268,7 +268,7 @@ int tell(campaign::Runner& runner, const campaign::Settings& settings, const cam
   }
   (*result.as_map())["least"] = std::move(files);
   if (options.search != nullptr) return tell_search(runner, summary, options, result, least, json);
-  const std::string title = "Campaign of " + std::string(runner.plan().tree.id());
+  const std::string title = fmt::format("Campaign of {}", runner.plan().tree.id());
   const auto page = text::write_file(options.folder / "report.html", campaign::to_page(summary, title, again, shown));
   const auto data = text::write_file(options.folder / "result.json", to_json(result) + "\n");
   for (const auto* written : {&page, &data}) {
@@ -310,7 +310,7 @@ int campaign(const CampaignCommand& command) {
     if (std::sscanf(command.shard.c_str(), "%lu%c%lu%c", &settings.shard.index, &slash, &settings.shard.count, &rest) !=
             3 ||
         slash != '/' || settings.shard.index < 1 || settings.shard.index > settings.shard.count) {
-      say("--shard " + command.shard + ": I/N, the I-th of N parts, such as 2/4");
+      say(fmt::format("--shard {}: I/N, the I-th of N parts, such as 2/4", command.shard));
       return kUsage;
     }
   }

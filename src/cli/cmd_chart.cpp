@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <array>
@@ -72,8 +74,8 @@ class Shell {
   int run() {
     if (!json_) {
       const scxml::Chart& chart = player_.chart();
-      print((chart.name().empty() ? std::string("chart") : chart.name()) + " (" + chart.file() + ", " +
-            std::to_string(chart.states().size() - 1) + " states)\n");
+      print(fmt::format("{} ({}, {} states)\n", chart.name().empty() ? std::string("chart") : chart.name(),
+                        chart.file(), chart.states().size() - 1));
     }
     answer("start", show(player_.start(start_data_)));
     std::string line;
@@ -81,14 +83,13 @@ class Shell {
       if (prompt_ && !json_) print("> ");
       if (!std::getline(std::cin, line)) break;
       if (line.size() > kLineMax) {
-        refuse(line.substr(0, 20) + "…",
-               {"chart.too-long", "a line has at most " + std::to_string(kLineMax) + " bytes"});
+        refuse(line.substr(0, 20) + "…", {"chart.too-long", fmt::format("a line has at most {} bytes", kLineMax)});
         continue;
       }
       line = trimmed(line);
       if (line.empty() || line.front() == '#') continue;
       if (line == "quit" || line == "exit") break;
-      if (!prompt_ && !json_) print("> " + line + "\n");
+      if (!prompt_ && !json_) print(fmt::format("> {}\n", line));
       execute(line);
     }
     if (prompt_ && !json_) print("\n");
@@ -149,7 +150,7 @@ class Shell {
     if (!parts.rest.empty()) {
       auto data = text::parse_json(parts.rest);
       if (!data) {
-        return fail("chart.bad-data", "the data of " + event.name + " are no JSON: " + data.error().message);
+        return fail("chart.bad-data", fmt::format("the data of {} are no JSON: {}", event.name, data.error().message));
       }
       event.data = *std::move(data);
     }
@@ -161,7 +162,8 @@ class Shell {
     const std::size_t unit = spaced.find_first_not_of("0123456789.");
     if (unit != std::string::npos && unit > 0 && spaced[unit] != ' ') spaced.insert(unit, " ");
     const auto time = project::parse_duration(spaced);
-    if (!time) return fail("chart.usage", "wait \"" + rest + "\": write a duration such as 2 s, 500 ms or 1 min");
+    if (!time)
+      return fail("chart.usage", fmt::format("wait \"{}\": write a duration such as 2 s, 500 ms or 1 min", rest));
     return show(player_.wait(*time));
   }
 
@@ -196,12 +198,12 @@ class Shell {
     for (ChartTrace::Entry& entry : trace->entries) {
       if (entry.at != at) {
         at = entry.at;
-        shown.text += "  at " + to_json(Value(seconds(at))) + " s\n";
+        shown.text += fmt::format("  at {} s\n", to_json(Value(seconds(at))));
       }
-      shown.text += "  " + entry.text + (entry.what == "ignored" ? near_to(entry.data.text()) : "") + "\n";
+      shown.text += fmt::format("  {}{}\n", entry.text, entry.what == "ignored" ? near_to(entry.data.text()) : "");
       happened.push_back(Map{{"what", entry.what}, {"time", seconds(entry.at)}, {"data", std::move(entry.data)}});
     }
-    shown.text += "  " + where() + "\n";
+    shown.text += fmt::format("  {}\n", where());
     shown.data["happened"] = std::move(happened);
     add_where(shown.data);
     return shown;
@@ -219,10 +221,10 @@ class Shell {
 
   [[nodiscard]] std::string where() const {
     const scxml::Session& session = player_.session();
-    std::string text = session.running() ? "in" : std::string(to_string(session.status())) + " in";
+    std::string text = session.running() ? "in" : fmt::format("{} in", to_string(session.status()));
     for (const std::string& id : session.active_ids(player_.chart())) text += " " + id;
     if (const TimePoint next = session.next_timer(); session.running() && next != kNever)
-      text += ", next timer in " + to_json(Value(seconds(next - player_.now()))) + " s";
+      text += fmt::format(", next timer in {} s", to_json(Value(seconds(next - player_.now()))));
     return text;
   }
 
@@ -237,7 +239,7 @@ class Shell {
 
   Result<Answer> state(const std::string&) {
     Answer shown;
-    shown.text = "  " + where() + "\n";
+    shown.text = fmt::format("  {}\n", where());
     add_where(shown.data);
     List events;
     std::string handled;
@@ -245,7 +247,7 @@ class Shell {
       handled += " " + event;
       events.emplace_back(event);
     }
-    shown.text += "  handles" + (handled.empty() ? " no event" : handled) + "\n";
+    shown.text += fmt::format("  handles{}\n", handled.empty() ? " no event" : handled);
     shown.data["handles"] = std::move(events);
     return shown;
   }
@@ -254,7 +256,7 @@ class Shell {
     const Map all = player_.session().data(player_.chart());
     Answer shown;
     if (rest.empty()) {
-      for (const auto& [name, value] : all) shown.text += "  " + name + " = " + to_json(value) + "\n";
+      for (const auto& [name, value] : all) shown.text += fmt::format("  {} = {}\n", name, to_json(value));
       if (all.empty()) shown.text = "  no data\n";
       shown.data["data"] = all;
       return shown;
@@ -263,9 +265,9 @@ class Shell {
     if (!value) {
       std::vector<std::string> names;
       for (const auto& [name, unused] : all) names.push_back(name);
-      return fail("chart.no-data", "\"" + rest + "\" has no value here" + did_you_mean(rest, names));
+      return fail("chart.no-data", fmt::format("\"{}\" has no value here{}", rest, did_you_mean(rest, names)));
     }
-    shown.text = "  " + to_json(*value) + "\n";
+    shown.text = fmt::format("  {}\n", to_json(*value));
     shown.data["data"] = Map{{rest, *value}};
     return shown;
   }
@@ -275,7 +277,7 @@ class Shell {
     auto value = player_.evaluate(rest);
     if (!value) return tl::unexpected(std::move(value.error()));
     Answer shown;
-    shown.text = "  " + (*value ? to_json(**value) : std::string("undefined")) + "\n";
+    shown.text = fmt::format("  {}\n", *value ? to_json(**value) : std::string("undefined"));
     if (*value)
       shown.data["value"] = **value;
     else
@@ -295,8 +297,8 @@ class Shell {
   void add_timers(const scxml::Session& session, std::string& text, List& list) const {
     for (const scxml::Timer& timer : session.timers()) {
       const double in = seconds(timer.due - player_.now());
-      text += "  " + timer.event.name + " in " + to_json(Value(in)) + " s" +
-              (timer.target.empty() ? "" : " to " + timer.target) + "  (" + session.id() + ")\n";
+      text += fmt::format("  {} in {} s{}  ({})\n", timer.event.name, to_json(Value(in)),
+                          timer.target.empty() ? "" : " to " + timer.target, session.id());
       list.push_back(Map{{"event", timer.event.name}, {"in", in}, {"target", timer.target}, {"session", session.id()}});
     }
     for (const scxml::Invocation& invocation : session.invocations()) {
@@ -308,7 +310,7 @@ class Shell {
     Answer shown;
     List list;
     for (const std::string& line : history_) {
-      shown.text += "  " + line + "\n";
+      shown.text += fmt::format("  {}\n", line);
       list.emplace_back(line);
     }
     shown.data["history"] = std::move(list);
@@ -321,7 +323,7 @@ class Shell {
     if (!saved) return tl::unexpected(std::move(saved.error()));
     if (auto written = text::write_file(rest, to_json(*saved) + "\n"); !written)
       return tl::unexpected(std::move(written.error()));
-    return Answer{"  saved to " + rest + "\n", Map{{"saved", rest}}};
+    return Answer{fmt::format("  saved to {}\n", rest), Map{{"saved", rest}}};
   }
 
   Result<Answer> help(const std::string&) { return Answer{std::string(kHelp), Map{{"help", kHelp}}}; }
@@ -359,7 +361,7 @@ std::optional<Map> start_data(const std::vector<std::string>& given, const scxml
     const std::size_t equals = text.find('=');
     const std::string name = text.substr(0, equals);
     if (equals == std::string::npos || std::find(names.begin(), names.end(), name) == names.end()) {
-      say("--data " + text + ": must be NAME=VALUE with a <data> of the chart" + did_you_mean(name, names));
+      say(fmt::format("--data {}: must be NAME=VALUE with a <data> of the chart{}", text, did_you_mean(name, names)));
       return std::nullopt;
     }
     const std::string value = text.substr(equals + 1);
@@ -386,7 +388,7 @@ int chart(const ChartCommand& command) {
   if (!data) return kUsage;
   const auto script_max = project::parse_duration(command.script_max);
   if (!script_max || *script_max <= Duration(0)) {
-    say("--script-max " + command.script_max + ": not a duration such as 2 s");
+    say(fmt::format("--script-max {}: not a duration such as 2 s", command.script_max));
     return kUsage;
   }
   ChartPlayer player(*loaded.value, sentree::studio::host_for(*loaded.value, options), command.seed, *script_max);

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -65,10 +67,11 @@ std::optional<Diagnostics> check_in_project(const std::filesystem::path& chart, 
     }
   }
   if (others && !std::exchange(found.told, true)) {
-    own.push_back({Severity::kWarning, "check.project",
-                   "the project in " + folder.string() +
-                       " has errors elsewhere, so not all that it says of its charts could be checked",
-                   SourceSpan{chart.string()}});
+    own.push_back(
+        {Severity::kWarning, "check.project",
+         fmt::format("the project in {} has errors elsewhere, so not all that it says of its charts could be checked",
+                     folder.string()),
+         SourceSpan{chart.string()}});
   }
   return own;
 }
@@ -99,11 +102,13 @@ Diagnostics check_requirements(const std::filesystem::path& path) {
   const auto known = folder.empty() ? Loaded<monitor::Vocabulary>() : vocabulary_of_project(folder);
   auto loaded = load_requirement_file(path.string(), known.ok() ? &*known.value : nullptr);
   if (!folder.empty() && !known.ok()) {
-    loaded.diagnostics.push_back({.severity = Severity::kWarning,
-                                  .code = "monitor.no-vocabulary",
-                                  .message = "its services and leaves are taken on trust, since the project in " +
-                                             folder.string() + " does not load; check that first",
-                                  .span = SourceSpan{path.string()}});
+    loaded.diagnostics.push_back(
+        {.severity = Severity::kWarning,
+         .code = "monitor.no-vocabulary",
+         .message = fmt::format(
+             "its services and leaves are taken on trust, since the project in {} does not load; check that first",
+             folder.string()),
+         .span = SourceSpan{path.string()}});
   }
   sort_by_place(loaded.diagnostics);
   return loaded.diagnostics;
@@ -202,7 +207,7 @@ int check(const CheckCommand& command) {
     if (found.empty())
       print("nothing to complain about\n");
     else
-      print(std::to_string(errors) + " errors, " + std::to_string(warnings) + " warnings\n");
+      print(fmt::format("{} errors, {} warnings\n", errors, warnings));
   }
   return errors > 0 ? kInvalidInput : warnings > 0 ? kFindings : kOk;
 }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <map>
 
 #include "sentree/cli/commands.h"
@@ -9,7 +11,7 @@ namespace sentree::cli {
 
 int component(const ComponentCommand& command) {
   if (command.name != "sim") {
-    say("component \"" + command.name + "\" is not known; there is \"sim\", the simulated robot");
+    say(fmt::format("component \"{}\" is not known; there is \"sim\", the simulated robot", command.name));
     return kUsage;
   }
   if (command.project.empty() == command.world.empty()) {

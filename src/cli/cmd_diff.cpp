@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -48,9 +50,10 @@ void tell(const std::vector<Difference>& differences, bool colour) {
     const Look shown = look(d.kind);
     if (d.path != path) print((colour ? coloured(kBold, d.path) : d.path) + "\n");
     path = d.path;
-    const std::string what = std::string(shown.sign) + " " + d.what;
+    const std::string what = fmt::format("{} {}", shown.sign, d.what);
     const std::string place = to_string(where(d));
-    print("  " + (colour ? coloured(shown.colour, what) + "  " + coloured(kDim, place) : what + "  " + place) + "\n");
+    print(fmt::format("  {}\n", colour ? fmt::format("{}  {}", coloured(shown.colour, what), coloured(kDim, place))
+                                       : fmt::format("{}  {}", what, place)));
   }
   print(std::to_string(differences.size()) + (differences.size() == 1 ? " difference\n" : " differences\n"));
 }
@@ -67,9 +70,9 @@ Result<std::vector<bt::Difference>> diff_files(const std::string& before, const 
   if (!second) return tl::unexpected(second.error());
   const bool charts = is_chart_source(*first);
   if (charts != is_chart_source(*second)) {
-    return fail("diff.unlike", before + (charts ? " is a state chart, " : " is no state chart, ") + after +
-                                   (charts ? " is none" : " is one") +
-                                   "; what can be compared are two trees or two charts");
+    return fail("diff.unlike", fmt::format("{}{}{}{}; what can be compared are two trees or two charts", before,
+                                           charts ? " is a state chart, " : " is no state chart, ", after,
+                                           charts ? " is none" : " is one"));
   }
   return charts ? scxml::diff(*first, *second, before, after) : bt::diff(*first, *second, before, after);
 }
@@ -105,7 +108,7 @@ std::vector<bt::Difference> diff_folders(const DiffCommand& command, Diagnostics
       continue;
     }
     for (bt::Difference& difference : *found) {
-      difference.path = name + ": " + difference.path;
+      difference.path = fmt::format("{}: {}", name, difference.path);
       all.push_back(std::move(difference));
     }
   }

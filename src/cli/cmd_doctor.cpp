@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <algorithm>
@@ -74,12 +76,12 @@ HealthFinding check_certificates() {
   const auto certificate = rpc::examine(files);
   if (!certificate)
     return {name, certificate.error().message, "docs/how-to/certificates.md says how to make and name them"};
-  const std::string days = ", for " + std::to_string(certificate->days_left) + " more days";
+  const std::string days = fmt::format(", for {} more days", certificate->days_left);
   if (certificate->names.empty())
     return {
-        name, files.certificate + " names no host" + days,
+        name, fmt::format("{} names no host{}", files.certificate, days),
         "others cannot connect to what listens here; make it with a subjectAltName, see docs/how-to/certificates.md"};
-  return {name, files.certificate + " of " + certificate->names + days,
+  return {name, fmt::format("{} of {}{}", files.certificate, certificate->names, days),
           certificate->days_left < kDaysWarned ? "make a new one before it expires" : ""};
 }
 
@@ -97,7 +99,7 @@ HealthFinding check_foxglove() {
   const bool is_free = studio::Foxglove::start({}).has_value();
   return {"Foxglove",
           is_free ? "sentree run --foxglove is there, at port " + port
-                  : "sentree run --foxglove is there; port " + port + " is taken, so say --foxglove=PORT",
+                  : fmt::format("sentree run --foxglove is there; port {} is taken, so say --foxglove=PORT", port),
           ""};
 }
 
@@ -134,7 +136,7 @@ HealthFinding check_timer() {
 
 HealthFinding check_cores() {
   const unsigned cores = std::thread::hardware_concurrency();
-  const std::string text = std::to_string(cores) + " cores";
+  const std::string text = fmt::format("{} cores", cores);
   if (cores < 2) return {"processor", text, "real time works better with two"};
   return {"processor", text, ""};
 }
@@ -143,8 +145,9 @@ std::vector<HealthFinding> examine() {
   std::vector<HealthFinding> findings{
       check_shipped(),
       check_control_folder(),
-      check_socket("unix sockets",
-                   "unix:" + (processes::control_folder() / ("doctor-" + std::to_string(getpid()) + ".sock")).string()),
+      check_socket(
+          "unix sockets",
+          fmt::format("unix:{}", (processes::control_folder() / (fmt::format("doctor-{}.sock", getpid()))).string())),
       check_socket("loopback TCP", "tcp://127.0.0.1:0"),
       check_certificates(),
       check_groot(),
@@ -182,8 +185,8 @@ int doctor(const DoctorCommand& command) {
   } else {
     for (const HealthFinding& finding : findings) {
       const char* const mark = !finding.remedy.empty() ? "✗ " : finding.is_there ? "✓ " : "– ";
-      print(mark + finding.name + ": " + finding.detail + "\n");
-      if (!finding.remedy.empty()) print("    " + finding.remedy + "\n");
+      print(fmt::format("{}{}: {}\n", mark, finding.name, finding.detail));
+      if (!finding.remedy.empty()) print(fmt::format("    {}\n", finding.remedy));
     }
   }
   return all_good(findings) ? kOk : kEnvironment;

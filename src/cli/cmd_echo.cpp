@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <condition_variable>
 #include <mutex>
 
@@ -27,7 +29,8 @@ int echo_address(const EchoCommand& command) {
   }
   rpc::Middleware& middleware = rpc::middleware_of(*address);
   if (!middleware.is_source(*address, nullptr)) {
-    say("nothing can be read from " + command.pattern + "; a port for data is yarp:/NAME:o, a topic of ROS ros:/NAME");
+    say(fmt::format("nothing can be read from {}; a port for data is yarp:/NAME:o, a topic of ROS ros:/NAME",
+                    command.pattern));
     return kUsage;
   }
   const Interrupts interrupts;
@@ -85,11 +88,11 @@ int echo(const EchoCommand& command) {
     after = static_cast<std::int64_t>(processes::number_of(*reply, "upto"));
     if (const std::uint64_t lost = processes::number_of(*reply, "missed"); lost > 0) {
       missed += lost;
-      say("! " + std::to_string(lost) + " messages came faster than they could be shown");
+      say(fmt::format("! {} messages came faster than they could be shown", lost));
     }
     for (const Value& text : *reply->find("messages")->as_list()) {
       if (command.json) {
-        print(std::string(text.text()) + "\n");
+        print(fmt::format("{}\n", text.text()));
       } else if (const auto json = text::parse_json(text.text())) {
         print(line(processes::message_from_json(*json)) + "\n");
       }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -80,7 +82,7 @@ std::optional<std::string> draw_trees(const std::vector<GivenFile>& files, const
     if (roots.size() > 1) {
       std::string others;
       for (const std::string& id : roots) others += (others.empty() ? "" : ", ") + id;
-      say("drawn is " + tree + " of " + file.string() + "; --tree draws another one of " + others);
+      say(fmt::format("drawn is {} of {}; --tree draws another one of {}", tree, file.string(), others));
     }
   }
   const auto loaded = trees.load(file, tree);
@@ -117,7 +119,7 @@ int draw_world(const GraphCommand& command, std::string& picture) {
   if (!command.after.empty()) {
     const auto parsed = project::parse_duration(command.after);
     if (!parsed || *parsed > sim::kAdvanceMax) {
-      say("--after " + command.after + ": not a duration such as 20 s, at most a day");
+      say(fmt::format("--after {}: not a duration such as 20 s, at most a day", command.after));
       return kUsage;
     }
     after = *parsed;

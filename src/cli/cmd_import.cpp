@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/cli/commands.h"
@@ -34,15 +36,15 @@ void print_json(const ImportCommand& command, const import::Imported* imported, 
 }
 
 void print_text(const ImportCommand& command, const import::Imported& imported) {
-  for (const import::ProjectFile& file : imported.files) print(command.output + "/" + file.path + "\n");
+  for (const import::ProjectFile& file : imported.files) print(fmt::format("{}/{}\n", command.output, file.path));
   print(command.output + "/IMPORT.md\n");
   for (const import::Finding& finding : imported.findings) {
     // What a person need not look at stands in IMPORT.md only.
     if (finding.fate == import::Fate::kNotNeeded) continue;
-    say(to_string(finding.span) + ": " + std::string(import::to_string(finding.fate)) + ": " +
-        (finding.original.empty() ? "" : finding.original + ": ") + finding.reason);
+    say(fmt::format("{}: {}: {}{}", to_string(finding.span), import::to_string(finding.fate),
+                    finding.original.empty() ? "" : finding.original + ": ", finding.reason));
   }
-  say("\nNow try:\n  sentree check " + command.output + "\n  sentree graph " + command.output + " -o tree.svg");
+  say(fmt::format("\nNow try:\n  sentree check {}\n  sentree graph {} -o tree.svg", command.output, command.output));
 }
 
 }  // namespace

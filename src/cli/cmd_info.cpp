@@ -77,11 +77,11 @@ std::string info_text(record::Reader& reader, const std::string& file) {
     text += fmt::format("  continues {} at {:.3f} s\n", before, 1e-9 * std::strtod(at.c_str(), nullptr));
   }
   if (const std::string next = runtime::continued_by(journal_of(file)); !next.empty())
-    text += "  continued by " + next + "\n";
+    text += fmt::format("  continued by {}\n", next);
   const std::string mission = fact(replay::kResultMetadata, "mission");
   if (!mission.empty()) {
     const std::string reason = fact(replay::kResultMetadata, "reason");
-    text += fmt::format("  mission {}{}, ended by {}\n", mission, reason.empty() ? "" : " (" + reason + ")",
+    text += fmt::format("  mission {}{}, ended by {}\n", mission, reason.empty() ? "" : fmt::format(" ({})", reason),
                         fact(replay::kResultMetadata, "ended_by"));
     if (const auto verdicts = text::parse_json(fact(replay::kResultMetadata, "verdicts"));
         verdicts && verdicts->as_map() != nullptr) {

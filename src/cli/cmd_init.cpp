@@ -1,4 +1,6 @@
 #include "sentree/cli/commands.h"
+
+#include <fmt/format.h>
 #include "sentree/cli/output.h"
 #include "sentree/design/parts.h"
 
@@ -13,8 +15,8 @@ int init(const InitCommand& command) {
     return error.code == "design.not-empty" ? kInvalidInput : kEnvironment;
   }
   for (const auto& file : *files) print((target / file).string() + "\n");
-  say("\nNow try:\n  sentree check " + command.folder + "\n  sentree run " + command.folder +
-      " --clock virtual\n  sentree test " + command.folder);
+  say(fmt::format("\nNow try:\n  sentree check {}\n  sentree run {} --clock virtual\n  sentree test {}", command.folder,
+                  command.folder, command.folder));
   return kOk;
 }
 

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -105,9 +107,10 @@ int model(const ModelCommand& command) {
   say(models.diagnostics);
   if (!models.ok()) return kInvalidInput;
   if (!command.into.empty()) return insert_into(command.into, *models.value);
-  const std::string content = command.json ? to_json(models_value(*models.value)) + "\n"
-                                           : "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<root BTCPP_format=\"4\">\n" +
-                                                 bt::write_models(*models.value) + "</root>\n";
+  const std::string content =
+      command.json ? to_json(models_value(*models.value)) + "\n"
+                   : fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<root BTCPP_format=\"4\">\n{}</root>\n",
+                                 bt::write_models(*models.value));
   if (!command.output.empty()) return write_to(command.output, content);
   print(content);
   return kOk;

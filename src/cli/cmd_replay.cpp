@@ -71,7 +71,7 @@ std::string replay_text(const Map& moment) {
   for (const auto& [name, monitor] : *moment.find("monitors")->as_map()) {
     const Value* standing = monitor.find("standing");
     text += fmt::format("  {:<32}{}{}\n", name, monitor.find("verdict")->text(),
-                        standing != nullptr ? " (" + std::string(standing->text()) + ")" : "");
+                        standing != nullptr ? fmt::format(" ({})", standing->text()) : "");
   }
   return text;
 }
@@ -100,7 +100,7 @@ int replay(const ReplayCommand& command) {
     if (text.empty()) continue;
     const auto time = project::parse_duration(text);
     if (!time || time->count() < 0) {
-      say("\"" + text + "\" is no moment of a run; write for example '52 s' or '1500 ms'");
+      say(fmt::format("\"{}\" is no moment of a run; write for example '52 s' or '1500 ms'", text));
       return kUsage;
     }
     *moment = TimePoint(*time);

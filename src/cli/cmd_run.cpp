@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <pthread.h>
 #include <signal.h>
 #include <unistd.h>
@@ -132,7 +134,7 @@ bool apply_options(const RunCommand& command, project::Scenario& scenario) {
   if (command.duration) {
     const auto duration = project::parse_duration(*command.duration);
     if (!duration) {
-      say("--duration " + *command.duration + ": not a duration such as 90 s or 5 min");
+      say(fmt::format("--duration {}: not a duration such as 90 s or 5 min", *command.duration));
       return false;
     }
     scenario.duration = *duration;
@@ -169,7 +171,7 @@ Result<RunCommand> command_again(const RunCommand& command, const project::Plan&
   if (const Value* scenario = request.find("scenario")) {
     const auto files = project::scenario_files(plan.scenario.project);
     if (std::none_of(files.begin(), files.end(), [&](const auto& file) { return file.stem() == scenario->text(); }))
-      return fail("studio.request", "the project has no scenario \"" + std::string(scenario->text()) + "\"");
+      return fail("studio.request", fmt::format("the project has no scenario \"{}\"", scenario->text()));
     next.scenario = scenario->text();
   }
   next.open = false;
@@ -244,7 +246,7 @@ bool wants_journal(const RunCommand& command, const project::Project& project,
                    const std::optional<Resumption>& resumption, std::optional<project::JournalSync>& sync) {
   if (!command.durable.empty() && command.durable != "true") {
     sync = project::parse_journal_sync(command.durable);
-    if (!sync) say("--durable=" + command.durable + ": it is one of never, interval and each");
+    if (!sync) say(fmt::format("--durable={}: it is one of never, interval and each", command.durable));
     return sync.has_value();
   }
   sync = resumption ? resumption->sync() : project.durable;
@@ -299,7 +301,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
     auto replaced = runtime::replace_plan(*before.value, resumption->journaled, resumption->known, *plan.value);
     if (!replaced.ok()) {
       say(replaced.diagnostics);
-      say("the mission cannot go on with " + command.project + "; nothing was resumed");
+      say(fmt::format("the mission cannot go on with {}; nothing was resumed", command.project));
       return invalid(replaced.diagnostics);
     }
     for (const std::string& change : replaced.value->changes) say(change);
@@ -311,7 +313,8 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
     auto recorded = resumption->scenario(true);
     say_each(recorded.diagnostics);
     if (!recorded.value) return invalid(recorded.diagnostics);
-    say("the project has changed since the run began; what is in " + resumption->recording.string() + " goes on");
+    say(fmt::format("the project has changed since the run began; what is in {} goes on",
+                    resumption->recording.string()));
     plan = prepare(std::move(*recorded.value));
   }
   say(plan.diagnostics);
@@ -380,7 +383,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
     tap = page->tap();
     {
       const std::lock_guard lock(wanted.mutex);
-      wanted.at = where->address + ":" + std::to_string(page->server().port());
+      wanted.at = fmt::format("{}:{}", where->address, page->server().port());
     }
     announce(page->server().url(), command.open);
   }
@@ -416,12 +419,15 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
         .settle = [&recording] { recording->recorder().flush(); },
         .on_failure =
             [](const std::string& why) {
-              say("! the journal cannot be written: " + why + "; the run goes on, and cannot be resumed any more");
+              say(fmt::format("! the journal cannot be written: {}; the run goes on, and cannot be resumed any more",
+                              why));
             },
         .on_slow =
             [](const std::string& why) {
-              say("! the run does not keep up with its journal: " + why +
-                  "; ticks are left out, and what answers waits. --durable=interval waits for no disk");
+              say(
+                  fmt::format("! the run does not keep up with its journal: {}; ticks are left out, and what answers "
+                              "waits. --durable=interval waits for no disk",
+                              why));
             }};
     if (resumption) options.resume = &resumption->journaled;
   }
@@ -460,7 +466,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
   }
   if (!report.error.empty()) say(report.error);
   if (shown && !command.studio_exit && !report.interrupted && report.error.empty()) {
-    say("the run is over; its page stays at " + page->server().url() + " until Ctrl-C");
+    say(fmt::format("the run is over; its page stays at {} until Ctrl-C", page->server().url()));
     interrupts.wait_for_one();
   }
   const std::lock_guard lock(wanted.mutex);

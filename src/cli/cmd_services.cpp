@@ -161,7 +161,7 @@ int services(const ServicesCommand& command) {
       continue;
     }
     print(fmt::format("{}: {} at {}\n", service.name, service.interface, service.at));
-    for (const std::string& method : service.methods) print("  " + method + "\n");
+    for (const std::string& method : service.methods) print(fmt::format("  {}\n", method));
   }
   if (command.json) print(to_json(Value(std::move(list))) + "\n");
   return kOk;
@@ -191,7 +191,7 @@ int ping(const PingCommand& command) {
     if (!command.target.empty()) return report({pings.back()}, command.json);
   }
   if (!command.target.empty()) {
-    say("the run has no service \"" + command.target + "\"" + did_you_mean(command.target, names));
+    say(fmt::format("the run has no service \"{}\"{}", command.target, did_you_mean(command.target, names)));
     return kUsage;
   }
   return report(pings, command.json);

@@ -112,10 +112,10 @@ std::vector<std::string> frame(const sim::World& world, const sim::State& state,
     time += "  paused";
   else if (clock.factor != 1.0)
     time += fmt::format("  × {}", shortest_decimal(clock.factor));
-  lines.push_back(" " + title + "   " + time);
+  lines.push_back(fmt::format(" {}   {}", title, time));
   sim::State copy = state;
   for (const RobotView& robot : look(world, copy))
-    lines.push_back(" " + battery_bar(robot.charge) + " " + robot_text(robot));
+    lines.push_back(fmt::format(" {} {}", battery_bar(robot.charge), robot_text(robot)));
   lines.emplace_back();
   const int room = size.rows - static_cast<int>(lines.size()) - 2;
   if (room > 3) {
@@ -204,7 +204,7 @@ int sim(const SimCommand& command) {
   if (!command.duration.empty()) {
     duration = project::parse_duration(command.duration);
     if (!duration) {
-      say("--duration " + command.duration + ": not a duration such as 90 s or 5 min");
+      say(fmt::format("--duration {}: not a duration such as 90 s or 5 min", command.duration));
       return kUsage;
     }
   }
@@ -245,7 +245,7 @@ int sim(const SimCommand& command) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   processes::SimServer server(std::move(*component.value), command.seed, command.speed);
   const auto control = processes::start_control(server.control(command.world));
-  if (!control) say("no control socket: " + to_string(control.error()));
+  if (!control) say(fmt::format("no control socket: {}", to_string(control.error())));
   std::unique_ptr<yarp::NameServer> names;
   std::vector<rpc::Address> addresses;
   if (address) addresses.push_back(*address);

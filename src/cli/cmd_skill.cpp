@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <thread>
 
@@ -21,7 +23,7 @@ int skill(const SkillCommand& command) {
       known = true;
     }
     if (known) continue;
-    say("--at " + text + ": must be SERVICE=ADDRESS with a service of the project");
+    say(fmt::format("--at {}: must be SERVICE=ADDRESS with a service of the project", text));
     return kUsage;
   }
   auto plan = project::prepare_skill(scenario->project, command.leaf);
@@ -36,8 +38,8 @@ int skill(const SkillCommand& command) {
   });
   for (const auto& [name, service] : plan.value->services) {
     if (service.at != "sim" && service.at != "model") continue;
-    say("service \"" + name + "\" is at: " + service.at +
-        ", which is inside another process; give its address with --at " + name + "=ADDRESS");
+    say(fmt::format("service \"{}\" is at: {}, which is inside another process; give its address with --at {}=ADDRESS",
+                    name, service.at, name));
     return kInvalidInput;
   }
   const auto interface = processes::served_skill_interface();
@@ -68,7 +70,7 @@ int skill(const SkillCommand& command) {
   options.delays = scenario->delays;
   options.problem = problem;
   options.log = [](const std::string& leaf, const scxml::LogLine& line) {
-    say(leaf + ": " + line.label + " " + line.text);
+    say(fmt::format("{}: {} {}", leaf, line.label, line.text));
   };
   const auto service =
       processes::make_skill_service(*plan.value, *interface, *publisher, *scheduler, std::move(options));

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <signal.h>
 
 #include <chrono>
@@ -25,8 +27,7 @@ std::optional<int> watch_once(const WatchCommand& command, const sigset_t& signa
     return watch.error().code.starts_with("groot.") ? kEnvironment : kInvalidInput;
   }
   const project::Plan& plan = (*watch)->plan();
-  say("watching the tree " + std::string(plan.tree.id()) + ", " + std::to_string(plan.tree.size()) + " nodes, of " +
-      command.address);
+  say(fmt::format("watching the tree {}, {} nodes, of {}", plan.tree.id(), plan.tree.size(), command.address));
   std::unique_ptr<studio::Live> page;
   RecordingTap tap;
   if (!command.studio.empty()) {
@@ -103,7 +104,7 @@ int watch(const WatchCommand& command) {
   if (!command.duration.empty()) {
     const auto duration = project::parse_duration(command.duration);
     if (!duration) {
-      say("--duration " + command.duration + ": not a duration such as 90 s or 5 min");
+      say(fmt::format("--duration {}: not a duration such as 90 s or 5 min", command.duration));
       return kUsage;
     }
     until = SteadyClock::now() + *duration;

@@ -1,5 +1,7 @@
 #include "sentree/cli/document.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <tuple>
@@ -36,7 +38,7 @@ std::string line_of(const Finding& finding) {
   std::string text = to_string(finding.first);
   const std::size_t count = finding.lines.size();
   if (count == 1) return text + "\n";
-  text += " (×" + std::to_string(count);
+  text += fmt::format(" (×{}", count);
   int last = finding.lines.front();
   std::size_t named = 0;
   for (const int line : finding.lines) {
@@ -99,7 +101,7 @@ std::string told(const Diagnostics& diagnostics) {
   }
   std::string text;
   for (const Finding& finding : findings) text += line_of(finding);
-  if (left_out > 0) text += "… and " + std::to_string(left_out) + " more findings of other kinds\n";
+  if (left_out > 0) text += fmt::format("… and {} more findings of other kinds\n", left_out);
   return text;
 }
 
@@ -114,8 +116,8 @@ std::string warnings_in_short(const Diagnostics& diagnostics) {
   }
   if (count == 0) return {};
   const bool named = one_file && !file.empty();
-  return std::to_string(count) + (count == 1 ? " warning" : " warnings") + (named ? " in " + file : "") +
-         "; `sentree check" + (named ? " " + file : "") + "` tells " + (count == 1 ? "it" : "them");
+  return fmt::format("{}{}{}; `sentree check{}` tells {}", count, count == 1 ? " warning" : " warnings",
+                     named ? " in " + file : "", named ? " " + file : "", count == 1 ? "it" : "them");
 }
 
 }  // namespace sentree::cli

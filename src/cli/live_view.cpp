@@ -105,8 +105,8 @@ void LiveView::observe(const Message& message) {
 void LiveView::decided(const runtime::MonitorReport& report) {
   const std::lock_guard lock(mutex_);
   verdicts_[report.name] = fmt::format("{} at {:.1f} s", to_string(report.verdict), seconds(report.decision->at));
-  events_.push_back(time_column(report.decision->at) + "  monitor " + report.name + ": " +
-                    std::string(to_string(report.verdict)));
+  events_.push_back(
+      fmt::format("{}  monitor {}: {}", time_column(report.decision->at), report.name, to_string(report.verdict)));
 }
 
 void LiveView::note(const std::string& what) {
@@ -145,8 +145,8 @@ std::vector<std::string> LiveView::tree_lines() const {
       mark = coloured(kRed, "✗");
     std::string label(plan_.tree.name(node));
     const std::string id(plan_.tree.registration(node));
-    if (id != label) label += "  " + std::string(kDim) + id + kReset;
-    lines.push_back(std::string(depth[node] * 2, ' ') + mark + " " + label);
+    if (id != label) label += fmt::format("  {}{}{}", kDim, id, kReset);
+    lines.push_back(fmt::format("{}{} {}", std::string(depth[node] * 2, ' '), mark, label));
   }
   return lines;
 }
@@ -167,8 +167,9 @@ std::vector<std::string> LiveView::frame(const TerminalSize& size) {
   add_wrapped(lines, head, width);
   std::vector<std::string> lights;
   for (const auto& [name, verdict] : verdicts_) {
-    lights.push_back(verdict.starts_with("violated") ? coloured(kBanner, " ✗ " + name + ": " + verdict + " ") + " "
-                                                     : coloured(kGreen, " ● ") + name + ": " + verdict + "  ");
+    lights.push_back(verdict.starts_with("violated")
+                         ? coloured(kBanner, fmt::format(" ✗ {}: {} ", name, verdict)) + " "
+                         : fmt::format("{}{}: {}  ", coloured(kGreen, " ● "), name, verdict));
   }
   add_wrapped(lines, lights, width);
   lines.push_back("");
@@ -190,7 +191,8 @@ std::vector<std::string> LiveView::frame(const TerminalSize& size) {
     for (std::size_t i = 0; i < rows; ++i) {
       std::string text = i < tree.size() ? cut(" " + tree[i], kTreeWidth - 1) : "";
       if (i < shown)
-        text += std::string(kTreeWidth - 1 - columns(text), ' ') + "│ " + cut(event(shown - i), width - kTreeWidth - 4);
+        text += fmt::format("{}│ {}", std::string(kTreeWidth - 1 - columns(text), ' '),
+                            cut(event(shown - i), width - kTreeWidth - 4));
       lines.push_back(text);
     }
     return lines;

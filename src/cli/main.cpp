@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
@@ -24,8 +26,8 @@ class ExamplesFirst final : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
     if (mode == CLI::AppFormatMode::Sub || app->get_footer().empty()) return CLI::Formatter::make_help(app, name, mode);
-    return make_description(app) + app->get_footer() + "\n\n" + make_usage(app, name) + make_positionals(app) +
-           make_groups(app, mode) + make_subcommands(app, mode);
+    return fmt::format("{}{}\n\n{}{}{}{}", make_description(app), app->get_footer(), make_usage(app, name),
+                       make_positionals(app), make_groups(app, mode), make_subcommands(app, mode));
   }
 };
 
@@ -777,7 +779,7 @@ std::string unknown_word(const CLI::App& app, int argc, char** argv) {
       const std::vector<std::string> known = options_of(*at);
       const std::string name = word.substr(0, word.find('='));
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-      return of + " has no option " + name + sentree::did_you_mean(name, known) + "; see " + of + " --help";
+      return fmt::format("{} has no option {}{}; see {} --help", of, name, sentree::did_you_mean(name, known), of);
     }
     const std::vector<std::string> commands = names_of(*at);
     if (word.starts_with("-") || commands.empty()) continue;
@@ -786,7 +788,8 @@ std::string unknown_word(const CLI::App& app, int argc, char** argv) {
       at = at->get_subcommand(word);
       of += " " + word;
     } else if (at == &app) {
-      return "sentree has no command \"" + word + "\"" + sentree::did_you_mean(word, commands) + "; see sentree --help";
+      return fmt::format("sentree has no command \"{}\"{}; see sentree --help", word,
+                         sentree::did_you_mean(word, commands));
     }
   }
   return {};

@@ -1,5 +1,7 @@
 #include "sentree/cli/manual.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <map>
@@ -63,22 +65,24 @@ std::string options_text(const CLI::App& app) {
       if (formatter != nullptr) {
         if (const std::string more = formatter->make_option_opts(option); !more.empty()) text += "\\fR" + plain(more);
       }
-      text += "\n" + plain(option->get_description().empty() ? "See the examples." : option->get_description()) + "\n";
+      text += fmt::format("\n{}\n",
+                          plain(option->get_description().empty() ? "See the examples." : option->get_description()));
     }
   }
   return text;
 }
 
 void append_command(std::string& page, const CLI::App& app, const std::string& name) {
-  page += ".SH SYNOPSIS\n.B " + plain(name) + "\n";
+  page += fmt::format(".SH SYNOPSIS\n.B {}\n", plain(name));
   for (const CLI::Option* option : app.get_options()) {
     if (!option->get_positional()) continue;
     const std::string word = plain(option->get_name(true));
-    page += option->get_required() ? ".I " + word + "\n" : "[\\fI" + word + "\\fR]\n";
+    page += option->get_required() ? fmt::format(".I {}\n", word) : fmt::format("[\\fI{}\\fR]\n", word);
   }
   if (!commands_of(app).empty()) page += app.get_require_subcommand_min() > 0 ? ".I command\n" : "[\\fIcommand\\fR]\n";
-  page += "[\\fIoption\\fR ...]\n.SH DESCRIPTION\n" + plain(app.get_description()) + ".\n";
-  if (const std::string footer = app.get_footer(); !footer.empty()) page += ".PP\n.nf\n" + plain(footer) + "\n.fi\n";
+  page += fmt::format("[\\fIoption\\fR ...]\n.SH DESCRIPTION\n{}.\n", plain(app.get_description()));
+  if (const std::string footer = app.get_footer(); !footer.empty())
+    page += fmt::format(".PP\n.nf\n{}\n.fi\n", plain(footer));
   if (const std::string options = options_text(app); !options.empty()) page += ".SH OPTIONS\n" + options;
 }
 
@@ -88,20 +92,21 @@ int write_manual(const CLI::App& app, const std::string& folder) {
   const std::string head = " 1 \"\" \"sentree " SENTREE_VERSION "\" \"Sentree\"\n.SH NAME\n";
   std::map<std::string, std::string> pages;
   std::string& top = pages["sentree.1"];
-  top = ".TH SENTREE" + head + "sentree \\- design, execute, monitor and verify robot behaviours\n";
+  top = fmt::format(".TH SENTREE{}sentree \\- design, execute, monitor and verify robot behaviours\n", head);
   append_command(top, app, "sentree");
   top += ".SH COMMANDS\n";
   for (const CLI::App* sub : commands_of(app)) {
     const std::string name = "sentree-" + sub->get_name();
-    top += ".TP\n.BR " + plain(name) + " (1)\n" + plain(sub->get_description()) + ".\n";
+    top += fmt::format(".TP\n.BR {} (1)\n{}.\n", plain(name), plain(sub->get_description()));
     std::string& page = pages[name + ".1"];
     std::string title = name;
     for (char& c : title) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    page = ".TH " + title + head + plain(name) + " \\- " + plain(first_lower(sub->get_description())) + "\n";
+    page = fmt::format(".TH {}{}{} \\- {}\n", title, head, plain(name), plain(first_lower(sub->get_description())));
     append_command(page, *sub, "sentree " + sub->get_name());
     for (const CLI::App* below : commands_of(*sub)) {
-      page += ".SH \"SENTREE " + plain(sub->get_name() + " " + below->get_name()) + "\"\n" +
-              plain(below->get_description()) + ".\n" + options_text(*below);
+      page +=
+          fmt::format(".SH \"SENTREE {}\"\n{}.\n{}", plain(fmt::format("{} {}", sub->get_name(), below->get_name())),
+                      plain(below->get_description()), options_text(*below));
     }
     page += ".SH \"SEE ALSO\"\n.BR sentree (1)\n";
   }

@@ -1,5 +1,7 @@
 #include "sentree/cli/output.h"
 
+#include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <algorithm>
@@ -166,7 +168,7 @@ Loaded<project::Scenario> load(const std::string& project, const std::string& sc
   }
   return {.value = std::nullopt,
           .diagnostics = {{Severity::kError, "project.no-scenario",
-                           "the project has no scenario \"" + scenario + "\"" + did_you_mean(scenario, names),
+                           fmt::format("the project has no scenario \"{}\"{}", scenario, did_you_mean(scenario, names)),
                            SourceSpan{loaded.value->file}}}};
 }
 

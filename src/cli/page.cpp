@@ -1,5 +1,7 @@
 #include "sentree/cli/page.h"
 
+#include <fmt/format.h>
+
 #include <fcntl.h>
 #include <spawn.h>
 #include <unistd.h>
@@ -57,7 +59,7 @@ std::optional<ListenAt> listen_at(const std::string& option, const std::string& 
   }
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), at.port);
   if (error == std::errc() && end == port.data() + port.size() && !at.address.empty()) return at;
-  say(option + "=" + where + ": neither a port nor an address such as 127.0.0.1:" + std::to_string(usual_port));
+  say(fmt::format("{}={}: neither a port nor an address such as 127.0.0.1:{}", option, where, usual_port));
   return std::nullopt;
 }
 

@@ -42,45 +42,46 @@ std::string brief(const Message& message) {
 std::string time_column(TimePoint time) { return fmt::format("{:>8.3f} s", seconds(time)); }
 
 std::string line(const Message& message) {
-  std::string text = time_column(message.time) + "  " + message.name;
+  std::string text = fmt::format("{}  {}", time_column(message.time), message.name);
   if (message.kind != MessageKind::kEvent)
-    text += "  " + message.source + " → " + message.target;
+    text += fmt::format("  {} → {}", message.source, message.target);
   else if (message.name == "node.status" || message.name.starts_with("monitor."))
     text += "  " + message.source;
   else if (message.name.starts_with("process."))
     text += "  " + message.target;
-  if (message.name == "node.status") text += "  " + std::string(message.data.find("to")->text());
+  if (message.name == "node.status") text += fmt::format("  {}", message.data.find("to")->text());
   const std::string detail = brief(message);
   if (!detail.empty()) text += "  " + detail;
   return text;
 }
 
 std::string Narrator::tell(const Message& message) {
-  const auto say_line = [&](const std::string& what) { return time_column(message.time) + "  " + what; };
+  const auto say_line = [&](const std::string& what) { return fmt::format("{}  {}", time_column(message.time), what); };
   if (message.name == "scenario.injection") {
     const auto what = project::intervention_of(message);
-    return say_line(message.source + ": " + (what ? project::describe(*what) : to_json(message.data)));
+    return say_line(fmt::format("{}: {}", message.source, what ? project::describe(*what) : to_json(message.data)));
   }
   if (message.name == "scenario.breakpoint")
-    return say_line("breakpoint: " + std::string(message.data.find("what")->text()));
+    return say_line(fmt::format("breakpoint: {}", message.data.find("what")->text()));
   if (message.name == "mission.resumed") {
     const std::int64_t* wall = message.data.find("wall_ns")->as_int();
     return say_line(fmt::format("resumed; nobody was there for {:.3f} s", static_cast<double>(*wall) * 1e-9));
   }
-  if (message.name == "mission.status") return say_line("mission: " + std::string(message.data.find("status")->text()));
+  if (message.name == "mission.status")
+    return say_line(fmt::format("mission: {}", message.data.find("status")->text()));
   if (message.name.ends_with(".log")) {
-    return say_line(message.source + ": " + std::string(message.data.find("label")->text()) + " " +
-                    std::string(message.data.find("text")->text()));
+    return say_line(fmt::format("{}: {} {}", message.source, message.data.find("label")->text(),
+                                message.data.find("text")->text()));
   }
   if (message.name.ends_with(".halt.reply")) {
     last_.erase(message.source);
     return say_line(message.source + ": halted");
   }
   if (message.name.ends_with(".tick.error"))
-    return say_line(message.source + ": " + std::string(message.data.find("message")->text()));
+    return say_line(fmt::format("{}: {}", message.source, message.data.find("message")->text()));
   if (message.data.find("vetoed_by") != nullptr) {
-    return say_line(message.source + ": " + message.name.substr(0, message.name.rfind('.')) + " was " +
-                    std::string(message.data.find("message")->text()));
+    return say_line(fmt::format("{}: {} was {}", message.source, message.name.substr(0, message.name.rfind('.')),
+                                message.data.find("message")->text()));
   }
   const bool is_watched = watched_ != nullptr && message.name == "node.status";
   if (!is_watched && !message.name.ends_with(".tick.reply")) return {};
@@ -92,7 +93,7 @@ std::string Narrator::tell(const Message& message) {
   std::string& last = last_[message.source];
   if (last == status) return {};
   last = status;
-  std::string text = message.source + ": " + status;
+  std::string text = fmt::format("{}: {}", message.source, status);
   if (const Value* outputs = message.data.find("outputs"); outputs != nullptr && !outputs->as_map()->empty())
     text += " " + to_json(*outputs);
   return say_line(text);
@@ -152,7 +153,7 @@ std::string story(const runtime::MonitorReport& report) {
     const std::size_t first = i;
     while (i + 2 < witness.size() && is_tick(i) && is_tick(i + 1)) ++i;
     if (i == first)
-      text += "   " + line(witness[i]) + "\n";
+      text += fmt::format("   {}\n", line(witness[i]));
     else
       text += fmt::format("   {} to {:.3f} s  mission.tick, {} times\n", time_column(witness[first].time),
                           seconds(witness[i].time), i - first + 1);
@@ -245,7 +246,7 @@ std::string monitor_line(const runtime::MonitorReport& monitor) {
   std::string text = fmt::format("  {} monitor {}: {}{}", mark, monitor.name, to_string(monitor.verdict),
                                  monitor.decision           ? fmt::format(" at {:.3f} s", seconds(monitor.decision->at))
                                  : monitor.standing.empty() ? std::string()
-                                                            : " (" + monitor.standing + ")");
+                                                            : fmt::format(" ({})", monitor.standing));
   if (monitor.violations > 1) text += fmt::format(", the last of {} times", monitor.violations);
   if (monitor.vetoes > 0) text += fmt::format(", vetoed {} of the requests", monitor.vetoes);
   if (!monitor.vacuity.empty()) text += "\n    it " + monitor.vacuity;
@@ -256,7 +257,7 @@ std::string monitor_line(const runtime::MonitorReport& monitor) {
 std::string summary(const runtime::RunReport& report) {
   std::string text = fmt::format(
       "\n{}: mission {}{} after {:.1f} s, {} ticks, {} observations\n", report.scenario, to_string(report.mission),
-      report.reason.empty() || report.mission != bt::Status::kFailure ? "" : " (" + report.reason + ")",
+      report.reason.empty() || report.mission != bt::Status::kFailure ? "" : fmt::format(" ({})", report.reason),
       seconds(report.ended), report.timing.ticks, report.observations);
   if (report.timed_out) text += "  ended by its time limit\n";
   if (report.interrupted) text += "  interrupted\n";
@@ -276,8 +277,8 @@ std::string summary(const runtime::RunReport& report) {
         fmt::format("  journal: {} bytes in {} writes, {} syncs, {} snapshots; {:.2f} µs an observation\n", cost.bytes,
                     cost.writes, cost.syncs, cost.snapshots, microseconds_each(cost, report.observations));
   }
-  for (const std::string& problem : report.problems) text += "  ! " + problem + "\n";
-  for (const std::string& sentence : report.unmet) text += "  ✗ " + sentence + "\n";
+  for (const std::string& problem : report.problems) text += fmt::format("  ! {}\n", problem);
+  for (const std::string& sentence : report.unmet) text += fmt::format("  ✗ {}\n", sentence);
   return text;
 }
 

@@ -47,10 +47,10 @@ std::string missing_table(const campaign::Coverage& coverage) {
                         text::xml_escape(short_name(thing.of)), text::xml_escape(what));
   }
   if (rows.empty()) return "<p>Everything was reached.</p>\n";
-  std::string html =
-      "<details class=card><summary>Never reached</summary><div class=scroll><table>"
-      "<tr><th>kind<th>of<th>what</tr>\n" +
-      rows + "</table></div>";
+  std::string html = fmt::format(
+      "<details class=card><summary>Never reached</summary><div "
+      "class=scroll><table><tr><th>kind<th>of<th>what</tr>\n{}</table></div>",
+      rows);
   for (const auto& [kind, count] : listed) {
     if (count > kListedMax)
       html += fmt::format("<p class=soft>… and {} {} more</p>", count - kListedMax, campaign::to_string(kind));
@@ -100,7 +100,7 @@ std::string chart_picture(const scxml::Chart& chart, const NeverReached& never) 
       picture.transitions[i].event += " (never taken)";
   }
   picture.title = short_name(chart.file());
-  return "<div class=card><div class=\"scroll tree\">" + draw::to_svg(picture) + "</div></div>\n";
+  return fmt::format("<div class=card><div class=\"scroll tree\">{}</div></div>\n", draw::to_svg(picture));
 }
 
 }  // namespace
@@ -109,8 +109,8 @@ std::string coverage_section(const ReportCommand& command, const project::Plan& 
   std::string html = "<h2>Coverage</h2>\n";
   const auto reached = studio::reached_by(command.file, command.allow_plugins);
   if (!reached)
-    return html + "<p class=soft>What was reached of charts and guards is not known: " +
-           text::xml_escape(reached.error().message) + "</p>\n";
+    return fmt::format("{}<p class=soft>What was reached of charts and guards is not known: {}</p>\n", html,
+                       text::xml_escape(reached.error().message));
   html += counts_table(reached->coverage) + missing_table(reached->coverage);
   // The files of `plan` lie in another folder than those that were executed again.
   std::map<std::string, std::string> files;

@@ -1,5 +1,7 @@
 #include "sentree/cli/resume.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <vector>
@@ -48,7 +50,8 @@ Result<runtime::Journaled> newest() {
     if (!why) why = journaled.error();
   }
   if (why) return tl::unexpected(*why);
-  return fail("journal.none", "no run in " + runs.string() + " waits to be resumed; only runs with --durable can be");
+  return fail("journal.none",
+              fmt::format("no run in {} waits to be resumed; only runs with --durable can be", runs.string()));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "sentree/cli/ros_actions.h"
 
+#include <fmt/format.h>
+
 #include <map>
 #include <mutex>
 #include <utility>
@@ -154,7 +156,7 @@ class RosActions::Impl {
     options.cancel = [this, name](const std::string& id) { return stop(name, id); };
     options.now = options_.now;
     options.problem = options_.problem;
-    auto opened = ros::ActionServer::open(options_.prefix + "/" + name, *of, std::move(options));
+    auto opened = ros::ActionServer::open(fmt::format("{}/{}", options_.prefix, name), *of, std::move(options));
     if (!opened) return tl::unexpected(std::move(opened.error()));
     served_[name] = {*of, std::move(*opened)};
     return {};
@@ -169,7 +171,7 @@ class RosActions::Impl {
     };
     rpc::ServerOptions options;
     options.on_peer_error = options_.problem;
-    auto opened = rpc::serve(*rpc::Address::parse("ros:" + options_.prefix + name),
+    auto opened = rpc::serve(*rpc::Address::parse(fmt::format("ros:{}{}", options_.prefix, name)),
                              {{"service", std::make_shared<rpc::FunctionService>(*of, clear)}}, std::move(options));
     if (!opened) return tl::unexpected(std::move(opened.error()));
     services_.push_back(std::move(*opened));

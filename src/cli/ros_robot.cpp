@@ -1,5 +1,7 @@
 #include "sentree/cli/ros_robot.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <condition_variable>
 #include <mutex>
@@ -94,7 +96,7 @@ class RosRobot::Impl {
   Result<void> publish(const std::string& name, const std::string& type, const std::string& qos) {
     auto of = ros_service(type);
     if (!of) return tl::unexpected(std::move(of.error()));
-    auto made = rpc::connect(*rpc::Address::parse("ros:" + name + "?publish&qos=" + qos), *of,
+    auto made = rpc::connect(*rpc::Address::parse(fmt::format("ros:{}?publish&qos={}", name, qos)), *of,
                              {.target = name, .limits = {}, .tls = {}});
     if (!made) return tl::unexpected(std::move(made.error()));
     topics_[name] = std::move(*made);
@@ -104,7 +106,7 @@ class RosRobot::Impl {
   Result<void> hear_commands(const Robot& robot) {
     auto of = ros_service("geometry_msgs/msg/Twist");
     if (!of) return tl::unexpected(std::move(of.error()));
-    const rpc::Address address = *rpc::Address::parse("ros:" + robot.prefix + "/cmd_vel");
+    const rpc::Address address = *rpc::Address::parse(fmt::format("ros:{}/cmd_vel", robot.prefix));
     auto opened = rpc::middleware_of(address).subscribe(
         address, *of,
         [this, name = robot.name](const idl::Method&, Value twist) {
@@ -140,7 +142,8 @@ class RosRobot::Impl {
   void send(const std::string& name, Map message) {
     topics_.at(name)->call("message", Value(std::move(message)), rpc::kNoDeadline,
                            [this, name](const rpc::Outcome& out) {
-                             if (!out && problem_ && !told_.exchange(true)) problem_(name + ": " + out.error().message);
+                             if (!out && problem_ && !told_.exchange(true))
+                               problem_(fmt::format("{}: {}", name, out.error().message));
                            });
   }
 

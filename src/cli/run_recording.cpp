@@ -1,5 +1,7 @@
 #include "sentree/cli/run_recording.h"
 
+#include <fmt/format.h>
+
 #include <csignal>
 #include <cstdlib>
 
@@ -69,8 +71,7 @@ Result<void> RunRecording::open(studio::Live& page, const studio::ServerOptions&
 void RunRecording::finish(const runtime::RunReport& report) {
   const record::RecorderReport written = recorder_->finish(report);
   if (path_.empty()) return;
-  if (written.lost > 0)
-    say("! the disk was too slow: " + std::to_string(written.lost) + " messages are not in the recording");
+  if (written.lost > 0) say(fmt::format("! the disk was too slow: {} messages are not in the recording", written.lost));
   say((written.failed ? "recorded in part: " : "recorded: ") + path_.string());
 }
 

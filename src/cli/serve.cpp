@@ -1,5 +1,7 @@
 #include "sentree/cli/serve.h"
 
+#include <fmt/format.h>
+
 #include <pthread.h>
 #include <signal.h>
 
@@ -35,12 +37,12 @@ int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService>
     say(to_string(server.error()));
     return kEnvironment;
   }
-  print("listening on " + (*server)->address() + "\n");
+  print(fmt::format("listening on {}\n", (*server)->address()));
   processes::ExecutiveWatch executive(of_run);
   const timespec look{1, 0};
   while (sigtimedwait(&signals, nullptr, &look) < 0) {
     if (!executive.is_missed()) continue;
-    say("nobody resumed the run of " + of_run + " in time; this process ends");
+    say(fmt::format("nobody resumed the run of {} in time; this process ends", of_run));
     break;
   }
   // The server would wait for a thread that hangs in a script.

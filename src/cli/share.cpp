@@ -1,5 +1,7 @@
 #include "sentree/cli/share.h"
 
+#include <fmt/format.h>
+
 #include <cstdlib>
 
 #include "sentree/cli/output.h"
@@ -13,7 +15,7 @@ std::optional<double> share(const std::string& option, const std::string& text) 
   std::erase(unit, ' ');
   if (unit == "%") value /= 100;
   if (end != text.c_str() && (unit.empty() || unit == "%") && value > 0 && value < 1) return value;
-  say(option + " " + text + ": a share between 0 and 100 %, such as 1% or 0.01");
+  say(fmt::format("{} {}: a share between 0 and 100 %, such as 1% or 0.01", option, text));
   return std::nullopt;
 }
 

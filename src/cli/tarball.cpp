@@ -1,5 +1,7 @@
 #include "sentree/cli/tarball.h"
 
+#include <fmt/format.h>
+
 #include <unistd.h>
 #include <zlib.h>
 
@@ -19,13 +21,13 @@ constexpr std::size_t kBlock = 512;
 constexpr std::uintmax_t kFileMax = 077777777777;  // eleven octal digits
 
 tl::unexpected<Diagnostic> failure(const char* code, const std::filesystem::path& file, const std::string& what) {
-  return tl::unexpected(Diagnostic{.code = code, .message = file.string() + ": " + what});
+  return tl::unexpected(Diagnostic{.code = code, .message = fmt::format("{}: {}", file.string(), what)});
 }
 
 }  // namespace
 
 Tarball::Tarball(std::filesystem::path path)
-    : path_(std::move(path)), partial_(path_.string() + "." + std::to_string(getpid()) + ".part") {
+    : path_(std::move(path)), partial_(fmt::format("{}.{}.part", path_.string(), getpid())) {
   gzip_ = gzopen(partial_.c_str(), "wbx9");
 }
 

@@ -1,5 +1,7 @@
 #include "sentree/cli/terminal_map.h"
 
+#include <fmt/format.h>
+
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -130,7 +132,7 @@ void print_frame(const std::vector<std::string>& lines, const TerminalSize& size
   const auto rows = static_cast<std::size_t>(size.rows);
   std::string out = "\x1b[H";
   for (std::size_t i = 0; i < lines.size() && i < rows; ++i)
-    out += shown_in_colour(lines[i]) + "\x1b[K" + (i + 1 < rows ? "\r\n" : "");
+    out += fmt::format("{}\x1b[K{}", shown_in_colour(lines[i]), i + 1 < rows ? "\r\n" : "");
   print_screen(out + "\x1b[J");
 }
 

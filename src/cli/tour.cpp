@@ -1,5 +1,7 @@
 #include "sentree/cli/tour.h"
 
+#include <fmt/format.h>
+
 #include <array>
 
 namespace sentree::cli {
@@ -17,10 +19,10 @@ Result<Tour> Tour::parse(const sim::World& world, const std::vector<std::string>
     const std::string robot = equals == std::string::npos ? robots.front() : stop.substr(0, equals);
     if (!world.robot(robot))
       return fail("cli.unknown-robot",
-                  "--goto " + stop + ": the world has no robot \"" + robot + "\"" + did_you_mean(robot, robots));
+                  fmt::format("--goto {}: the world has no robot \"{}\"{}", stop, robot, did_you_mean(robot, robots)));
     if (std::find(places.begin(), places.end(), place) == places.end())
       return fail("cli.unknown-place",
-                  "--goto " + stop + ": the world has no place \"" + place + "\"" + did_you_mean(place, places));
+                  fmt::format("--goto {}: the world has no place \"{}\"{}", stop, place, did_you_mean(place, places)));
     tour.robots_[robot].stops.push_back(place);
     tour.over_ = false;
   }
@@ -39,10 +41,10 @@ void Tour::step(const Call& call) {
         continue;
       }
       if (status != "GOAL_REACHED") {
-        std::string what = robot.under_way + ": " + status;
-        if (state) what += " " + std::string(state->find("error_code")->text());
+        std::string what = fmt::format("{}: {}", robot.under_way, status);
+        if (state) what += fmt::format(" {}", state->find("error_code")->text());
         if (state && !state->find("error_msg")->text().empty())
-          what += " (" + std::string(state->find("error_msg")->text()) + ")";
+          what += fmt::format(" ({})", state->find("error_msg")->text());
         missed_.push_back(std::move(what));
       }
       robot.under_way.clear();

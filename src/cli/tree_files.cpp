@@ -1,5 +1,7 @@
 #include "sentree/cli/tree_files.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/bt/load.h"
@@ -31,7 +33,7 @@ void files_below(const path& folder, std::vector<GivenFile>& all, Diagnostics& p
     }
     if (found.size() > kGivenFilesMax) {
       problems.push_back({Severity::kError, "cli.too-many-files",
-                          "more than " + std::to_string(kGivenFilesMax) + " files; name folders below it",
+                          fmt::format("more than {} files; name folders below it", kGivenFilesMax),
                           SourceSpan{folder.string()}});
       return;
     }

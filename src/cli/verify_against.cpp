@@ -75,7 +75,7 @@ int verify_against(const VerifyCommand& command, const project::Plan& plan) {
   if (!command.tolerance.empty()) {
     const auto tolerance = project::parse_duration(command.tolerance);
     if (!tolerance || tolerance->count() < 0) {
-      say("--tolerance " + command.tolerance + ": not a duration such as 100 ms");
+      say(fmt::format("--tolerance {}: not a duration such as 100 ms", command.tolerance));
       return kUsage;
     }
     options.tolerance = *tolerance;

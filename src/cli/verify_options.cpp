@@ -1,5 +1,7 @@
 #include "sentree/cli/verify_options.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <map>
@@ -65,7 +67,7 @@ std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const p
   if (!command.memory) return out;
   out.memory = bytes_of(*command.memory);
   if (out.memory) return out;
-  say("--memory " + *command.memory + ": not a size such as 500 MB or 2 GB");
+  say(fmt::format("--memory {}: not a size such as 500 MB or 2 GB", *command.memory));
   return kUsage;
 }
 
@@ -102,7 +104,7 @@ bool read_options(const VerifyCommand& command, const project::Plan& plan, verif
   if (command.memory) {
     const auto bytes = bytes_of(*command.memory);
     if (!bytes) {
-      say("--memory " + *command.memory + ": not a size such as 500 MB or 2 GB");
+      say(fmt::format("--memory {}: not a size such as 500 MB or 2 GB", *command.memory));
       return false;
     }
     asked.explore.memory = *bytes;
@@ -110,7 +112,7 @@ bool read_options(const VerifyCommand& command, const project::Plan& plan, verif
   if (command.time) {
     const auto time = project::parse_duration(*command.time);
     if (!time) {
-      say("--time " + *command.time + ": not a duration such as 30 s");
+      say(fmt::format("--time {}: not a duration such as 30 s", *command.time));
       return false;
     }
     asked.explore.time = *time;

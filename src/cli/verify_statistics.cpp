@@ -34,12 +34,13 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
     if (!rate) return kUsage;
     for (const std::size_t i : asked) {
       const std::string& name = plan.monitors[i].name();
-      tests.emplace_back(campaign::Expectation{.text = name + " violated < " + fmt::format("{:.6g}", 1 - *rate),
-                                               .subject = name,
-                                               .what = "violated",
-                                               .below = true,
-                                               .rate = 1 - *rate},
-                         sampled.confidence);
+      tests.emplace_back(
+          campaign::Expectation{.text = fmt::format("{} violated < {}", name, fmt::format("{:.6g}", 1 - *rate)),
+                                .subject = name,
+                                .what = "violated",
+                                .below = true,
+                                .rate = 1 - *rate},
+          sampled.confidence);
     }
   }
   const Interrupts interrupts;
@@ -102,7 +103,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
                                 {"runs", static_cast<std::int64_t>(*runs)}}}};
     if (!tests.empty()) {
       const auto state = tests[k].state();
-      out += "   at least " + command.at_least + ": " + std::string(campaign::to_string(state));
+      out += fmt::format("   at least {}: {}", command.at_least, campaign::to_string(state));
       one["at_least"] = campaign::to_string(state);
       any = any || state == campaign::SequentialTest::State::kRefuted;
       open = open || state == campaign::SequentialTest::State::kOpen;

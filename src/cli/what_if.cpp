@@ -1,5 +1,7 @@
 #include "sentree/cli/what_if.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <utility>
@@ -22,11 +24,12 @@ Result<project::ScenarioChoice> read(const std::string& text, const project::Sce
     if (error != std::errc() || rest != end) choice.number = 0;
   }
   if (choice.model.empty() || choice.number == 0)
-    return fail("run.choose", "\"" + text + "\" is not MODEL#NUMBER=VALUE, as in robot#3=true");
+    return fail("run.choose", fmt::format("\"{}\" is not MODEL#NUMBER=VALUE, as in robot#3=true", text));
   std::vector<std::string> models;
   for (const project::ModelEntry& model : scenario.project.models) models.push_back(model.name);
   if (std::find(models.begin(), models.end(), choice.model) == models.end()) {
-    return fail("run.choose", "the project has no model \"" + choice.model + "\"" + did_you_mean(choice.model, models));
+    return fail("run.choose",
+                fmt::format("the project has no model \"{}\"{}", choice.model, did_you_mean(choice.model, models)));
   }
   const std::string value = text.substr(equals + 1);
   // Texts need no quotes.

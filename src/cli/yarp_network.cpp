@@ -1,5 +1,7 @@
 #include "sentree/cli/yarp_network.h"
 
+#include <fmt/format.h>
+
 #include <cstdlib>
 
 #include "sentree/cli/output.h"
@@ -26,7 +28,7 @@ Result<std::unique_ptr<yarp::NameServer>> start_name_server(const std::string& w
   if (!server) return tl::unexpected(server.error());
   const std::string at = to_string((*server)->at());
   ::setenv("SENTREE_YARP_SERVER", at.c_str(), 1);
-  say("name server of YARP at " + at + "; whoever reaches it can do everything, there is no authentication");
+  say(fmt::format("name server of YARP at {}; whoever reaches it can do everything, there is no authentication", at));
   return server;
 }
 

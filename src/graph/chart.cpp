@@ -1,5 +1,7 @@
 #include "sentree/graph/chart.h"
 
+#include <fmt/format.h>
+
 #include <string>
 #include <utility>
 #include <variant>
@@ -112,10 +114,11 @@ class Drawer {
       const std::string event = send->event.constant.empty() ? text(send->event.expr) : send->event.constant;
       const std::string target = send->target.constant.empty() ? text(send->target.expr) : send->target.constant;
       const std::string delay = send->delay.constant.empty() ? text(send->delay.expr) : send->delay.constant;
-      return "send " + (target.empty() ? "" : target + ".") + event + (delay.empty() ? "" : " after " + delay);
+      return fmt::format("send {}{}{}", target.empty() ? "" : target + ".", event,
+                         delay.empty() ? "" : " after " + delay);
     }
     if (const auto* assign = std::get_if<Assign>(&action.what)) {
-      return text(assign->location) + " = " + (assign->expr == kNoExpression ? "…" : text(assign->expr));
+      return fmt::format("{} = {}", text(assign->location), assign->expr == kNoExpression ? "…" : text(assign->expr));
     }
     if (const auto* log = std::get_if<Log>(&action.what))
       return "log " + (log->label.empty() ? text(log->expr) : log->label);
@@ -124,9 +127,9 @@ class Drawer {
     }
     if (std::holds_alternative<Script>(action.what)) return "script";
     if (const auto* loop = std::get_if<Foreach>(&action.what))
-      return "for each " + text(loop->item) + " of " + text(loop->array);
+      return fmt::format("for each {} of {}", text(loop->item), text(loop->array));
     const If& branch = std::get<If>(action.what);
-    return "if " + text(branch.branches.front().condition) + " …";
+    return fmt::format("if {} …", text(branch.branches.front().condition));
   }
 
   const Model& model_;

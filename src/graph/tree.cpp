@@ -1,5 +1,7 @@
 #include "sentree/graph/tree.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -75,7 +77,7 @@ draw::Tree drawing_of(const bt::Tree& tree, const bt::State* state, const TreeOp
     }
     if (options.conditions) {
       for (const auto& [attribute, script] : tree.conditions(id)) {
-        node.lines.push_back(std::string(attribute) + ": " + std::string(script));
+        node.lines.push_back(fmt::format("{}: {}", attribute, script));
       }
     }
     if (state != nullptr) {
@@ -93,7 +95,7 @@ draw::Tree drawing_of(const std::vector<bt::NodeModel>& models) {
   const std::size_t count = bt::node_count(models);
   draw::TreeNode root;
   root.shape = draw::TreeShape::kControl;
-  root.symbol = "palette of " + std::to_string(count) + (count == 1 ? " node" : " nodes");
+  root.symbol = fmt::format("palette of {}{}", count, count == 1 ? " node" : " nodes");
   graph.nodes.push_back(std::move(root));
   for (const bt::NodeModel& model : models) {
     if (model.category == bt::Category::kSubTree) continue;

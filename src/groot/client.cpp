@@ -1,5 +1,7 @@
 #include "sentree/groot/client.h"
 
+#include <fmt/format.h>
+
 #include <random>
 
 #ifdef SENTREE_HAS_ZMQ
@@ -35,11 +37,11 @@ Result<std::pair<std::string, std::uint16_t>> host_of(const std::string& address
 }  // namespace
 
 struct Client::Impl {
-  Impl(const std::string& host, std::uint16_t port) : where("tcp://" + host + ":" + std::to_string(port)) {
+  Impl(const std::string& host, std::uint16_t port) : where(fmt::format("tcp://{}:{}", host, port)) {
     listen.set(zmq::sockopt::linger, 0);
     listen.set(zmq::sockopt::maxmsgsize, std::int64_t{1} << 10);
     listen.set(zmq::sockopt::subscribe, "");
-    listen.connect("tcp://" + host + ":" + std::to_string(port + 1));
+    listen.connect(fmt::format("tcp://{}:{}", host, port + 1));
     renew();
   }
 
@@ -64,7 +66,7 @@ Result<std::unique_ptr<Client>> Client::connect(const std::string& address) {
   try {
     return std::unique_ptr<Client>(new Client(std::make_unique<Impl>(host->first, host->second)));
   } catch (const zmq::error_t& error) {
-    return fail("groot.bad-address", address + ": " + error.what());
+    return fail("groot.bad-address", fmt::format("{}: {}", address, error.what()));
   }
 }
 
@@ -81,7 +83,7 @@ Result<Reply> Client::ask(Ask type, std::optional<std::string> body) {
     impl_->renew();
   } catch (const zmq::error_t& error) {
     impl_->renew();
-    return fail("groot.silent", impl_->where + ": " + error.what());
+    return fail("groot.silent", fmt::format("{}: {}", impl_->where, error.what()));
   }
   return fail("groot.silent", "nobody answers at " + impl_->where);
 }

@@ -1,5 +1,7 @@
 #include "sentree/groot/groot2.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 
 #include "sentree/base/json.h"
@@ -42,7 +44,7 @@ class Members {
     if (found != nullptr && found->as_int() != nullptr && *found->as_int() >= 0 &&
         static_cast<std::uint64_t>(*found->as_int()) <= max)
       return static_cast<std::uint64_t>(*found->as_int());
-    return wrong(name, "a whole number from 0 to " + std::to_string(max));
+    return wrong(name, fmt::format("a whole number from 0 to {}", max));
   }
   Result<bool> flag(const char* name) const {
     const Value* found = value_.find(name);
@@ -58,7 +60,7 @@ class Members {
 
  private:
   static tl::unexpected<Diagnostic> wrong(const char* name, const std::string& what) {
-    return fail("groot.hook", "a hook's \"" + std::string(name) + "\" must be " + what);
+    return fail("groot.hook", fmt::format("a hook's \"{}\" must be {}", name, what));
   }
   const Value& value_;
 };

@@ -1,5 +1,7 @@
 #include "sentree/groot/image.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
@@ -50,12 +52,13 @@ class XmlWriter {
       if (tree_.category(node) == Category::kSubTree || !described.insert(manifest.id).second) continue;
       all.push_back({manifest.id, manifest.category, manifest.ports, manifest.description});
     }
-    return out_ + bt::write_models(all) + "</root>\n";
+    return fmt::format("{}{}</root>\n", out_, bt::write_models(all));
   }
 
  private:
   void write_tree(std::string_view id, const std::string& path, NodeId root) {
-    out_ += "    <BehaviorTree" + text::xml_attribute("ID", id) + text::xml_attribute("_fullpath", path) + ">\n";
+    out_ +=
+        fmt::format("    <BehaviorTree{}{}>\n", text::xml_attribute("ID", id), text::xml_attribute("_fullpath", path));
     write_node(root, 2);
     out_ += "    </BehaviorTree>\n";
   }
@@ -67,7 +70,7 @@ class XmlWriter {
     const std::string id = id_of(tree_, node);
     const bool is_short = !is_subtree && can_be_tag(id);
     const std::string tag(is_short ? id : bt::to_string(tree_.category(node)));
-    out_ += indent + "<" + tag;
+    out_ += fmt::format("{}<{}", indent, tag);
     if (!is_short) out_ += text::xml_attribute("ID", id);
     out_ += is_subtree ? text::xml_attribute("_fullpath", paths_[node]) : text::xml_attribute("name", tree_.name(node));
     out_ += text::xml_attribute("_uid", std::to_string(uid_of(node)));
@@ -80,7 +83,7 @@ class XmlWriter {
     }
     out_ += ">\n";
     for (const NodeId child : children) write_node(child, depth + 1);
-    out_ += indent + "</" + tag + ">\n";
+    out_ += fmt::format("{}</{}>\n", indent, tag);
   }
 
   const Tree& tree_;
@@ -225,7 +228,7 @@ std::vector<std::string> instance_paths(const Tree& tree) {
     if (tree.category(node) != Category::kSubTree) continue;
     const NodeId outer = tree.enclosing_subtree(node);
     const std::string before = outer != bt::kNoNode ? paths[outer] + "/" : std::string();
-    const std::string numbered = id_of(tree, node) + "::" + std::to_string(uid_of(node));
+    const std::string numbered = fmt::format("{}::{}", id_of(tree, node), uid_of(node));
     const bool is_named = tree.name(node) != tree.registration(node) && !tree.name(node).empty();
     std::string path = before + (is_named ? std::string(tree.name(node)) : numbered);
     if (taken.contains(path)) path = before + numbered;
@@ -239,8 +242,8 @@ std::string write_xml(const Tree& tree) { return XmlWriter(tree).write(); }
 
 Result<TreeImage> describe(const Tree& tree, std::uint16_t base) {
   if (tree.size() > kNodesMax) {
-    return fail("groot.too-many-nodes", "the tree has " + std::to_string(tree.size()) +
-                                            " nodes; Groot's formats number " + std::to_string(kNodesMax));
+    return fail("groot.too-many-nodes",
+                fmt::format("the tree has {} nodes; Groot's formats number {}", tree.size(), kNodesMax));
   }
   TreeImage image;
   image.nodes = tree.size();

@@ -1,5 +1,7 @@
 #include "sentree/groot/message_pack.h"
 
+#include <fmt/format.h>
+
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -176,7 +178,7 @@ class Reader {
   }
   [[nodiscard]] bool at_end() const { return at_ == bytes_.size(); }
   [[nodiscard]] Diagnostic why() const {
-    return {Severity::kError, "groot.pack", "not MessagePack at byte " + std::to_string(at_) + ": " + why_, {}};
+    return {Severity::kError, "groot.pack", fmt::format("not MessagePack at byte {}: {}", at_, why_), {}};
   }
   std::nullopt_t refuse(std::string why) {
     if (why_.empty()) why_ = std::move(why);

@@ -1,5 +1,7 @@
 #include "sentree/groot/remote_tree.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <map>
@@ -51,10 +53,10 @@ class TreeReader {
     find_uses(root_);
     RemoteTree remote;
     remote.boards.push_back({text_of(instances_.front().element, "ID"), 0});
-    remote.mission =
-        "<root BTCPP_format=\"4\"" + text::xml_attribute("main_tree_to_execute", instances_.front().id) + ">\n";
+    remote.mission = fmt::format("<root BTCPP_format=\"4\"{}>\n",
+                                 text::xml_attribute("main_tree_to_execute", instances_.front().id));
     for (const Instance& instance : instances_) {
-      remote.mission += "  <BehaviorTree" + text::xml_attribute("ID", instance.id) + ">\n";
+      remote.mission += fmt::format("  <BehaviorTree{}>\n", text::xml_attribute("ID", instance.id));
       std::set<std::string, std::less<>> names;
       write(remote.mission, instance.element.first_child(), 2, instance.path, names);
       remote.mission += "  </BehaviorTree>\n";
@@ -92,7 +94,7 @@ class TreeReader {
     std::set<std::string, std::less<>> taken;
     for (Instance& instance : instances_) {
       const std::string id = text_of(instance.element, "ID");
-      instance.id = count[id] == 1 ? id : id + " " + (instance.path.empty() ? "main" : instance.path);
+      instance.id = count[id] == 1 ? id : fmt::format("{} {}", id, instance.path.empty() ? "main" : instance.path);
       while (!taken.insert(instance.id).second) instance.id += "'";
     }
   }
@@ -163,7 +165,7 @@ class TreeReader {
     out += ">\n";
     for (auto child = element.first_child(); child; child = child.next_sibling())
       write(out, child, depth + 1, inside, names);
-    out += indent + "</" + written + ">\n";
+    out += fmt::format("{}</{}>\n", indent, written);
   }
 
   void write_subtree(std::string& out, const XmlElement& element, const std::string& indent,
@@ -189,13 +191,13 @@ class TreeReader {
 
   // In the order in which the loader numbers nodes: depth first, through SubTrees.
   Result<void> number(RemoteTree& remote, const XmlElement& element, std::size_t depth) const {
-    if (depth > kRemoteDepthMax) return wrong("it is deeper than " + std::to_string(kRemoteDepthMax) + " nodes");
+    if (depth > kRemoteDepthMax) return wrong(fmt::format("it is deeper than {} nodes", kRemoteDepthMax));
     if (remote.uids.size() == kRemoteNodesMax) return wrong("it has too many nodes");
     const std::string text = text_of(element, "_uid");
     std::uint16_t uid = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), uid);
     if (error != std::errc() || end != text.data() + text.size() || uid == 0)
-      return wrong("node \"" + text_of(element, "name") + "\" has no number");
+      return wrong(fmt::format("node \"{}\" has no number", text_of(element, "name")));
     remote.uids.push_back(uid);
     if (element.name() == "SubTree") {
       const auto use = uses_.find(element.offset());

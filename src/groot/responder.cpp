@@ -1,5 +1,7 @@
 #include "sentree/groot/responder.h"
 
+#include <fmt/format.h>
+
 #include "sentree/groot/message_pack.h"
 
 namespace sentree::groot {
@@ -67,7 +69,7 @@ Result<void> Responder::insert(const Request& request) {
     const Place place{hook.uid, hook.position};
     const auto known = all_.find(place);
     if (known == all_.end() && all_.size() >= kHooksMax)
-      return fail("groot.hook", "there are " + std::to_string(kHooksMax) + " hooks already");
+      return fail("groot.hook", fmt::format("there are {} hooks already", kHooksMax));
     if (known != all_.end() && known->second == hook) continue;
     if (hook.enabled) {
       if (auto set = hooks_->set(hook); !set) return set;

@@ -1,5 +1,7 @@
 #include "sentree/groot/server.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <random>
 
@@ -83,7 +85,7 @@ struct Server::Impl {
   }
 
   void bind(zmq::socket_t& socket, std::uint16_t port) const {
-    socket.bind("tcp://" + options.address + ":" + (port == 0 ? "*" : std::to_string(port)));
+    socket.bind(fmt::format("tcp://{}:{}", options.address, port == 0 ? "*" : std::to_string(port)));
   }
 
   void bind_all() {
@@ -199,7 +201,7 @@ Result<std::unique_ptr<Server>> Server::start(Scene& scene, Hooks* hooks, Server
                                           " can be reached by other machines, and ZeroMQ asks nobody who he is; "
                                           "--insecure allows it, to look only");
   }
-  const std::string where = options.address + ":" + std::to_string(options.port);
+  const std::string where = fmt::format("{}:{}", options.address, options.port);
   try {
     auto impl = std::make_unique<Impl>(scene, hooks, std::move(options));
     impl->bind_all();
@@ -209,7 +211,7 @@ Result<std::unique_ptr<Server>> Server::start(Scene& scene, Hooks* hooks, Server
     if (error.num() == EADDRINUSE)
       return fail("groot.port-taken",
                   where + " cannot serve Groot: that port, or one of the three around it, is taken");
-    return fail("groot.bad-address", where + " cannot serve Groot: " + error.what());
+    return fail("groot.bad-address", fmt::format("{} cannot serve Groot: {}", where, error.what()));
   }
 }
 
@@ -221,10 +223,11 @@ Server::Ports Server::ports() const { return impl_->ports; }
 std::string Server::told() const {
   const Ports& ports = impl_->ports;
   const bool alone = is_loopback(impl_->options.address);
-  return "Groot 2: " + impl_->options.address + ":" + std::to_string(ports.groot2) + "; Groot 1: publisher port " +
-         std::to_string(ports.groot1_publisher) + ", server port " + std::to_string(ports.groot1_server) +
-         (alone ? "; nobody is authenticated: any program of this machine can look, and set breakpoints"
-                : "; nobody is authenticated: whoever reaches this machine can look, so breakpoints are refused");
+  return fmt::format(
+      "Groot 2: {}:{}; Groot 1: publisher port {}, server port {}{}", impl_->options.address, ports.groot2,
+      ports.groot1_publisher, ports.groot1_server,
+      alone ? "; nobody is authenticated: any program of this machine can look, and set breakpoints"
+            : "; nobody is authenticated: whoever reaches this machine can look, so breakpoints are refused");
 }
 
 void Server::reached(std::uint16_t uid, Hook::Position position, bool used) {

@@ -26,7 +26,7 @@ std::string shown(const Value& value) {
     }
     case Value::Type::kBool:
     case Value::Type::kInt:
-    case Value::Type::kDouble: return type + " " + to_json(value);
+    case Value::Type::kDouble: return fmt::format("{} {}", type, to_json(value));
     case Value::Type::kList: return fmt::format("{} of {}", type, value.as_list()->size());
     default: return type;
   }
@@ -139,7 +139,7 @@ bool fit_items(const Type& type, Value& value, int depth, Misfit& out) {
   if (items == nullptr) return wrong(out, type, value);
   for (std::size_t i = 0; i < items->size(); ++i) {
     if (fit(*type.element, (*items)[i], depth + 1, out)) continue;
-    out.path = "[" + std::to_string(i) + "]" + out.path;
+    out.path = fmt::format("[{}]{}", i, out.path);
     return false;
   }
   if (type.kind == Kind::kSet) drop_duplicates(*items);
@@ -152,7 +152,7 @@ bool fit_map(const Type& type, Value& value, int depth, Misfit& out) {
     if (map == nullptr) return wrong(out, type, value);
     for (auto& [key, item] : *map) {
       if (fit(*type.element, item, depth + 1, out)) continue;
-      out.path = "[\"" + key + "\"]" + out.path;
+      out.path = fmt::format("[\"{}\"]{}", key, out.path);
       return false;
     }
     return true;
@@ -167,7 +167,7 @@ bool fit_map(const Type& type, Value& value, int depth, Misfit& out) {
   if (pairs == nullptr) return wrong(out, type, value);
   for (std::size_t i = 0; i < pairs->size(); ++i) {
     List* pair = (*pairs)[i].as_list();
-    const std::string at = "[" + std::to_string(i) + "]";
+    const std::string at = fmt::format("[{}]", i);
     if (pair == nullptr || pair->size() != 2) {
       out.path = at;
       return misfit(out, "idl.wrong-type", "expected [key, value], got " + shown((*pairs)[i]));
@@ -197,7 +197,7 @@ bool fit_union(const Struct& s, Map& given, int depth, Misfit& out) {
     }
     Value v = std::move(item);
     if (!fit(*field->type, v, depth + 1, out)) {
-      out.path = "." + name + out.path;
+      out.path = fmt::format(".{}{}", name, out.path);
       return false;
     }
     kept.append(name, std::move(v));
@@ -205,7 +205,8 @@ bool fit_union(const Struct& s, Map& given, int depth, Misfit& out) {
   if (kept.empty()) {
     const auto preset =
         std::find_if(s.fields.begin(), s.fields.end(), [](const Field& f) { return f.default_value.has_value(); });
-    if (preset == s.fields.end()) return misfit(out, "idl.union", "union " + s.name + " holds one member, got none");
+    if (preset == s.fields.end())
+      return misfit(out, "idl.union", fmt::format("union {} holds one member, got none", s.name));
     kept.append(preset->name, *preset->default_value);
   }
   given = std::move(kept);
@@ -233,7 +234,7 @@ bool fit_fields(const Struct& s, Map& given, int depth, std::string_view what, M
     }
     Value v = std::move(*item);
     if (!fit(*f.type, v, depth + 1, out)) {
-      out.path = "." + f.name + out.path;
+      out.path = fmt::format(".{}{}", f.name, out.path);
       return false;
     }
     made.append(f.name, std::move(v));
@@ -282,8 +283,8 @@ std::string told(std::string_view what, const Misfit& m) {
 
 // `argument "target.x" of Navigation.goto: …`; the path's first part is the argument's name.
 std::string told_of_argument(const Method& method, const Misfit& m) {
-  const std::string call = method.service + "." + method.name;
-  if (m.path.empty()) return call + ": " + m.message;
+  const std::string call = fmt::format("{}.{}", method.service, method.name);
+  if (m.path.empty()) return fmt::format("{}: {}", call, m.message);
   return told(fmt::format("argument \"{}\" of {}", m.path.substr(m.path[0] == '.' ? 1 : 0), call),
               {m.code, "", m.message});
 }
@@ -434,12 +435,13 @@ Result<void> check_ranges(const Field& field, const Value& value, std::string_vi
       return text;
     };
     const std::string unit = field.unit.empty() || field.unit == "ratio" ? "" : " " + field.unit;
-    return fail("idl.out-of-range",
-                fmt::format("{}: {} is {}{}", what, to_json(value),
-                            field.min && field.max ? "not from " + bound(*field.min) + " to " + bound(*field.max)
-                            : field.min            ? "less than " + bound(*field.min)
-                                                   : "more than " + bound(*field.max),
-                            unit));
+    return fail(
+        "idl.out-of-range",
+        fmt::format("{}: {} is {}{}", what, to_json(value),
+                    field.min && field.max ? fmt::format("not from {} to {}", bound(*field.min), bound(*field.max))
+                    : field.min            ? "less than " + bound(*field.min)
+                                           : "more than " + bound(*field.max),
+                    unit));
   }
   return check_ranges(*field.type, value, what);
 }
@@ -450,7 +452,7 @@ Result<void> check_ranges(const Type& type, const Value& value, std::string_view
     for (const auto& [name, item] : *value.as_map()) {
       const Field* field = type.structure->find(name);
       if (field == nullptr) continue;
-      if (auto checked = check_ranges(*field, item, std::string(what) + "." + name); !checked) return checked;
+      if (auto checked = check_ranges(*field, item, fmt::format("{}.{}", what, name)); !checked) return checked;
     }
   }
   if ((type.kind == Kind::kList || type.kind == Kind::kSet) && value.as_list() != nullptr) {
@@ -483,7 +485,7 @@ Diagnostics check_arguments(const Method& method, const std::vector<WrittenArgum
   const auto report = [&](const SourceSpan& where, std::string code, std::string message) {
     out.push_back({Severity::kError, std::move(code), std::move(message), where});
   };
-  const std::string call = method.service + "." + method.name;
+  const std::string call = fmt::format("{}.{}", method.service, method.name);
   std::unordered_set<std::string_view> given;
   for (const WrittenArgument& a : arguments) {
     const Field* f = method.arguments.find(a.name);
@@ -500,7 +502,7 @@ Diagnostics check_arguments(const Method& method, const std::vector<WrittenArgum
     Misfit m;
     Value copy = *a.value;
     if (!fit(*f->type, copy, 1, m)) {
-      m.path = "." + f->name + m.path;
+      m.path = fmt::format(".{}{}", f->name, m.path);
       report(a.span, m.code, told_of_argument(method, m));
     } else if (const auto checked = check_ranges(*f, copy, fmt::format("argument \"{}\" of {}", f->name, call));
                !checked) {

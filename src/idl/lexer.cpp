@@ -17,7 +17,7 @@ bool is_word_start(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 
 bool is_word_part(char c) { return is_word_start(c) || is_digit(c); }
 
 std::string shown_character(char c) {
-  if (c >= 0x20 && c < 0x7f) return std::string("\"") + c + "\"";
+  if (c >= 0x20 && c < 0x7f) return fmt::format("\"{}\"", c);
   const char* digits = "0123456789abcdef";
   const auto octet = static_cast<unsigned char>(c);
   return std::string("byte 0x") + digits[octet >> 4U] + digits[octet & 15U];
@@ -123,7 +123,7 @@ bool Lexer::number(Token& token) {
   if (end == i && i == at_) return fail(at_, "unexpected " + shown_character(source_[at_]));
   token.form = Token::Form::kDouble;
   // from_chars knows no leading plus and wants a digit before the point; a lone sign is zero to the compiler.
-  const std::string digits = "0" + std::string(source_.substr(i, end - i));
+  const std::string digits = fmt::format("0{}", source_.substr(i, end - i));
   token.real = 0;
   const auto parsed = std::from_chars(digits.data(), digits.data() + digits.size(), token.real);
   if (parsed.ec == std::errc::result_out_of_range) token.real = std::strtod(digits.c_str(), nullptr);

@@ -59,7 +59,7 @@ class Resolver {
     for (const Definition& d : file_.definitions) {
       if (d.form == Definition::Form::kConst) continue;
       if (!declarations_.emplace(d.name, &d).second) {
-        error(d.span, "idl.duplicate", "the name \"" + d.name + "\" is defined already");
+        error(d.span, "idl.duplicate", fmt::format("the name \"{}\" is defined already", d.name));
         continue;
       }
       if (d.form == Definition::Form::kEnum) {
@@ -114,7 +114,8 @@ class Resolver {
     const auto declared = declarations_.find(name);
     if (declared != declarations_.end() && declared->second->form == Definition::Form::kTypedef) {
       if (typedef_depth > kSyntaxNestingMax) {
-        error(at, "idl.unknown-type", "typedef \"" + name + "\" leads back to itself, or through too many others");
+        error(at, "idl.unknown-type",
+              fmt::format("typedef \"{}\" leads back to itself, or through too many others", name));
         return nullptr;
       }
       const Type* target = type(declared->second->type, typedef_depth + 1);
@@ -122,7 +123,7 @@ class Resolver {
       return target;
     }
     if (declared != declarations_.end()) {
-      error(at, "idl.unknown-type", "\"" + name + "\" is a service, not a type");
+      error(at, "idl.unknown-type", fmt::format("\"{}\" is a service, not a type", name));
       return nullptr;
     }
     auto known = keys(program_.type_names);
@@ -130,7 +131,7 @@ class Resolver {
       if (d->form == Definition::Form::kTypedef) known.push_back(other);
     }
     for (const auto& [prefix, included] : program_.includes) {
-      for (const auto& [other, ignored] : included->type_names) known.push_back(prefix + "." + other);
+      for (const auto& [other, ignored] : included->type_names) known.push_back(fmt::format("{}.{}", prefix, other));
     }
     error(at, "idl.unknown-type", fmt::format("there is no type \"{}\"{}", name, did_you_mean(name, known)));
     return nullptr;
@@ -148,10 +149,10 @@ class Resolver {
     if (use.form == Form::kMap) {
       t.kind = Kind::kMap;
       t.key = first;
-      t.name = "map<" + first->name + ", " + second->name + ">";
+      t.name = fmt::format("map<{}, {}>", first->name, second->name);
     } else {
       t.kind = use.form == Form::kList ? Kind::kList : Kind::kSet;
-      t.name = (use.form == Form::kList ? "list<" : "set<") + first->name + ">";
+      t.name = fmt::format("{}{}>", use.form == Form::kList ? "list<" : "set<", first->name);
     }
     // Names grow with nesting through typedefs: list<list<…>> of a typedef of a map of itself twice would double each
     // time.
@@ -163,7 +164,7 @@ class Resolver {
   bool defined_before(const syntax::TypeUse& use) {
     if (use.form == syntax::TypeUse::Form::kNamed) {
       if (declarations_.contains(use.name) && !defined_.contains(use.name)) {
-        error(use.span, "idl.unknown-type", "\"" + use.name + "\" must be defined before it is used here");
+        error(use.span, "idl.unknown-type", fmt::format("\"{}\" must be defined before it is used here", use.name));
         return false;
       }
       return true;
@@ -188,7 +189,7 @@ class Resolver {
       }
       const Constant& c =
           program_.enumerator_constants.emplace_back(Constant{e.name, t, Value(std::int64_t{e.number}), e.span});
-      program_.constant_names.emplace(d.name + "." + e.name, &c);
+      program_.constant_names.emplace(fmt::format("{}.{}", d.name, e.name), &c);
     }
   }
 
@@ -239,7 +240,8 @@ class Resolver {
       if (parent == nullptr) {
         auto known = keys(program_.service_names);
         for (const auto& [prefix, included] : program_.includes) {
-          for (const auto& [other, ignored] : included->service_names) known.push_back(prefix + "." + other);
+          for (const auto& [other, ignored] : included->service_names)
+            known.push_back(fmt::format("{}.{}", prefix, other));
         }
         error(d.base_span, "idl.unknown-service",
               fmt::format("there is no service \"{}\" before this line{}", d.base, did_you_mean(d.base, known)));
@@ -288,7 +290,8 @@ class Resolver {
       warn(w.result.span, "idl.deprecated", "a oneway method returns nothing; write void");
     }
     if (m.oneway && !w.exceptions.empty()) {
-      error(w.exceptions[0].span, "idl.syntax", "the oneway method \"" + w.name + "\" cannot throw exceptions");
+      error(w.exceptions[0].span, "idl.syntax",
+            fmt::format("the oneway method \"{}\" cannot throw exceptions", w.name));
     }
     for (const syntax::Field& e : w.exceptions) {
       if (!defined_before(e.type)) continue;
@@ -297,7 +300,7 @@ class Resolver {
       if (f == m.exceptions.end()) continue;
       if (f->type->kind != Kind::kStruct || f->type->structure->kind != StructKind::kException) {
         error(e.type.span, "idl.not-an-exception",
-              "\"" + f->type->name + "\" is not an exception, so it cannot be thrown");
+              fmt::format("\"{}\" is not an exception, so it cannot be thrown", f->type->name));
       }
     }
   }
@@ -309,7 +312,7 @@ class Resolver {
     auto value = constant(*t, d.value);
     if (!value) return;
     if (program_.constant_names.contains(d.name)) {
-      error(d.span, "idl.duplicate", "the constant \"" + d.name + "\" is defined already");
+      error(d.span, "idl.duplicate", fmt::format("the constant \"{}\" is defined already", d.name));
       return;
     }
     const Constant& c = program_.constants.emplace_back(Constant{d.name, t, std::move(*value), d.span});
@@ -363,7 +366,7 @@ class Resolver {
     const std::int64_t number = c.form == syntax::Constant::Form::kInt ? c.integer : 0;
     if (const Enumerator* found = e.find(number)) {
       if (c.form != syntax::Constant::Form::kInt)
-        warn(c.span, "idl.constant-type", "this is no enumerator of " + e.name + "; it counts as 0");
+        warn(c.span, "idl.constant-type", fmt::format("this is no enumerator of {}; it counts as 0", e.name));
       return Value(found->name);
     }
     error(c.span, "idl.unknown-constant", fmt::format("enum {} has no enumerator with the number {}", e.name, number));
@@ -380,7 +383,7 @@ class Resolver {
       if (f == nullptr) {
         error(key.span, "idl.constant-type",
               key.form == syntax::Constant::Form::kText
-                  ? s.name + " has no field \"" + key.text + "\"" + did_you_mean(key.text, s.field_names())
+                  ? fmt::format("{} has no field \"{}\"{}", s.name, key.text, did_you_mean(key.text, s.field_names()))
                   : std::string("the fields of a constant are named by strings"));
         return std::nullopt;
       }

@@ -86,7 +86,7 @@ struct Identity {
   std::string form;  // msg, srv, action
   std::string name;
 
-  [[nodiscard]] std::string full() const { return package + "/" + form + "/" + name; }
+  [[nodiscard]] std::string full() const { return fmt::format("{}/{}/{}", package, form, name); }
 };
 
 std::optional<Identity> identity_of(std::string_view file) {
@@ -143,14 +143,12 @@ struct Shape {
   std::uint32_t count = 0;
   SourceSpan span;
 
-  [[nodiscard]] std::string element_name() const {
-    return base + (text_max > 0 ? "<=" + std::to_string(text_max) : "");
-  }
+  [[nodiscard]] std::string element_name() const { return base + (text_max > 0 ? fmt::format("<={}", text_max) : ""); }
   [[nodiscard]] std::string name() const {
     switch (many) {
       case Many::kOne: return element_name();
-      case Many::kFixed: return element_name() + "[" + std::to_string(count) + "]";
-      case Many::kBounded: return element_name() + "[<=" + std::to_string(count) + "]";
+      case Many::kFixed: return fmt::format("{}[{}]", element_name(), count);
+      case Many::kBounded: return fmt::format("{}[<={}]", element_name(), count);
       case Many::kAny: return element_name() + "[]";
     }
     return {};
@@ -363,17 +361,20 @@ class Reader {
     const std::string name(line.word("="));
     if (name.empty()) {
       return error(at, "idl.syntax",
-                   "behind the type \"" + shape->name() + "\" the name of a field or a constant is missing");
+                   fmt::format("behind the type \"{}\" the name of a field or a constant is missing", shape->name()));
     }
     SourceSpan named = at;
     named.length = static_cast<int>(name.size());
     if (line.skip('=')) return constant(line, *shape, name, named, made);
     if (!is_field_name(name)) {
-      return error(named, "idl.syntax",
-                   "a field's name has lower case letters, digits and single underscores between them; \"" + name +
-                       "\" is none");
+      return error(
+          named, "idl.syntax",
+          fmt::format(
+              "a field's name has lower case letters, digits and single underscores between them; \"{}\" is none",
+              name));
     }
-    if (made.find(name) != nullptr) return error(named, "idl.duplicate", "the field \"" + name + "\" is there already");
+    if (made.find(name) != nullptr)
+      return error(named, "idl.duplicate", fmt::format("the field \"{}\" is there already", name));
     if (made.fields.size() >= kFieldsMax)
       return error(named, "idl.too-large", fmt::format("more than {} fields", kFieldsMax));
     const Type* type = this->type(*shape, identity, depth);
@@ -395,16 +396,18 @@ class Reader {
 
   bool constant(Line& line, const Shape& shape, const std::string& name, const SourceSpan& at, const Struct& made) {
     if (!is_constant_name(name))
-      return error(at, "idl.syntax", "a constant's name is in upper case with underscores; \"" + name + "\" is not");
+      return error(at, "idl.syntax",
+                   fmt::format("a constant's name is in upper case with underscores; \"{}\" is not", name));
     if (shape.primitive == nullptr || shape.many != Shape::Many::kOne)
-      return error(shape.span, "idl.constant-type", "a constant is of a base type, not of \"" + shape.name() + "\"");
+      return error(shape.span, "idl.constant-type",
+                   fmt::format("a constant is of a base type, not of \"{}\"", shape.name()));
     const SourceSpan where = line.here();
     auto value = scalar(line.rest(), *shape.primitive, where);
     if (!value) return false;
     const std::string struct_name = made.name.substr(made.name.rfind('/') + 1);
-    const std::string full = struct_name + "." + name;
+    const std::string full = fmt::format("{}.{}", struct_name, name);
     if (program_.constant_names.contains(full))
-      return error(at, "idl.duplicate", "the constant \"" + name + "\" is there already");
+      return error(at, "idl.duplicate", fmt::format("the constant \"{}\" is there already", name));
     Constant& out = program_.constants.emplace_back(
         Constant{full, named_type(shape.element_name(), shape.primitive->kind), std::move(*value), at});
     program_.constant_names.emplace(full, &out);
@@ -472,7 +475,7 @@ class Reader {
         first == std::string_view::npos ? std::string_view(identity.package) : text.substr(0, first);
     if (first != last && text.substr(first, last - first) != "/msg") return bad_type(out.span, written);
     if (!is_message_name(name) || !is_field_name(package)) return bad_type(out.span, written);
-    out.base = std::string(package) + "/msg/" + std::string(name);
+    out.base = fmt::format("{}/msg/{}", package, name);
     return out;
   }
 
@@ -547,7 +550,7 @@ class Reader {
   std::optional<Value> default_of(Line& line, const Shape& shape) {
     const SourceSpan at = line.here(line.rest().size());
     if (shape.primitive == nullptr) {
-      error(at, "idl.syntax", "a field of the message type \"" + shape.base + "\" has no default of its own");
+      error(at, "idl.syntax", fmt::format("a field of the message type \"{}\" has no default of its own", shape.base));
       return std::nullopt;
     }
     if (shape.many == Shape::Many::kOne) {

@@ -48,8 +48,8 @@ bool contains(const std::array<std::string_view, N>& words, std::string_view wor
 std::string shown_token(const Token& token) {
   switch (token.form) {
     case Form::kEnd: return "the end of the file";
-    case Form::kSymbol: return std::string("\"") + token.symbol + "\"";
-    case Form::kWord: return "\"" + std::string(token.word) + "\"";
+    case Form::kSymbol: return fmt::format("\"{}\"", token.symbol);
+    case Form::kWord: return fmt::format("\"{}\"", token.word);
     case Form::kText: return "a string";
     case Form::kInt:
     case Form::kDouble: return "a number";
@@ -100,7 +100,7 @@ class Parser {
   bool is_word(std::string_view word) const { return token_.form == Form::kWord && token_.word == word; }
   bool is_symbol(char symbol) const { return token_.form == Form::kSymbol && token_.symbol == symbol; }
   bool symbol(char symbol) {
-    if (!is_symbol(symbol)) return expected(std::string("\"") + symbol + "\"");
+    if (!is_symbol(symbol)) return expected(fmt::format("\"{}\"", symbol));
     return advance();
   }
   bool skip_separator() { return is_symbol(',') || is_symbol(';') ? advance() : true; }
@@ -119,11 +119,12 @@ class Parser {
     at = here();
     if (!identifier(what, name)) return false;
     if (!dots && name.find('.') != std::string::npos) {
-      return error(at, "idl.syntax", "the name \"" + name + "\" must not have a dot");
+      return error(at, "idl.syntax", fmt::format("the name \"{}\" must not have a dot", name));
     }
     if (contains(kReserved, name)) {
-      return error(at, "idl.syntax",
-                   "\"" + name + "\" is a reserved word of a language that Thrift generates; choose another name");
+      return error(
+          at, "idl.syntax",
+          fmt::format("\"{}\" is a reserved word of a language that Thrift generates; choose another name", name));
     }
     return true;
   }
@@ -172,7 +173,7 @@ class Parser {
       if (unit != nullptr && name == "unit") *unit = value;
       if (idempotent != nullptr && name == "idempotent") {
         if (value != "true" && value != "false")
-          return error(here(), "idl.syntax", "idempotent = \"" + value + "\" must be \"true\" or \"false\"");
+          return error(here(), "idl.syntax", fmt::format("idempotent = \"{}\" must be \"true\" or \"false\"", value));
         *idempotent = value == "true";
       }
       if (bounded != nullptr && (name == "min" || name == "max")) {
@@ -237,7 +238,7 @@ class Parser {
         if (!advance()) return false;
         if (!integer("the enumerator's number", next)) return false;
       } else if (e.name.find('.') != std::string::npos) {
-        return error(e.span, "idl.syntax", "the name \"" + e.name + "\" must not have a dot");
+        return error(e.span, "idl.syntax", fmt::format("the name \"{}\" must not have a dot", e.name));
       }
       if (next < std::numeric_limits<std::int32_t>::min() || next > std::numeric_limits<std::int32_t>::max()) {
         return error(e.span, "idl.number-range",
@@ -291,7 +292,8 @@ class Parser {
       if (!declared("the field's name", f.name, f.span)) return false;
       if (!numbered) {
         warn(f.span, "idl.field-id",
-             "field \"" + f.name + "\" has no number; write one, so that it stays the same in the next version");
+             fmt::format("field \"{}\" has no number; write one, so that it stays the same in the next version",
+                         f.name));
       }
       if (is_symbol('=')) {
         f.value.emplace_back();
@@ -305,7 +307,7 @@ class Parser {
       }
       if (!annotations(&f.unit, &f) || !skip_separator()) return false;
       if (!names.insert(f.name).second) {
-        return error(f.span, "idl.duplicate", "there is a field \"" + f.name + "\" already");
+        return error(f.span, "idl.duplicate", fmt::format("there is a field \"{}\" already", f.name));
       }
       if (const auto [other, fresh] = ids.emplace(f.id, f.name); !fresh) {
         return error(f.span, "idl.duplicate",

@@ -253,16 +253,15 @@ class AscxmlTranslator {
     std::string begin = initial;
     if (!rates_.empty()) {
       // The clock goes on whatever the chart does, so it is a region beside it.
-      body = "\n<parallel id=\"chart.and.clock\">\n<state id=\"chart\"" +
-             (initial.empty() ? std::string() : text::xml_attribute("initial", initial)) + ">" + inside + "</state>\n" +
-             rates_ + "</parallel>\n";
+      body = fmt::format("\n<parallel id=\"chart.and.clock\">\n<state id=\"chart\"{}>{}</state>\n{}</parallel>\n",
+                         initial.empty() ? std::string() : text::xml_attribute("initial", initial), inside, rates_);
       begin = "chart.and.clock";
     }
     std::string text(std::string_view(document_.source()).substr(0, root.offset()));
-    text += "<scxml" + text::xml_attribute("xmlns", kNamespace) + " version=\"1.0\" datamodel=\"ecmascript\"" +
-            text::xml_attribute("name", chart_.name) + (begin.empty() ? "" : text::xml_attribute("initial", begin)) +
-            ">\n";
-    text += "<datamodel>\n" + extra_data() + data_ + "</datamodel>\n" + body + "</scxml>\n";
+    text += fmt::format("<scxml{} version=\"1.0\" datamodel=\"ecmascript\"{}{}>\n",
+                        text::xml_attribute("xmlns", kNamespace), text::xml_attribute("name", chart_.name),
+                        begin.empty() ? "" : text::xml_attribute("initial", begin));
+    text += fmt::format("<datamodel>\n{}{}</datamodel>\n{}</scxml>\n", extra_data(), data_, body);
     if (auto formatted = scxml::format(text, document_.file())) text = std::move(*formatted);
     TranslatedAscxml made{std::move(text), {}, std::move(subscribes_), std::move(findings_)};
     for (const Declaration& declaration : declarations_) {
@@ -282,15 +281,15 @@ class AscxmlTranslator {
   std::string extra_data() {
     std::string text;
     for (const PortDeclaration& port : ports_) {
-      if (data_.find("<data id=\"" + port.key + "\"") != std::string::npos) continue;
-      text += "<data" + text::xml_attribute("id", port.key) +
-              text::xml_attribute("expr", zero_of(thrift_type(port.type).value_or("double"))) + "/> <!-- " +
-              (port.is_input ? "input" : "output") + " port -->\n";
+      if (data_.find(fmt::format("<data id=\"{}\"", port.key)) != std::string::npos) continue;
+      text += fmt::format("<data{}{}/> <!-- {} port -->\n", text::xml_attribute("id", port.key),
+                          text::xml_attribute("expr", zero_of(thrift_type(port.type).value_or("double"))),
+                          port.is_input ? "input" : "output");
     }
     for (const Declaration& declaration : declarations_) {
       if (declaration.group == Group::kAction && !declaration.serves)
-        text += "<data" + text::xml_attribute("id", goal_data(declaration)) +
-                " expr=\"0\"/> <!-- number of the last goal -->\n";
+        text += fmt::format("<data{} expr=\"0\"/> <!-- number of the last goal -->\n",
+                            text::xml_attribute("id", goal_data(declaration)));
     }
     if (draws_ > 0) text += "<data id=\"drawn\" expr=\"0\"/>\n";
     return text;
@@ -312,7 +311,7 @@ class AscxmlTranslator {
     if (name == "script") return by_hand(element, "a script of the whole chart; put it into the <onentry> of a state");
     if (name == "initial" || name == "history" || name == "invoke" || name == "donedata")
       return std::string(source_of(document_, element));
-    return by_hand(element, "nothing here does what <" + name + "> does");
+    return by_hand(element, fmt::format("nothing here does what <{}> does", name));
   }
 
   std::string declared(const XmlElement& element, const Declaration& declaration) {
@@ -321,10 +320,10 @@ class AscxmlTranslator {
       const std::string id = "clock." + method_name(declaration.name);
       std::ostringstream delay;
       delay << 1000.0 / declaration.rate_hz << "ms";
-      rates_ += "<state" + text::xml_attribute("id", id) + ">\n<onentry>\n<send" +
-                text::xml_attribute("event", rate_event(declaration)) + text::xml_attribute("delay", delay.str()) +
-                "/>\n</onentry>\n<transition" + text::xml_attribute("event", rate_event(declaration)) +
-                text::xml_attribute("target", id) + "/>\n</state>\n";
+      rates_ += fmt::format("<state{}>\n<onentry>\n<send{}{}/>\n</onentry>\n<transition{}{}/>\n</state>\n",
+                            text::xml_attribute("id", id), text::xml_attribute("event", rate_event(declaration)),
+                            text::xml_attribute("delay", delay.str()),
+                            text::xml_attribute("event", rate_event(declaration)), text::xml_attribute("target", id));
       return {};
     }
     if (declaration.ros_name.empty())
@@ -340,9 +339,9 @@ class AscxmlTranslator {
     std::string value = value_of(element, "expr");
     if (value.empty()) value = trimmed(element.text());
     if (value.empty()) value = zero_of(thrift_type(type).value_or("double"));
-    std::string text = "<data" + text::xml_attribute("id", element.attribute("id").value_or("")) +
-                       text::xml_attribute("expr", value) + "/>";
-    return type.empty() ? text : text + " " + comment_of(type);
+    std::string text = fmt::format("<data{}{}/>", text::xml_attribute("id", element.attribute("id").value_or("")),
+                                   text::xml_attribute("expr", value));
+    return type.empty() ? text : fmt::format("{} {}", text, comment_of(type));
   }
 
   std::string state(const XmlElement& element) {
@@ -390,10 +389,11 @@ class AscxmlTranslator {
       if (!known(service)) return undeclared(element);
       if (!serves && !chart_.is_plugin) return calls_from_a_node(element);
       const RosPlace& place = world_.services.at(service->ros_name);
-      return transition(element, place.service + "." + place.method + (serves ? ".request" : ".reply"), "");
+      return transition(element, fmt::format("{}.{}{}", place.service, place.method, serves ? ".request" : ".reply"),
+                        "");
     }
     if (name.starts_with("ros_action_handle_")) return action_reaction(element, name, ref);
-    return by_hand(element, "nothing here does what <" + name + "> does");
+    return by_hand(element, fmt::format("nothing here does what <{}> does", name));
   }
 
   static bool known(const Declaration* declaration) { return declaration != nullptr && !declaration->ros_name.empty(); }
@@ -407,14 +407,15 @@ class AscxmlTranslator {
     const Declaration* const action = import::find(declarations_, Group::kAction, ref, serves);
     if (!known(action)) return undeclared(element);
     const RosPlace& place = world_.actions.at(action->ros_name);
-    const std::string goal = place.service + "." + place.method + "_send_goal";
+    const std::string goal = fmt::format("{}.{}_send_goal", place.service, place.method);
     if (serves) return transition(element, goal + ".request", "");
     if (!chart_.is_plugin) return calls_from_a_node(element);
     const std::string mine = fmt::format("{}goal_id === {}", kTopicData, goal_data(*action));
     if (name == "ros_action_handle_goal_response") {
       const auto to = [&](std::string_view target, const std::string& accepted) {
-        return "<transition" + text::xml_attribute("event", goal + ".reply") + text::xml_attribute("cond", accepted) +
-               text::xml_attribute("target", element.attribute(target).value_or("")) + "/>\n";
+        return fmt::format("<transition{}{}{}/>\n", text::xml_attribute("event", goal + ".reply"),
+                           text::xml_attribute("cond", accepted),
+                           text::xml_attribute("target", element.attribute(target).value_or("")));
       };
       return to("accept", "_event.data.result") + to("reject", "!_event.data.result");
     }
@@ -424,7 +425,7 @@ class AscxmlTranslator {
                                                                {"ros_action_handle_aborted_result", "ABORTED"},
                                                                {"ros_action_handle_canceled_result", "CANCELED"}};
     const auto status = kStatus.find(name);
-    if (status == kStatus.end()) return by_hand(element, "nothing here does what <" + name + "> does");
+    if (status == kStatus.end()) return by_hand(element, fmt::format("nothing here does what <{}> does", name));
     return transition(element, topic_event(place.method + "_result"), "",
                       fmt::format("{} && {}status === '{}'", mine, kTopicData, status->second));
   }
@@ -435,7 +436,7 @@ class AscxmlTranslator {
   }
 
   std::string topic_event(const std::string& method) {
-    return *subscribes_.insert(std::string(kTopics) + "." + method).first;
+    return *subscribes_.insert(fmt::format("{}.{}", kTopics, method)).first;
   }
 
   /// The ports' values as this tick has them.
@@ -445,12 +446,13 @@ class AscxmlTranslator {
       if (!port.is_input) continue;
       if (chart_.sometimes.contains(port.key)) {
         const std::string value = "_event.data." + port.key;
-        text += "<if" + text::xml_attribute("cond", "_event.data && " + value + " !== undefined") + ">\n<assign" +
-                text::xml_attribute("location", port.key) + text::xml_attribute("expr", value) + "/>\n</if>\n";
+        text += fmt::format("<if{}>\n<assign{}{}/>\n</if>\n",
+                            text::xml_attribute("cond", fmt::format("_event.data && {} !== undefined", value)),
+                            text::xml_attribute("location", port.key), text::xml_attribute("expr", value));
       }
       if (chart_.given.contains(port.key))
-        text += "<assign" + text::xml_attribute("location", port.key) +
-                text::xml_attribute("expr", "_event.data." + port.key) + "/>\n";
+        text += fmt::format("<assign{}{}/>\n", text::xml_attribute("location", port.key),
+                            text::xml_attribute("expr", "_event.data." + port.key));
     }
     return text;
   }
@@ -459,7 +461,7 @@ class AscxmlTranslator {
                          const std::string& also = "") {
     std::string condition(element.attribute("cond").value_or(""));
     condition = expression(condition);
-    if (!also.empty()) condition = condition.empty() ? also : also + " && (" + condition + ")";
+    if (!also.empty()) condition = condition.empty() ? also : fmt::format("{} && ({})", also, condition);
     std::string tag = "<transition";
     if (!event.empty()) tag += text::xml_attribute("event", event);
     if (!condition.empty()) tag += text::xml_attribute("cond", condition);
@@ -469,19 +471,21 @@ class AscxmlTranslator {
     }
     if (!chances.empty()) {
       const std::string choice = chance(element, chances);
-      return tag + text::xml_attribute("target", choice) + (first.empty() ? "/>" : ">\n" + first + "</transition>");
+      return tag + text::xml_attribute("target", choice) +
+             (first.empty() ? "/>" : fmt::format(">\n{}</transition>", first));
     }
     if (const auto target = element.attribute("target")) tag += text::xml_attribute("target", *target);
     const std::string inside = first + content(element);
     if (inside.find_first_not_of(" \t\r\n") == std::string::npos) return tag + "/>";
-    return tag + ">\n" + inside + "</transition>";
+    return fmt::format("{}>\n{}</transition>", tag, inside);
   }
 
   /// A state that draws one of the targets; it stands behind the present state. Returns its id.
   std::string chance(const XmlElement& element, const std::vector<XmlElement>& targets) {
-    const std::string id = state_id_ + ".chance" + std::to_string(++draws_);
-    std::string text = "<state" + text::xml_attribute("id", id) +
-                       ">\n<onentry>\n<assign location=\"drawn\" expr=\"Math.random()\"/>\n</onentry>\n";
+    const std::string id = fmt::format("{}.chance{}", state_id_, ++draws_);
+    std::string text =
+        fmt::format("<state{}>\n<onentry>\n<assign location=\"drawn\" expr=\"Math.random()\"/>\n</onentry>\n",
+                    text::xml_attribute("id", id));
     double sum = 0;
     std::size_t without = 0;
     for (const XmlElement& target : targets) without += target.attribute("prob") ? 0 : 1;
@@ -494,16 +498,16 @@ class AscxmlTranslator {
       std::ostringstream below;
       below << "drawn < " << sum;
       const bool is_last = &target == &targets.back() && sum > 1.0 - 1e-9;
-      text += "<transition" + (is_last ? std::string() : text::xml_attribute("cond", below.str())) +
-              text::xml_attribute("target", target.attribute("id").value_or("")) + ">" + content(target) +
-              "</transition>\n";
+      text += fmt::format("<transition{}{}>{}</transition>\n",
+                          is_last ? std::string() : text::xml_attribute("cond", below.str()),
+                          text::xml_attribute("target", target.attribute("id").value_or("")), content(target));
     }
     if (sum < 1.0 - 1e-9) {
       findings_.push_back({Fate::kReview, element.span(), "",
                            "the probabilities are less than 1 together; the rest goes back to the state"});
-      text += "<transition" + text::xml_attribute("target", state_id_) + "/>\n";
+      text += fmt::format("<transition{}/>\n", text::xml_attribute("target", state_id_));
     }
-    behind_ += "\n" + text + "</state>\n";
+    behind_ += fmt::format("\n{}</state>\n", text);
     return id;
   }
 
@@ -528,8 +532,8 @@ class AscxmlTranslator {
     if (name == "bt_return_status") return answer(std::string(element.attribute("status").value_or("")));
     if (name == "bt_return_halted") return "<send event=\"bt_return_halted\"/>";
     if (name == "bt_set_output") {
-      return "<assign" + text::xml_attribute("location", element.attribute("key").value_or("")) +
-             text::xml_attribute("expr", expression(value_of(element, "expr"))) + "/>";
+      return fmt::format("<assign{}{}/>", text::xml_attribute("location", element.attribute("key").value_or("")),
+                         text::xml_attribute("expr", expression(value_of(element, "expr"))));
     }
     if (name == "ros_topic_publish") {
       const Declaration* const topic = import::find(declarations_, Group::kTopic, ref, true);
@@ -555,8 +559,8 @@ class AscxmlTranslator {
       if (is_cross(world_, event) && !element.attribute("target")) return publish(event, fields_of(element));
     }
     if (name.starts_with("bt_") || name.starts_with("ros_"))
-      return by_hand(element, "nothing here does what <" + name + "> does");
-    if (!is_content(name)) return by_hand(element, "nothing here does what <" + name + "> does");
+      return by_hand(element, fmt::format("nothing here does what <{}> does", name));
+    if (!is_content(name)) return by_hand(element, fmt::format("nothing here does what <{}> does", name));
     std::map<std::string, std::optional<std::string>> changes;
     element.for_each_attribute([&](std::string_view attribute, std::string_view value) {
       if (attribute == "cond" || attribute == "expr" || attribute == "location")
@@ -576,11 +580,12 @@ class AscxmlTranslator {
   }
 
   std::string answer(const std::string& status) {
-    std::string text = "<send event=\"bt_return_status\">\n<param name=\"status\"" +
-                       text::xml_attribute("expr", script_text(status)) + "/>\n";
+    std::string text = fmt::format("<send event=\"bt_return_status\">\n<param name=\"status\"{}/>\n",
+                                   text::xml_attribute("expr", script_text(status)));
     for (const PortDeclaration& port : ports_) {
       if (!port.is_input)
-        text += "<param" + text::xml_attribute("name", port.key) + text::xml_attribute("expr", port.key) + "/>\n";
+        text +=
+            fmt::format("<param{}{}/>\n", text::xml_attribute("name", port.key), text::xml_attribute("expr", port.key));
     }
     return text + "</send>";
   }
@@ -596,9 +601,9 @@ class AscxmlTranslator {
     if (!serves) {
       const std::string number = goal_data(*declaration);
       fields.insert(fields.begin(), {"goal_id", number});
-      return "<assign" + text::xml_attribute("location", number) + text::xml_attribute("expr", number + " + 1") +
-             "/>\n" +
-             call(place.service, goal, completed(world_.interfaces.method(place.service, goal).arguments, fields));
+      return fmt::format(
+          "<assign{}{}/>\n{}", text::xml_attribute("location", number), text::xml_attribute("expr", number + " + 1"),
+          call(place.service, goal, completed(world_.interfaces.method(place.service, goal).arguments, fields)));
     }
     const std::string id = expression(std::string(element.attribute("goal_id").value_or("0")));
     if (name == "ros_action_accept_goal") return reply(place.service, goal, "true");
@@ -608,8 +613,8 @@ class AscxmlTranslator {
     static const std::map<std::string, std::string> kStatus = {
         {"ros_action_succeed", "SUCCEEDED"}, {"ros_action_aborted", "ABORTED"}, {"ros_action_canceled", "CANCELED"}};
     const auto status = kStatus.find(name);
-    if (status == kStatus.end()) return by_hand(element, "nothing here does what <" + name + "> does");
-    fields.insert(fields.begin() + 1, {"status", "'" + status->second + "'"});
+    if (status == kStatus.end()) return by_hand(element, fmt::format("nothing here does what <{}> does", name));
+    fields.insert(fields.begin() + 1, {"status", fmt::format("'{}'", status->second)});
     return publish(place.method + "_result", fields);
   }
 
@@ -636,7 +641,7 @@ class AscxmlTranslator {
       if (seen) continue;
       text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", head, member(fields, head));
     }
-    return text.empty() ? "" : "{" + text + "}";
+    return text.empty() ? "" : fmt::format("{{{}}}", text);
   }
 
   static std::string member(const FieldValues& fields, const std::string& head) {
@@ -665,10 +670,10 @@ class AscxmlTranslator {
   }
 
   static std::string reply(const std::string& service, const std::string& method, const std::string& result) {
-    std::string text = "<send type=\"thrift\"" + text::xml_attribute("target", service) +
-                       text::xml_attribute("event", method + ".reply");
+    std::string text = fmt::format("<send type=\"thrift\"{}{}", text::xml_attribute("target", service),
+                                   text::xml_attribute("event", method + ".reply"));
     if (result.empty()) return text + "/>";
-    return text + ">\n<param name=\"result\"" + text::xml_attribute("expr", result) + "/>\n</send>";
+    return fmt::format("{}>\n<param name=\"result\"{}/>\n</send>", text, text::xml_attribute("expr", result));
   }
 
   const AscxmlChart& chart_;

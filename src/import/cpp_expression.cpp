@@ -47,7 +47,7 @@ class ExpressionTranslator {
       has_integer_ = has_integer_ || token.text.find('.') == std::string::npos;
       return value(number(token.text));
     }
-    if (token.kind == TokenKind::kText) return value("'" + text_of(token) + "'");
+    if (token.kind == TokenKind::kText) return value(fmt::format("'{}'", text_of(token)));
     if (token.kind == TokenKind::kName) return name();
     return sign();
   }
@@ -96,7 +96,8 @@ class ExpressionTranslator {
     if (called && qualified && (name == "to_string" || name == "number")) return value("String");
     if (called && qualified && contains(kMath, name)) return value("Math." + name);
     if (!qualified && names_.remotes.contains(name))
-      return cannot("the call through " + name + " is a part of a larger expression; give its result a name first");
+      return cannot(
+          fmt::format("the call through {} is a part of a larger expression; give its result a name first", name));
     if (names_.data.contains(name) && !called) {
       has_integer_ = has_integer_ || names_.integers.contains(name);
       has_fraction_ = has_fraction_ || !names_.integers.contains(name);
@@ -116,14 +117,14 @@ class ExpressionTranslator {
       ++at_;
       return {};
     }
-    if (!next_is(")", 2)) return cannot("\"" + name + "\" is a C++ function");
+    if (!next_is(")", 2)) return cannot(fmt::format("\"{}\" is a C++ function", name));
     if (name == "size" || name == "length" || name == "count") {
       out_ += ".length";
     } else if (name == "empty" || name == "isEmpty") {
       out_.insert(chain_, "(");
       out_ += ".length === 0)";
     } else if (!contains(kDroppedMembers, name)) {
-      return cannot("\"" + name + "()\" is a C++ function");
+      return cannot(fmt::format("\"{}()\" is a C++ function", name));
     }
     at_ += 3;
     return {};
@@ -149,7 +150,8 @@ class ExpressionTranslator {
     static constexpr std::array<std::string_view, 25> kSame{"(", ")", "[",  "]",  "+",  "-",  "*",  "/",  "%",
                                                             "<", ">", "<=", ">=", "==", "!=", "&&", "||", "!",
                                                             "?", ":", "~",  "|",  "^",  ",",  "&"};
-    if (!contains(kSame, token.text)) return cannot("'" + token.text + "' has no counterpart in an expression");
+    if (!contains(kSame, token.text))
+      return cannot(fmt::format("'{}' has no counterpart in an expression", token.text));
     const bool operand_before = at_ > 0 && (tokens_[at_ - 1].kind != TokenKind::kPunctuation ||
                                             tokens_[at_ - 1].is(")") || tokens_[at_ - 1].is("]"));
     if ((token.is("*") || token.is("&")) && !operand_before) return cannot("a pointer");
@@ -161,7 +163,7 @@ class ExpressionTranslator {
     if (token.is(",")) {
       out_ += ", ";
     } else {
-      out_ += tight ? token.text : " " + token.text + " ";
+      out_ += tight ? token.text : fmt::format(" {} ", token.text);
     }
     ++at_;
     return {};
@@ -204,7 +206,8 @@ Result<std::optional<RemoteCall>> translate_call(Tokens tokens, const Names& nam
   const auto remote = is_call ? names.remotes.find(tokens[0].text) : names.remotes.end();
   if (remote == names.remotes.end()) return std::nullopt;
   RemoteCall call{remote->first, remote->second.service, tokens[2].text, {}, true};
-  if (!remote->second.schema) return cannot("no interface file defines the service that " + call.variable + " calls");
+  if (!remote->second.schema)
+    return cannot(fmt::format("no interface file defines the service that {} calls", call.variable));
   const idl::Method* const method = remote->second.schema->find(call.method);
   if (method == nullptr) {
     return cannot(fmt::format("service {} has no method \"{}\"{}", remote->second.schema->name, call.method,

@@ -81,11 +81,11 @@ std::string report_of(const Imported& imported, const std::string& name) {
     std::string lines;
     for (const Finding& finding : imported.findings) {
       if (finding.fate != fate) continue;
-      lines += "- " + to_string(finding.span) + ": ";
+      lines += fmt::format("- {}: ", to_string(finding.span));
       if (!finding.original.empty()) {
         std::string original = finding.original;
         std::replace(original.begin(), original.end(), '`', '\'');
-        lines += "`" + original + "`: ";
+        lines += fmt::format("`{}`: ", original);
       }
       lines += finding.reason + "\n";
     }
@@ -95,7 +95,7 @@ std::string report_of(const Imported& imported, const std::string& name) {
   section(Fate::kReview, "Translated with an assumption: to be confirmed");
   section(Fate::kNotNeeded, "Left out, because Sentree does it by itself");
   text += "\n## Files\n\n";
-  for (const ProjectFile& file : imported.files) text += "- " + file.path + "\n";
+  for (const ProjectFile& file : imported.files) text += fmt::format("- {}\n", file.path);
   return text;
 }
 

@@ -1,5 +1,7 @@
 #include "sentree/import/project_writer.h"
 
+#include <fmt/format.h>
+
 #include <cctype>
 
 namespace sentree::import {
@@ -16,7 +18,7 @@ std::string safe_name(std::string_view text) {
 
 std::string unused_name(std::string name, std::set<std::string>& taken) {
   const std::string base = name;
-  for (int i = 2; !taken.insert(name).second; ++i) name = base + "_" + std::to_string(i);
+  for (int i = 2; !taken.insert(name).second; ++i) name = fmt::format("{}_{}", base, i);
   return name;
 }
 

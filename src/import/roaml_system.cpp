@@ -58,10 +58,11 @@ class RoamlSystem {
     const auto document = XmlDocument::parse(std::move(*source), folder_.shown(main_), {.lenient = true});
     if (!document) return failed(document.error());
     if (!is_main(document->root().local_name())) {
-      return failed({Severity::kError, "import.unknown-form",
-                     "the root element is <" + std::string(document->root().name()) +
-                         ">; the main file of an AS2FM system has <roaml> or <convince_mc_tc>",
-                     document->root().span()});
+      return failed(
+          {Severity::kError, "import.unknown-form",
+           fmt::format("the root element is <{}>; the main file of an AS2FM system has <roaml> or <convince_mc_tc>",
+                       document->root().name()),
+           document->root().span()});
     }
     for (const XmlElement& part : document->root().children()) read_part(part);
     if (tree_.empty()) {
@@ -113,7 +114,7 @@ class RoamlSystem {
       repeats_ = value == "true";
     } else if (name == "max_time") {
       const std::string unit(parameter.attribute("unit").value_or("s"));
-      duration_ = value + " " + unit;
+      duration_ = fmt::format("{} {}", value, unit);
     } else {
       find(Fate::kNotNeeded, parameter.span(), name, "bounds the model checker; nothing here is bounded by it");
     }
@@ -144,7 +145,8 @@ class RoamlSystem {
     } else if (type == "jani") {
       read_properties(*file, input);
     } else {
-      find(Fate::kByHand, input.span(), type, "this type of input has no counterpart; " + *file + " was not imported");
+      find(Fate::kByHand, input.span(), type,
+           fmt::format("this type of input has no counterpart; {} was not imported", *file));
     }
   }
 
@@ -183,7 +185,7 @@ class RoamlSystem {
 
   static int line_of(const std::string& source, const Value* name) {
     if (name == nullptr || name->as_string() == nullptr) return 0;
-    const std::size_t at = source.find("\"" + *name->as_string() + "\"");
+    const std::size_t at = source.find(fmt::format("\"{}\"", *name->as_string()));
     if (at == std::string::npos) return 0;
     return 1 + static_cast<int>(std::count(source.begin(), source.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
   }
@@ -237,7 +239,7 @@ class RoamlSystem {
     if (document->root().child("TreeNodesModel")) {
       model.clear();  // it has one
     } else if (!model.empty()) {
-      edit.append_child(document->root(), "<TreeNodesModel>\n" + model + "  </TreeNodesModel>");
+      edit.append_child(document->root(), fmt::format("<TreeNodesModel>\n{}  </TreeNodesModel>", model));
     }
     auto edited = edit.apply();
     if (!edited) {
@@ -257,12 +259,12 @@ class RoamlSystem {
                                : thrift == "bool"   ? "bool"
                                : thrift == "double" ? "double"
                                                     : "int";
-      ports += std::string("      <") + (port.is_input ? "input_port" : "output_port") +
-               text::xml_attribute("name", port.key) + text::xml_attribute("type", type) + "/>\n";
+      ports += fmt::format("      <{}{}{}/>\n", port.is_input ? "input_port" : "output_port",
+                           text::xml_attribute("name", port.key), text::xml_attribute("type", type));
     }
     const std::string tag = is_condition ? "Condition" : "Action";
-    return "    <" + tag + text::xml_attribute("ID", chart.name) +
-           (ports.empty() ? "/>\n" : ">\n" + ports + "    </" + tag + ">\n");
+    return fmt::format("    <{}{}{}", tag, text::xml_attribute("ID", chart.name),
+                       ports.empty() ? "/>\n" : fmt::format(">\n{}    </{}>\n", ports, tag));
   }
 
   // A service and the model that serves it need names of their own.
@@ -279,7 +281,8 @@ class RoamlSystem {
   void translate_charts() {
     for (const Chart& chart : charts_) {
       if (!chart.is_plugin) {
-        instances_.push_back({{&chart.document, chart.name, false, {}}, &chart, "models/" + chart.name + ".scxml", {}});
+        instances_.push_back(
+            {{&chart.document, chart.name, false, {}}, &chart, fmt::format("models/{}.scxml", chart.name), {}});
         continue;
       }
       const std::vector<std::string> naming = naming_ports(chart.document);
@@ -292,7 +295,7 @@ class RoamlSystem {
             const auto value = leaf.attributes.find(key);
             if (value != leaf.attributes.end() && !value->second.starts_with("{")) made.ports[key] = value->second;
           }
-          const std::string path = "skills/" + made.name + ".scxml";
+          const std::string path = fmt::format("skills/{}.scxml", made.name);
           instances_.push_back({std::move(made), &chart, path, {}});
           shared = &instances_.back();
         }
@@ -317,20 +320,22 @@ class RoamlSystem {
       // Goals of different leaves must have different numbers.
       std::string topics;
       for (const std::string& topic : made.subscribes) topics += (topics.empty() ? "" : ", ") + topic;
-      const std::string subscribe = topics.empty() ? "" : ", subscribe: [" + topics + "]";
+      const std::string subscribe = topics.empty() ? "" : fmt::format(", subscribe: [{}]", topics);
       for (const RoamlLeaf* leaf : instance.leaves) {
         std::string data;
         for (const std::string& counter : made.goal_counters)
           data += fmt::format("{}{}: {}", data.empty() ? "" : ", ", counter, 1000 * goals++);
-        skills_ += fmt::format("  {}: {{file: {}, protocol: as2fm{}{}}}\n", yaml_text(leaf->name),
-                               yaml_text(instance.path), data.empty() ? "" : ", data: {" + data + "}", subscribe);
+        skills_ +=
+            fmt::format("  {}: {{file: {}, protocol: as2fm{}{}}}\n", yaml_text(leaf->name), yaml_text(instance.path),
+                        data.empty() ? "" : fmt::format(", data: {{{}}}", data), subscribe);
       }
       if (instance.leaves.empty()) {
         const std::string& node = instance.chart.name;
         const bool serves = world_.interfaces.services().contains(node);
         if (serves) modelled_.insert(node);
-        models_ += fmt::format("  - {{file: {}, name: {}{}{}}}\n", yaml_text(instance.path),
-                               yaml_text(model_name(node)), serves ? ", serves: [" + node + "]" : "", subscribe);
+        models_ +=
+            fmt::format("  - {{file: {}, name: {}{}{}}}\n", yaml_text(instance.path), yaml_text(model_name(node)),
+                        serves ? fmt::format(", serves: [{}]", node) : "", subscribe);
       }
       result_.files.push_back({instance.path, std::move(made.source)});
     }
@@ -349,12 +354,12 @@ class RoamlSystem {
   void write_interfaces() {
     int port = kFirstPort;
     for (const auto& [service, methods] : world_.interfaces.services()) {
-      result_.files.push_back({"interfaces/" + service + ".thrift",
+      result_.files.push_back({fmt::format("interfaces/{}.thrift", service),
                                "// Made from what the charts use.\n" + world_.interfaces.idl(service)});
       const bool is_here = service == kTopics || modelled_.contains(service);
       const std::string at = service == kTopics ? std::string(kTopics)
                              : is_here          ? "model"
-                                                : "\"tcp://127.0.0.1:" + std::to_string(port++) + "\"";
+                                                : fmt::format("\"tcp://127.0.0.1:{}\"", port++);
       services_ += fmt::format("  {}: {{interface: {}.thrift/{}, at: {}}}\n", service, service, service, at);
       if (!is_here) {
         needs_others_ = true;
@@ -364,8 +369,8 @@ class RoamlSystem {
       for (const auto& [name, method] : methods) {
         for (const Fields* fields : {&method.arguments, &method.result}) {
           for (const std::string& field : fields->untold()) {
-            find(Fate::kReview, SourceSpan{"interfaces/" + service + ".thrift"}, name + "." + field,
-                 "nothing tells the type of this field; it is written as double");
+            find(Fate::kReview, SourceSpan{fmt::format("interfaces/{}.thrift", service)},
+                 fmt::format("{}.{}", name, field), "nothing tells the type of this field; it is written as double");
           }
         }
       }

@@ -52,7 +52,7 @@ std::string fields_text(const Tree& tree, const std::string& prefix, const std::
   for (const auto& [name, member] : tree.members) {
     std::string type = member.type;
     if (!member.members.empty()) {
-      type = prefix + "_" + name;
+      type = fmt::format("{}_{}", prefix, name);
       const std::string inside = fields_text(member, type, "\n", structs);
       structs += fmt::format("struct {} {{\n{}\n}}\n\n", type, inside);
     }
@@ -68,7 +68,7 @@ std::optional<std::string> thrift_type(std::string_view ros_type) {
   if (const std::size_t bracket = ros_type.find('['); bracket != std::string_view::npos) {
     auto element = thrift_type(ros_type.substr(0, bracket));
     for (std::size_t at = bracket; element && at < ros_type.size(); ++at) {
-      if (ros_type[at] == '[') *element = "list<" + *element + ">";
+      if (ros_type[at] == '[') *element = fmt::format("list<{}>", *element);
     }
     return element;
   }
@@ -121,8 +121,8 @@ const KnownInterface* known_interface(std::string_view type) {
                                         "UInt64", "Float32", "Float64", "String"}) {
       std::string lower;
       for (const char c : name) lower += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-      messages["std_msgs/" + std::string(name)].first = {{"data", *thrift_type(lower)}};
-      messages["example_interfaces/" + std::string(name)].first = {{"data", *thrift_type(lower)}};
+      messages[fmt::format("std_msgs/{}", name)].first = {{"data", *thrift_type(lower)}};
+      messages[fmt::format("example_interfaces/{}", name)].first = {{"data", *thrift_type(lower)}};
     }
     return messages;
   }();
@@ -146,7 +146,7 @@ std::string RosInterfaces::idl(const std::string& service) const {
       const std::string inside = fields_text(tree_of(method.result), result, "\n", structs);
       structs += fmt::format("struct {} {{\n{}\n}}\n\n", result, inside);
     }
-    if (!method.comment.empty()) methods += "  /** " + method.comment + " */\n";
+    if (!method.comment.empty()) methods += fmt::format("  /** {} */\n", method.comment);
     methods += fmt::format("  {} {}({});\n", method.oneway ? "oneway void" : result, name,
                            fields_text(tree_of(method.arguments), name, ", ", structs));
   }

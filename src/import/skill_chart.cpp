@@ -133,8 +133,9 @@ class SkillTranslator {
     const XmlElement root = document_.root();
     std::string inside = rewritten_inside(document_, root, [&](const XmlElement& child) { return outside(child); });
     std::string declared;
-    for (const std::string& name : new_data_) declared += "<data" + text::xml_attribute("id", name) + "/>\n";
-    if (!declared.empty() && !has_datamodel_) inside = "\n<datamodel>\n" + declared + "</datamodel>\n" + inside;
+    for (const std::string& name : new_data_) declared += fmt::format("<data{}/>\n", text::xml_attribute("id", name));
+    if (!declared.empty() && !has_datamodel_)
+      inside = fmt::format("\n<datamodel>\n{}</datamodel>\n{}", declared, inside);
     if (has_datamodel_) {
       const std::size_t end = inside.find("</datamodel>");
       if (end != std::string::npos) inside.insert(end, declared);
@@ -153,7 +154,7 @@ class SkillTranslator {
     std::map<std::string, std::optional<std::string>> changes{{"datamodel", "ecmascript"}};
     if (const auto initial = root.attribute("initial")) changes["initial"] = renamed_list(*initial);
     const std::string_view source = document_.source();
-    return std::string(source.substr(0, root.offset())) + element_text(root, start_tag(root, changes), inside) + "\n";
+    return fmt::format("{}{}\n", source.substr(0, root.offset()), element_text(root, start_tag(root, changes), inside));
   }
 
   /// Elements that are no executable content.
@@ -178,8 +179,8 @@ class SkillTranslator {
 
   std::string datamodel(const XmlElement& element) {
     has_datamodel_ = true;
-    return start_tag(element) + ">" +
-           rewritten_inside(document_, element, [&](const XmlElement& child) { return data(child); }) + "</datamodel>";
+    return fmt::format("{}>{}</datamodel>", start_tag(element),
+                       rewritten_inside(document_, element, [&](const XmlElement& child) { return data(child); }));
   }
 
   std::string data(const XmlElement& element) {
@@ -214,7 +215,7 @@ class SkillTranslator {
         if (!value) return tl::unexpected(value.error());
         object += fmt::format("{}{}: {}", object.empty() ? "" : ", ", structure->second->fields[i].name, value->text);
       }
-      return "{" + object + "}";
+      return fmt::format("{{{}}}", object);
     }
     auto value = translate_expression(written, names_);
     if (!value) return tl::unexpected(value.error());
@@ -260,10 +261,10 @@ class SkillTranslator {
                            "C++ divides integers without rest, ECMAScript does not; Math.floor(…) where that matters"});
     }
     for (const auto& [id, name] : renamed_) {
-      const std::string asked = "In('" + id + "')";
+      const std::string asked = fmt::format("In('{}')", id);
       for (std::size_t at = translated->text.find(asked); at != std::string::npos;
            at = translated->text.find(asked, at + 1))
-        translated->text.replace(at, asked.size(), "In('" + name + "')");
+        translated->text.replace(at, asked.size(), fmt::format("In('{}')", name));
     }
     return std::move(translated->text);
   }
@@ -342,11 +343,11 @@ class SkillTranslator {
         findings_.push_back({Fate::kNotNeeded, child.span(), shortened(source_of(document_, child)),
                              "the run of a skill ends with its answer; the next one begins anew"});
       } else {
-        inside += std::string(source_of(document_, child)) + "\n";
+        inside += fmt::format("{}\n", source_of(document_, child));
       }
     }
     std::string tag = "<final" + text::xml_attribute("id", is_success ? "success" : "failure");
-    return tag + (inside.empty() ? "/>" : ">\n" + inside + "</final>");
+    return tag + (inside.empty() ? "/>" : fmt::format(">\n{}</final>", inside));
   }
 
   std::string state(const XmlElement& element) {
@@ -362,8 +363,8 @@ class SkillTranslator {
       std::string inside = rewritten_inside(document_, element, [&](const XmlElement& child) {
         return child.local_name() == "transition" ? std::string() : outside(child);
       });
-      inside +=
-          "<transition" + text::xml_attribute("target", status == Status::kSuccess ? "success" : "failure") + "/>";
+      inside += fmt::format("<transition{}/>",
+                            text::xml_attribute("target", status == Status::kSuccess ? "success" : "failure"));
       return element_text(element, start_tag(element, changes), inside);
     }
     if (auto waiting = waiting_state(element, changes)) return std::move(*waiting);
@@ -431,8 +432,8 @@ class SkillTranslator {
     const std::string done = id + ".done";
     std::vector<std::string> steps;
     for (std::size_t i = 0; i + 1 < pieces.size(); ++i) {
-      std::string step = id + "." + pieces[i].call->method;
-      if (contains(steps, step)) step += "." + std::to_string(i + 1);
+      std::string step = fmt::format("{}.{}", id, pieces[i].call->method);
+      if (contains(steps, step)) step += fmt::format(".{}", i + 1);
       steps.push_back(std::move(step));
     }
     steps.push_back(done);
@@ -440,8 +441,8 @@ class SkillTranslator {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       std::string entry = pieces[i].xml;
       if (pieces[i].call) entry += send_of(*pieces[i].call, steps[i]) + "\n";
-      inside += "<state" + text::xml_attribute("id", steps[i]) + ">\n";
-      if (entry.find('<') != std::string::npos) inside += "<onentry>\n" + entry + "</onentry>\n";
+      inside += fmt::format("<state{}>\n", text::xml_attribute("id", steps[i]));
+      if (entry.find('<') != std::string::npos) inside += fmt::format("<onentry>\n{}</onentry>\n", entry);
       if (pieces[i].call) inside += outcomes(*pieces[i].call, pieces[i].result, steps[i], steps[i + 1]);
       for (const XmlElement& child : element.children()) {
         const bool eventless =
@@ -460,21 +461,22 @@ class SkillTranslator {
 
   std::string outcomes(const RemoteCall& call, const std::string& result, const std::string& id,
                        const std::string& next) {
-    const std::string name = call.service + "." + call.method;
-    const std::string mine = "_event.sendid === '" + id + "'";
-    std::string text = "<transition" + text::xml_attribute("event", name + ".reply") +
-                       text::xml_attribute("cond", mine) + text::xml_attribute("target", next);
+    const std::string name = fmt::format("{}.{}", call.service, call.method);
+    const std::string mine = fmt::format("_event.sendid === '{}'", id);
+    std::string text = fmt::format("<transition{}{}{}", text::xml_attribute("event", name + ".reply"),
+                                   text::xml_attribute("cond", mine), text::xml_attribute("target", next));
     if (result.empty()) {
       text += "/>\n";
     } else {
-      text +=
-          ">\n<assign" + text::xml_attribute("location", result) + " expr=\"_event.data.result\"/>\n</transition>\n";
+      text += fmt::format(">\n<assign{} expr=\"_event.data.result\"/>\n</transition>\n",
+                          text::xml_attribute("location", result));
     }
     // What the original's generated client does with no answer is to go on with a default value; here the call's
     // failure is the skill's.
     needs_failure_ = needs_failure_ || !failure_;
-    text += "<transition" + text::xml_attribute("event", "error " + name + ".error") +
-            text::xml_attribute("cond", mine) + " target=\"failure\"/>\n";
+    text += fmt::format("<transition{}{} target=\"failure\"/>\n",
+                        text::xml_attribute("event", fmt::format("error {}.error", name)),
+                        text::xml_attribute("cond", mine));
     return text;
   }
 

@@ -160,7 +160,7 @@ class StatementTranslator {
       if (element == "elseif" && calls_in(inside(rest, 1))) return cannot("a call in the condition of an else-if");
       auto condition = hoisted(inside(rest, 1), scope);
       if (!condition) return tl::unexpected(condition.error());
-      xml += "<" + std::string(element) + xml_attribute("cond", *condition) + (element == "if" ? ">" : "/>") + "\n";
+      xml += fmt::format("<{}{}{}\n", element, xml_attribute("cond", *condition), element == "if" ? ">" : "/>");
       const std::size_t begin = after_comments(rest, closing(rest, 1) + 1);
       if (begin >= rest.size()) return cannot("an if without a statement");
       const std::size_t end = statement_end(rest, begin, 0);
@@ -232,8 +232,8 @@ class StatementTranslator {
         otherwise = inner;
         has_default = true;
       } else {
-        xml += (xml.empty() ? "<if" : "<elseif") + xml_attribute("cond", condition) + (xml.empty() ? ">" : "/>") +
-               "\n" + inner;
+        xml += fmt::format("{}{}{}\n{}", xml.empty() ? "<if" : "<elseif", xml_attribute("cond", condition),
+                           xml.empty() ? ">" : "/>", inner);
       }
       condition.clear();
       is_default = false;
@@ -241,7 +241,7 @@ class StatementTranslator {
     if (xml.empty()) {
       put(scope, otherwise);
     } else {
-      put(scope, xml + (has_default ? "<else/>\n" + otherwise : "") + "</if>");
+      put(scope, fmt::format("{}{}</if>", xml, has_default ? "<else/>\n" + otherwise : ""));
     }
     return {};
   }
@@ -321,7 +321,7 @@ class StatementTranslator {
   // A name for the result of a call that the snippet did not name.
   std::string fresh(const std::string& method) {
     std::string name = method + "_result";
-    for (int i = 2; names_.data.contains(name); ++i) name = method + "_result" + std::to_string(i);
+    for (int i = 2; names_.data.contains(name); ++i) name = fmt::format("{}_result{}", method, i);
     declare(name);
     return name;
   }
@@ -386,9 +386,10 @@ class StatementTranslator {
       const auto translated = translate_expression(part, names_);
       if (!translated) continue;
       const bool one = part.size() == 1;
-      expression += (expression.empty() ? "" : " + ' ' + ") + (one ? translated->text : "(" + translated->text + ")");
+      expression +=
+          (expression.empty() ? "" : " + ' ' + ") + (one ? translated->text : fmt::format("({})", translated->text));
     }
-    if (!expression.empty()) put(scope, "<log" + xml_attribute("expr", expression) + "/>");
+    if (!expression.empty()) put(scope, fmt::format("<log{}/>", xml_attribute("expr", expression)));
     return {};
   }
 
@@ -425,16 +426,16 @@ class StatementTranslator {
     std::string no;
     if (const auto done = submit_named(colon[0], {&yes, scope.timer}, depth + 1); !done) return done;
     if (const auto done = submit_named(colon[1], {&no, scope.timer}, depth + 1); !done) return done;
-    put(scope, "<if" + xml_attribute("cond", *condition) + ">\n" + yes + "<else/>\n" + no + "</if>");
+    put(scope, fmt::format("<if{}>\n{}<else/>\n{}</if>", xml_attribute("cond", *condition), yes, no));
     return {};
   }
 
   void emit(const std::string& event, const std::optional<std::string>& delay, const Scope& scope) {
     if (!delay) {
-      put(scope, "<raise" + xml_attribute("event", event) + "/>");
+      put(scope, fmt::format("<raise{}/>", xml_attribute("event", event)));
     } else {
-      put(scope,
-          "<send" + xml_attribute("event", event) + (*delay == "0" ? "" : xml_attribute("delay", *delay)) + "/>");
+      put(scope, fmt::format("<send{}{}/>", xml_attribute("event", event),
+                             *delay == "0" ? "" : xml_attribute("delay", *delay)));
     }
   }
 
@@ -544,9 +545,9 @@ class StatementTranslator {
       auto value = hoisted(sides[1], scope);
       if (!value) return tl::unexpected(value.error());
       const std::string operation(with.substr(0, with.size() - 1));
-      const std::string operand = value->find(' ') == std::string::npos ? *value : "(" + *value + ")";
-      return assign(location->text, operation.empty() ? *value : location->text + " " + operation + " " + operand,
-                    scope);
+      const std::string operand = value->find(' ') == std::string::npos ? *value : fmt::format("({})", *value);
+      return assign(location->text,
+                    operation.empty() ? *value : fmt::format("{} {} {}", location->text, operation, operand), scope);
     }
     if (const auto declared = declared_name(tokens)) {
       declare(*declared);
@@ -569,7 +570,7 @@ class StatementTranslator {
   }
 
   Result<void> assign(const std::string& location, const std::string& value, const Scope& scope) {
-    put(scope, "<assign" + xml_attribute("location", location) + xml_attribute("expr", value) + "/>");
+    put(scope, fmt::format("<assign{}{}/>", xml_attribute("location", location), xml_attribute("expr", value)));
     return {};
   }
 
@@ -618,17 +619,17 @@ std::string comment_of(std::string_view text) {
     if (c == '-' && inside.ends_with('-')) inside += ' ';
     inside += c;
   }
-  return "<!-- " + inside + " -->";
+  return fmt::format("<!-- {} -->", inside);
 }
 
 std::string send_of(const RemoteCall& call, const std::string& id) {
-  std::string xml =
-      "<send type=\"thrift\"" + xml_attribute("target", call.service) + xml_attribute("event", call.method);
+  std::string xml = fmt::format("<send type=\"thrift\"{}{}", xml_attribute("target", call.service),
+                                xml_attribute("event", call.method));
   if (!id.empty()) xml += xml_attribute("id", id);
   if (call.arguments.empty()) return xml + "/>";
   xml += ">\n";
   for (const auto& [name, value] : call.arguments)
-    xml += "<param" + xml_attribute("name", name) + xml_attribute("expr", value) + "/>\n";
+    xml += fmt::format("<param{}{}/>\n", xml_attribute("name", name), xml_attribute("expr", value));
   return xml + "</send>";
 }
 

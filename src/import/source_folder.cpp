@@ -64,7 +64,8 @@ bool SourceFolder::contains(const std::string& file) const {
 
 Result<std::string> SourceFolder::read(const std::string& file) const {
   if (!contains(file)) {
-    return fail("import.outside", "\"" + file + "\" is not a file of the imported folder", SourceSpan{shown(file)});
+    return fail("import.outside", fmt::format("\"{}\" is not a file of the imported folder", file),
+                SourceSpan{shown(file)});
   }
   return text::read_file(folder_ / file, shown(file), kFileBytesMax);
 }

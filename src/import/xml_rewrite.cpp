@@ -1,5 +1,7 @@
 #include "sentree/import/xml_rewrite.h"
 
+#include <fmt/format.h>
+
 namespace sentree::import {
 
 using text::XmlDocument;
@@ -19,7 +21,7 @@ std::string_view source_of(const XmlDocument& document, const XmlElement& elemen
 }
 
 std::string start_tag(const XmlElement& element, const std::map<std::string, std::optional<std::string>>& changes) {
-  std::string tag = "<" + std::string(element.name());
+  std::string tag = fmt::format("<{}", element.name());
   element.for_each_attribute([&](std::string_view name, std::string_view value) {
     const auto change = changes.find(std::string(name));
     if (change == changes.end()) {
@@ -52,7 +54,7 @@ std::string rewritten_inside(const XmlDocument& document, const XmlElement& elem
 
 std::string element_text(const XmlElement& element, const std::string& tag, const std::string& inside) {
   if (inside.empty()) return tag + "/>";
-  return tag + ">" + inside + "</" + std::string(element.name()) + ">";
+  return fmt::format("{}>{}</{}>", tag, inside, element.name());
 }
 
 }  // namespace sentree::import

@@ -171,7 +171,8 @@ class YarpSystem {
       SkillFacts facts = facts_of(*document);
       if (facts.name.empty()) facts.name = stem(file);
       if (const auto [first, added] = known.emplace(facts.name, file); !added) {
-        find(Fate::kNotNeeded, whole(file), "", "another chart has the same name; " + first->second + " is taken");
+        find(Fate::kNotNeeded, whole(file), "",
+             fmt::format("another chart has the same name; {} is taken", first->second));
         continue;
       }
       skills_.push_back({file, std::move(*document), std::move(facts)});
@@ -239,13 +240,13 @@ class YarpSystem {
       if (part.local_name() == "module") {
         const std::string parameters = part.child("parameters") ? part.child("parameters").text() : std::string();
         const std::string name = part.child("name") ? unquoted(part.child("name").text()) : std::string();
-        read_command_lines(name + " " + parameters);
+        read_command_lines(fmt::format("{} {}", name, parameters));
       } else if (part.local_name() == "connection") {
         const std::string from = part.child("from") ? unquoted(part.child("from").text()) : std::string();
         const std::string to = part.child("to") ? unquoted(part.child("to").text()) : std::string();
         const std::string protocol = part.child("protocol") ? part.child("protocol").text() : std::string();
         const bool observed = protocol.find("portmonitor") != std::string::npos;
-        find(Fate::kNotNeeded, part.span(), from + " -> " + to,
+        find(Fate::kNotNeeded, part.span(), fmt::format("{} -> {}", from, to),
              observed ? "every call is observed by itself, and no port needs to be connected"
                       : "a call finds its service by the address in sentree.yaml");
       }
@@ -279,7 +280,7 @@ class YarpSystem {
     for (const std::string& file : trees) {
       const auto source = folder_.read(file);
       if (!source) continue;
-      const std::string path = "trees/" + unused_name(stem(file), taken) + ".xml";
+      const std::string path = fmt::format("trees/{}.xml", unused_name(stem(file), taken));
       if (file == best_file) {
         mission_ = path;
       } else {
@@ -400,7 +401,7 @@ class YarpSystem {
       write_placeholder(leaf);
       return;
     }
-    const std::string path = "skills/" + safe_name(skill->facts.name) + ".scxml";
+    const std::string path = fmt::format("skills/{}.scxml", safe_name(skill->facts.name));
     if (used_.insert(skill).second) write_chart(*skill, path);
     std::string data;
     const Options* const options = options_of(leaf);
@@ -408,7 +409,7 @@ class YarpSystem {
       const bool given = options != nullptr && options->values.contains(option.name);
       if (!given) {
         find(Fate::kByHand, option.span, option.name,
-             "no file of options gives it a value for " + leaf.name + "; write it into data: of that skill");
+             fmt::format("no file of options gives it a value for {}; write it into data: of that skill", leaf.name));
         continue;
       }
       const std::string& value = options->values.at(option.name);
@@ -419,7 +420,7 @@ class YarpSystem {
       data += fmt::format("{}{}: {}", data.empty() ? "" : ", ", option.name, text);
     }
     skill_lines_ += fmt::format("  {}: {{file: {}{}}}   # from {}\n", yaml_text(leaf.name), yaml_text(path),
-                                data.empty() ? "" : ", data: {" + data + "}", skill->file);
+                                data.empty() ? "" : fmt::format(", data: {{{}}}", data), skill->file);
   }
 
   void write_chart(const Skill& skill, const std::string& path) {
@@ -438,8 +439,10 @@ class YarpSystem {
     find(waits ? Fate::kReview : Fate::kByHand, leaf.span, leaf.name,
          waits ? "a C++ node; its name says that it runs until it is halted, and so does the skill written for it"
                : "no chart runs this leaf (a C++ node?); its skill fails until you write it");
-    std::string chart = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\"" +
-                        text::xml_attribute("name", leaf.name) + " initial=\"running\">\n";
+    std::string chart = fmt::format(
+        "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\"{} "
+        "initial=\"running\">\n",
+        text::xml_attribute("name", leaf.name));
     if (waits) {
       chart +=
           "  <state id=\"running\">\n    <transition event=\"halt\" target=\"halted\"/>\n  </state>\n"
@@ -451,7 +454,7 @@ class YarpSystem {
           "written'\"/>\n"
           "    </transition>\n  </state>\n  <final id=\"success\"/>\n  <final id=\"failure\"/>\n";
     }
-    const std::string path = "skills/" + safe_name(leaf.name) + ".scxml";
+    const std::string path = fmt::format("skills/{}.scxml", safe_name(leaf.name));
     result_.files.push_back({path, chart + "</scxml>\n"});
     skill_lines_ += fmt::format("  {}: {{file: {}}}\n", yaml_text(leaf.name), yaml_text(path));
   }
@@ -470,7 +473,7 @@ class YarpSystem {
       const auto source = folder_.read(file);
       if (!source) continue;
       const std::string name = unused_name(safe_name(stem(file)), taken);
-      result_.files.push_back({"monitors/" + name + ".scxml", *source});
+      result_.files.push_back({fmt::format("monitors/{}.scxml", name), *source});
       const bool fails = source->find("id=\"failure\"") != std::string::npos;
       monitor_lines_ += fmt::format("#  - file: monitors/{}.scxml\n{}#    events:\n", name,
                                     fails ? "#    violated: [failure]\n" : "");
@@ -479,7 +482,7 @@ class YarpSystem {
       if (document) collect_events(document->root(), events);
       for (const std::string& event : events) {
         monitor_lines_ += event == "tick" ? "#      tick: {on: mission.tick}\n"
-                                          : "#      " + event + ": {on: SERVICE.METHOD.reply, data: {}}\n";
+                                          : fmt::format("#      {}: {{on: SERVICE.METHOD.reply, data: {{}}}}\n", event);
       }
       find(
           Fate::kByHand, whole(file), name,
@@ -499,8 +502,8 @@ class YarpSystem {
   }
 
   void write_project_file() {
-    std::string yaml =
-        "# Imported; IMPORT.md says from what, and what is left to do.\nmission: {file: " + yaml_text(mission_) + "}\n";
+    std::string yaml = fmt::format(
+        "# Imported; IMPORT.md says from what, and what is left to do.\nmission: {{file: {}}}\n", yaml_text(mission_));
     std::string services;
     std::set<const Interface*> used;
     int port = kFirstPort;
@@ -509,7 +512,7 @@ class YarpSystem {
       if (file == nullptr) continue;
       used.insert(file);
       services += fmt::format("  {}: {{interface: {}, at: \"tcp://127.0.0.1:{}\"}}\n", yaml_text(name),
-                              yaml_text(file->file_name + "/" + key.second), port++);
+                              yaml_text(fmt::format("{}/{}", file->file_name, key.second)), port++);
     }
     if (!services.empty()) yaml += "\nservices:\n" + services;
     if (!skill_lines_.empty()) yaml += "\nskills:\n" + skill_lines_;

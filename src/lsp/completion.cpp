@@ -1,5 +1,7 @@
 #include "sentree/lsp/completion.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -178,7 +180,8 @@ class Completer {
   void node_item(const std::string& id, const bt::NodeModel& model) {
     std::string insert = id;
     for (const bt::PortInfo& port : model.ports) {
-      if (port.direction == bt::PortDirection::kInput && !port.default_text) insert += " " + port.name + "=\"\"";
+      if (port.direction == bt::PortDirection::kInput && !port.default_text)
+        insert += fmt::format(" {}=\"\"", port.name);
     }
     const bool has_children = model.category == bt::Category::kControl || model.category == bt::Category::kDecorator;
     add(id, ItemKind::kClass, has_children ? "control" : "leaf", model.description, insert);
@@ -232,7 +235,7 @@ class Completer {
         if (!index_.names().builtins.contains(model->id)) locations();
       }
     }
-    for (const std::string& entry : file_.entries) add("{" + entry + "}", ItemKind::kVariable, "blackboard");
+    for (const std::string& entry : file_.entries) add(fmt::format("{{{}}}", entry), ItemKind::kVariable, "blackboard");
   }
 
   // ---- Charts ----
@@ -259,7 +262,7 @@ class Completer {
       const bool has_value = cursor.to < text_.size() && text_[cursor.to] == '=';
       for (const std::string_view name : info->attributes) {
         if (!cursor.tag.attribute(name).empty()) continue;
-        add(std::string(name), ItemKind::kProperty, {}, {}, has_value ? "" : std::string(name) + "=\"\"");
+        add(std::string(name), ItemKind::kProperty, {}, {}, has_value ? "" : fmt::format("{}=\"\"", name));
       }
       return;
     }
@@ -305,7 +308,7 @@ class Completer {
     for (const auto& [name, service] : index_.names().services) {
       if (!service.service) continue;
       for (const idl::Method* method : service.service->methods) {
-        const std::string call = name + "." + method->name;
+        const std::string call = fmt::format("{}.{}", name, method->name);
         if (method->oneway) {
           add(call, ItemKind::kEvent, "topic");
           continue;
@@ -434,7 +437,7 @@ class Completer {
              "false",    "info",  "minor",      "major",    "critical", "re-arming", "where",       "from"},
             ItemKind::kKeyword);
     for (const char* source : {"reply", "request", "error", "late", "observation", "node"})
-      add(source, ItemKind::kFunction, {}, {}, std::string(source) + "(");
+      add(source, ItemKind::kFunction, {}, {}, fmt::format("{}(", source));
   }
 
   // reply(battery.getBatteryState from X).here
@@ -452,7 +455,7 @@ class Completer {
     const std::string_view kind = left.substr(begin, open - begin);
     std::size_t end = open + 1;
     while (end < left.size() && (is_word(left[end]) || left[end] == '.')) ++end;
-    const std::string event = std::string(left.substr(open + 1, end - open - 1)) + "." + std::string(kind);
+    const std::string event = fmt::format("{}.{}", left.substr(open + 1, end - open - 1), kind);
     const Observed observation = observed(event, index_.names());
     for (const idl::Field* field :
          fields_at(observation, (kind == "request" ? "args." : "result.") + std::string(path)).fields)
@@ -525,7 +528,7 @@ class Completer {
   }
 
   void keys(std::initializer_list<const char*> names) {
-    for (const char* name : names) add(name, ItemKind::kProperty, {}, {}, std::string(name) + ": ");
+    for (const char* name : names) add(name, ItemKind::kProperty, {}, {}, fmt::format("{}: ", name));
   }
 
   // Methods of the simulator that only scenarios reach.
@@ -542,7 +545,7 @@ class Completer {
       const idl::Schema* const schema = index_.schema(file);
       if (schema == nullptr) return;
       for (const std::string& service : schema->service_names()) {
-        std::string label = std::filesystem::path(file).filename().string() + "/" + service;
+        std::string label = fmt::format("{}/{}", std::filesystem::path(file).filename().string(), service);
         if (seen.insert(label).second) add(std::move(label), ItemKind::kInterface);
       }
     };

@@ -1,5 +1,7 @@
 #include "sentree/lsp/describe.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -39,7 +41,7 @@ std::string_view uncommented(std::string_view line) {
 }
 
 std::string fenced(std::string_view language, std::string_view code) {
-  return "```" + std::string(language) + "\n" + std::string(code) + "\n```\n";
+  return fmt::format("```{}\n{}\n```\n", language, code);
 }
 
 std::string_view kind_name(bt::Category category) {
@@ -61,8 +63,8 @@ std::string port_line(const bt::PortInfo& port) {
   std::string line = port.direction == bt::PortDirection::kOutput  ? "output "
                      : port.direction == bt::PortDirection::kInOut ? "in/out "
                                                                    : "input ";
-  line += "`" + port.name + "`: " + type_name(port);
-  if (port.default_text) line += " = `" + *port.default_text + "`";
+  line += fmt::format("`{}`: {}", port.name, type_name(port));
+  if (port.default_text) line += fmt::format(" = `{}`", *port.default_text);
   if (!port.description.empty()) line += " — " + port.description;
   return line;
 }
@@ -70,11 +72,11 @@ std::string port_line(const bt::PortInfo& port) {
 std::string node_text(const Index& index, std::string_view id) {
   const bt::NodeModel* const model = index.palette().find(id);
   if (model == nullptr) return {};
-  std::string out = "**" + std::string(id) + "** — " + std::string(kind_name(model->category));
+  std::string out = fmt::format("**{}** — {}", id, kind_name(model->category));
   if (const std::string chart = index.chart_of(id); !chart.empty())
-    out += ", runs `" + std::filesystem::path(chart).lexically_relative(index.folder()).generic_string() + "`";
+    out += fmt::format(", runs `{}`", std::filesystem::path(chart).lexically_relative(index.folder()).generic_string());
   out += "\n";
-  if (!model->description.empty()) out += "\n" + model->description + "\n";
+  if (!model->description.empty()) out += fmt::format("\n{}\n", model->description);
   for (const bt::PortInfo& port : model->ports) out += "\n- " + port_line(port);
   return out;
 }
@@ -93,11 +95,12 @@ std::string method_text(const Index& index, const Symbol& symbol) {
   if (const IndexedFile* text = index.find(file))
     out += comment_at(text->text, design::offset_of(text->text, method->span));
   if (method->result != nullptr && method->result->structure != nullptr) {
-    out += "\n\n" + method->result->name + ":";
-    for (const idl::Field& field : method->result->structure->fields) out += "\n- `" + declaration_of(field) + "`";
+    out += fmt::format("\n\n{}:", method->result->name);
+    for (const idl::Field& field : method->result->structure->fields)
+      out += fmt::format("\n- `{}`", declaration_of(field));
   } else if (method->result != nullptr && method->result->enumeration != nullptr) {
-    out += "\n\n" + method->result->name + ":";
-    for (const idl::Enumerator& word : method->result->enumeration->enumerators) out += " `" + word.name + "`";
+    out += fmt::format("\n\n{}:", method->result->name);
+    for (const idl::Enumerator& word : method->result->enumeration->enumerators) out += fmt::format(" `{}`", word.name);
   }
   return out;
 }
@@ -110,14 +113,14 @@ std::string type_text(const Index& index, const Symbol& symbol) {
   std::string out;
   SourceSpan span;
   if (const idl::Struct* structure = schema->structure(name)) {
-    out = "struct " + name + " {";
+    out = fmt::format("struct {} {{", name);
     for (const idl::Field& field : structure->fields) out += "\n  " + declaration_of(field);
     span = structure->span;
     out += "\n}";
   } else if (const idl::Enum* enumeration = schema->enumeration(name)) {
-    out = "enum " + name + " {";
+    out = fmt::format("enum {} {{", name);
     for (const idl::Enumerator& word : enumeration->enumerators)
-      out += "\n  " + word.name + " = " + std::to_string(word.number);
+      out += fmt::format("\n  {} = {}", word.name, word.number);
     span = enumeration->span;
     out += "\n}";
   } else {
@@ -135,12 +138,12 @@ std::string requirement_text(const Index& index, const std::string& name) {
     if (!parsed.value) continue;
     for (const monitor::Requirement& requirement : parsed.value->requirements) {
       if (requirement.name != name) continue;
-      return "**" + name + "** (" + std::string(monitor::to_string(requirement.importance)) + ") " + requirement.prose +
-             "\n\n" + fenced("", requirement.text());
+      return fmt::format("**{}** ({}) {}\n\n{}", name, monitor::to_string(requirement.importance), requirement.prose,
+                         fenced("", requirement.text()));
     }
   }
   const auto monitor = index.names().monitors.find(name);
-  return monitor != index.names().monitors.end() ? "**" + name + "** — a monitor" : "";
+  return monitor != index.names().monitors.end() ? fmt::format("**{}** — a monitor", name) : "";
 }
 
 std::string definition_text(const Index& index, const Symbol& symbol) {
@@ -159,7 +162,7 @@ std::string symbol_text(const Index& index, const Symbol& symbol) {
     case SymbolKind::kSkill: return node_text(index, symbol.name);
     case SymbolKind::kMethod: return method_text(index, symbol);
     case SymbolKind::kType: return type_text(index, symbol);
-    case SymbolKind::kInterface: return "interface **" + name_of(symbol) + "** of `" + file_of(symbol) + "`";
+    case SymbolKind::kInterface: return fmt::format("interface **{}** of `{}`", name_of(symbol), file_of(symbol));
     case SymbolKind::kRequirement: return requirement_text(index, symbol.name);
     case SymbolKind::kDefinition:
     case SymbolKind::kLocation:
@@ -167,19 +170,20 @@ std::string symbol_text(const Index& index, const Symbol& symbol) {
     case SymbolKind::kService: {
       const auto service = index.names().services.find(symbol.name);
       if (service == index.names().services.end()) return {};
-      std::string out = "service **" + symbol.name + "**: `" +
-                        std::filesystem::path(service->second.file).filename().string() + "/" +
-                        service->second.interface + "`";
+      std::string out =
+          fmt::format("service **{}**: `{}/{}`", symbol.name,
+                      std::filesystem::path(service->second.file).filename().string(), service->second.interface);
       if (const auto* project = index.project()) {
-        if (const auto* entry = project->service(symbol.name)) out += ", at `" + entry->at + "`";
+        if (const auto* entry = project->service(symbol.name)) out += fmt::format(", at `{}`", entry->at);
       }
       if (!service->second.service) return out;
-      for (const idl::Method* method : service->second.service->methods) out += "\n- `" + signature_of(*method) + "`";
+      for (const idl::Method* method : service->second.service->methods)
+        out += fmt::format("\n- `{}`", signature_of(*method));
       return out;
     }
-    case SymbolKind::kTree: return "tree **" + symbol.name + "**";
-    case SymbolKind::kNode: return "node **" + symbol.name + "**";
-    case SymbolKind::kState: return "state **" + name_of(symbol) + "**";
+    case SymbolKind::kTree: return fmt::format("tree **{}**", symbol.name);
+    case SymbolKind::kNode: return fmt::format("node **{}**", symbol.name);
+    case SymbolKind::kState: return fmt::format("state **{}**", name_of(symbol));
   }
   for (const Index::Place& place : index.places_of(symbol)) {
     if (!place.occurrence->defines) continue;
@@ -210,28 +214,28 @@ std::string member_text(const Index& index, const IndexedFile& file, std::size_t
   if (type == nullptr) return {};
   std::string out = fenced("thrift", field != nullptr ? declaration_of(*field) : type->name + " result");
   if (type->enumeration != nullptr) {
-    for (const idl::Enumerator& word : type->enumeration->enumerators) out += " `" + word.name + "`";
+    for (const idl::Enumerator& word : type->enumeration->enumerators) out += fmt::format(" `{}`", word.name);
   }
-  return out + "\n\nof `" + event + "`";
+  return fmt::format("{}\n\nof `{}`", out, event);
 }
 
 }  // namespace
 
 std::string declaration_of(const idl::Field& field) {
-  std::string out = field.type->name + " " + field.name;
-  if (!field.unit.empty()) out += " [" + field.unit + "]";
+  std::string out = fmt::format("{} {}", field.type->name, field.name);
+  if (!field.unit.empty()) out += fmt::format(" [{}]", field.unit);
   return out;
 }
 
 std::string signature_of(const idl::Method& method) {
   std::string out = method.oneway ? "oneway " : "";
-  out += (method.result != nullptr ? method.result->name : "void") + " " + method.name + "(";
+  out += fmt::format("{} {}(", method.result != nullptr ? method.result->name : "void", method.name);
   for (const idl::Field& field : method.arguments.fields) {
     if (&field != &method.arguments.fields.front()) out += ", ";
     out += declaration_of(field);
   }
   out += ")";
-  if (!method.unit.empty()) out += " [" + method.unit + "]";
+  if (!method.unit.empty()) out += fmt::format(" [{}]", method.unit);
   return out;
 }
 

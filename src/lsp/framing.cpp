@@ -1,5 +1,7 @@
 #include "sentree/lsp/framing.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 
@@ -51,15 +53,14 @@ std::optional<Framing::Frame> Framing::next() {
         return std::nullopt;
       }
       at_ = waiting_.size();
-      return Frame{{},
-                   "a header has at most " + std::to_string(kHeaderBytesMax) + " bytes and ends with an empty line"};
+      return Frame{{}, fmt::format("a header has at most {} bytes and ends with an empty line", kHeaderBytesMax)};
     }
     const auto length = length_in(rest.substr(0, end));
     at_ += end + kEnd.size();
     if (!length) return Frame{{}, "a message begins with Content-Length: NUMBER"};
     if (*length > kMessageBytesMax) {
       passed_over_ = *length;
-      return Frame{{}, "a message has at most " + std::to_string(kMessageBytesMax) + " bytes"};
+      return Frame{{}, fmt::format("a message has at most {} bytes", kMessageBytesMax)};
     }
     length_ = length;
   }
@@ -71,7 +72,7 @@ std::optional<Framing::Frame> Framing::next() {
 }
 
 std::string framed(std::string_view content) {
-  return "Content-Length: " + std::to_string(content.size()) + "\r\n\r\n" + std::string(content);
+  return fmt::format("Content-Length: {}\r\n\r\n{}", content.size(), content);
 }
 
 }  // namespace sentree::lsp

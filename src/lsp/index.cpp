@@ -1,5 +1,7 @@
 #include "sentree/lsp/index.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/bt/registry.h"
@@ -57,7 +59,7 @@ void read_chart(const text::XmlDocument& document, IndexedFile& file) {
     } else if (tag == "raise" || (tag == "send" && attribute(element, "type") != "thrift")) {
       if (std::string event = attribute(element, "event"); !event.empty()) events.insert(std::move(event));
     } else if (tag == "transition") {
-      const std::string event = " " + attribute(element, "event") + " ";
+      const std::string event = fmt::format(" {} ", attribute(element, "event"));
       file.is_action =
           file.is_action || event.find(" tick ") != std::string::npos || event.find(" halt ") != std::string::npos;
     } else if (tag == "final" && attribute(element, "id") == "halted") {

@@ -1,5 +1,7 @@
 #include "sentree/lsp/rename.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -47,7 +49,7 @@ std::string another_meaning(const Index& index, const std::string& name) {
   const auto root = world == nullptr ? Result<text::YamlNode>() : text::parse_yaml(world->text, index.world_file());
   for (const char* section : {"robots", "stations", "doors", "obstacles", "people"}) {
     const text::YamlNode* const things = root ? root->find(section) : nullptr;
-    if (things != nullptr && things->find(name) != nullptr) return "one of the world's " + std::string(section);
+    if (things != nullptr && things->find(name) != nullptr) return fmt::format("one of the world's {}", section);
   }
   return {};
 }
@@ -59,8 +61,9 @@ Result<void> may_rename_place(const Index& index, const Symbol& symbol, const st
     return {};
   for (const std::string& one : {symbol.name, name}) {
     if (const std::string other = another_meaning(index, one); !other.empty())
-      return fail("lsp.rename",
-                  "\"" + one + "\" is the name of " + other + " too, and texts do not tell which of them they mean");
+      return fail(
+          "lsp.rename",
+          fmt::format("\"{}\" is the name of {} too, and texts do not tell which of them they mean", one, other));
   }
   return {};
 }
@@ -92,16 +95,18 @@ Result<void> may_rename(const Index& index, const Symbol& symbol) {
 Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::string& name) {
   if (auto may = may_rename(index, symbol); !may) return tl::unexpected(may.error());
   const std::string old = written_name(symbol);
-  if (!is_name(name, symbol.kind)) return fail("lsp.rename", "\"" + name + "\" is no name for it");
+  if (!is_name(name, symbol.kind)) return fail("lsp.rename", fmt::format("\"{}\" is no name for it", name));
   Renaming renaming;
   if (name == old) return renaming;
-  if (!index.places_of(renamed(symbol, name)).empty()) return fail("lsp.rename", "\"" + name + "\" is there already");
+  if (!index.places_of(renamed(symbol, name)).empty())
+    return fail("lsp.rename", fmt::format("\"{}\" is there already", name));
   const Names& names = index.names();
   const bool is_observed =
       symbol.kind == SymbolKind::kSkill || symbol.kind == SymbolKind::kNode || symbol.kind == SymbolKind::kService;
   if (is_observed && (names.services.contains(name) || names.nodes.contains(name) || names.skills.contains(name) ||
                       names.builtins.contains(name)))
-    return fail("lsp.rename", "\"" + name + "\" is the name of something else, and their messages would look alike");
+    return fail("lsp.rename",
+                fmt::format("\"{}\" is the name of something else, and their messages would look alike", name));
   if (symbol.kind == SymbolKind::kLocation) {
     if (auto may = may_rename_place(index, symbol, name); !may) return tl::unexpected(may.error());
   }

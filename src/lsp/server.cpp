@@ -1,5 +1,7 @@
 #include "sentree/lsp/server.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -189,9 +191,9 @@ struct Server::Impl {
   Where where(const Value& params, bool has_position) {
     const std::string uri = text_of(member(params, "textDocument"), "uri");
     const auto found = texts.find(uri);
-    if (found == texts.end()) throw Refusal{kInvalidParams, "\"" + uri + "\" is not open"};
+    if (found == texts.end()) throw Refusal{kInvalidParams, fmt::format("\"{}\" is not open", uri)};
     const Text& text = found->second;
-    if (text.path.empty()) throw Refusal{kRequestFailed, "only files are known: \"" + uri + "\""};
+    if (text.path.empty()) throw Refusal{kRequestFailed, fmt::format("only files are known: \"{}\"", uri)};
     Project& project = project_at(project_of(text.path));
     Where where{text, project, fresh(project), text.path.string()};
     if (has_position) where.offset = text.lines.offset(text.text, position_of(member(params, "position")), units);
@@ -371,7 +373,7 @@ struct Server::Impl {
     if (!watches) return;
     notes.push_back(to_json(Value(Map{
         {"jsonrpc", "2.0"},
-        {"id", "sentree/" + std::to_string(++requests)},
+        {"id", fmt::format("sentree/{}", ++requests)},
         {"method", "client/registerCapability"},
         {"params", Map{{"registrations",
                         List{Map{{"id", "sentree.files"},
@@ -407,7 +409,7 @@ struct Server::Impl {
         const std::size_t to = text.lines.offset(text.text, position_of(member(place, "end")), units);
         if (to < from) throw Refusal{kInvalidParams, "a range ends before it begins"};
         if (text.text.size() - (to - from) + with.size() > kTextBytesMax)
-          throw Refusal{kInvalidParams, "a text has at most " + std::to_string(kTextBytesMax) + " bytes"};
+          throw Refusal{kInvalidParams, fmt::format("a text has at most {} bytes", kTextBytesMax)};
         text.text.replace(from, to - from, with);
       }
       text.lines = Lines(text.text);
@@ -477,7 +479,7 @@ struct Server::Impl {
     for (const auto& [kind, values] : {std::pair(".tick.reply", "outputs"), std::pair(".tick.request", "inputs")}) {
       const auto last = recorded.last(at.index.folder(), leaf + kind);
       const Value* const value = last ? last->data.at({values, port}) : nullptr;
-      if (value != nullptr) return "\n\n" + shown(leaf + "." + port, *value, *last);
+      if (value != nullptr) return "\n\n" + shown(fmt::format("{}.{}", leaf, port), *value, *last);
     }
     return {};
   }
@@ -488,7 +490,7 @@ struct Server::Impl {
     if (text.size() > kShownMax) text = text.substr(0, kShownMax) + "…";
     char time[32];
     std::snprintf(time, sizeof time, "%.3f", last.time_s);
-    return "last of `" + what + "`, at " + time + " s in " + last.recording + ":\n```json\n" + text + "\n```\n";
+    return fmt::format("last of `{}`, at {} s in {}:\n```json\n{}\n```\n", what, time, last.recording, text);
   }
 
   // What the newest recording has of a method, of each service that has it.
@@ -498,7 +500,7 @@ struct Server::Impl {
       if (!service.service) continue;
       const idl::Method* const method = service.service->find(written_name(occurrence.symbol));
       if (method == nullptr || method_symbol(*method, service.file) != occurrence.symbol) continue;
-      const std::string call = name + "." + method->name;
+      const std::string call = fmt::format("{}.{}", name, method->name);
       auto last = recorded.last(at.index.folder(), call + ".reply");
       if (!last && method->oneway) last = recorded.last(at.index.folder(), call + ".request");
       if (!last) continue;
@@ -666,7 +668,7 @@ struct Server::Impl {
       for (const design::Fix& fix : finding.fixes) {
         if (!touches(finding.from, finding.to) && !touches(fix.edit.from, fix.edit.to)) continue;
         list.push_back(
-            Map{{"title", "write \"" + fix.title + "\""},
+            Map{{"title", fmt::format("write \"{}\"", fix.title)},
                 {"kind", "quickfix"},
                 {"isPreferred", finding.fixes.size() == 1},
                 {"diagnostics", List{finding_value(at.project, at.file, finding)}},
@@ -709,7 +711,7 @@ struct Server::Impl {
   // sentree.draw(URI, tree): a picture of a tree or a chart, as SVG.
   Value execute(const Value& params) {
     if (text_of(params, "command") != "sentree.draw")
-      throw Refusal{kInvalidParams, "the server has no command \"" + text_of(params, "command") + "\""};
+      throw Refusal{kInvalidParams, fmt::format("the server has no command \"{}\"", text_of(params, "command"))};
     const List& arguments = list_of(member(params, "arguments"));
     if (arguments.empty()) throw Refusal{kInvalidParams, "sentree.draw needs the URI of a tree or a chart"};
     const Where at = where(Map{{"textDocument", Map{{"uri", arguments[0].text()}}}}, false);
@@ -809,7 +811,7 @@ void Server::receive(std::string_view content) {
     return;
   }
   if (waiting.is_request && !has_room())
-    return answer_error(waiting.id, kServerCancelled, "more than " + std::to_string(kWaitingMax) + " requests wait");
+    return answer_error(waiting.id, kServerCancelled, fmt::format("more than {} requests wait", kWaitingMax));
   waiting_.push_back(std::move(waiting));
 }
 
@@ -858,7 +860,8 @@ void Server::handle(Waiting& message) {
     }
     if (!message.is_request) return impl_->notified(message.method, message.params);
     const auto request = Impl::request(message.method);
-    if (request == nullptr) return refuse_request(kMethodNotFound, "there is no request \"" + message.method + "\"");
+    if (request == nullptr)
+      return refuse_request(kMethodNotFound, fmt::format("there is no request \"{}\"", message.method));
     answer(message.id, (impl_.get()->*request)(message.params));
   } catch (const Refusal& refusal) {
     refuse_request(refusal.code, refusal.message);

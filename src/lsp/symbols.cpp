@@ -1,5 +1,7 @@
 #include "sentree/lsp/symbols.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -240,7 +242,7 @@ class TreeCollector : public Collector {
     } else if (!is_builtin) {
       const std::size_t from = element.offset() + 1;
       add(SymbolKind::kSkill, std::string(tag), from, from + tag.size());
-      const std::string end = "</" + std::string(tag);
+      const std::string end = fmt::format("</{}", tag);
       const std::size_t last = std::string_view(source_).substr(0, element.end_offset()).rfind("</");
       if (last != std::string::npos && last > element.offset() && source_.compare(last, end.size(), end) == 0)
         add(SymbolKind::kSkill, std::string(tag), last + 2, last + end.size());
@@ -294,12 +296,12 @@ class ChartCollector : public Collector {
       const std::size_t from = place.value_begin;
       const std::size_t to = place.value_end;
       if (is_state && name == "id") {
-        add(SymbolKind::kState, file_ + "#" + at(from, to), from, to, true);
+        add(SymbolKind::kState, fmt::format("{}#{}", file_, at(from, to)), from, to, true);
       } else if (tag == "data" && name == "id") {
-        add(SymbolKind::kData, file_ + "#" + at(from, to), from, to, true);
+        add(SymbolKind::kData, fmt::format("{}#{}", file_, at(from, to)), from, to, true);
       } else if (name == "initial" || (tag == "transition" && name == "target")) {
         each_word(text_, from, to, [&](std::size_t begin, std::size_t end) {
-          add(SymbolKind::kState, file_ + "#" + at(begin, end), begin, end);
+          add(SymbolKind::kState, fmt::format("{}#{}", file_, at(begin, end)), begin, end);
         });
       } else if (tag == "transition" && name == "event") {
         each_word(text_, from, to, [&](std::size_t begin, std::size_t end) { event(begin, end); });
@@ -315,7 +317,7 @@ class ChartCollector : public Collector {
       } else if ((tag == "assign" && name == "location") || (tag == "param" && name == "expr")) {
         if (std::all_of(text_.begin() + static_cast<std::ptrdiff_t>(from),
                         text_.begin() + static_cast<std::ptrdiff_t>(to), is_word))
-          add(SymbolKind::kData, file_ + "#" + at(from, to), from, to);
+          add(SymbolKind::kData, fmt::format("{}#{}", file_, at(from, to)), from, to);
       }
     }
   }
@@ -339,7 +341,7 @@ class ChartCollector : public Collector {
     constexpr std::string_view kDone = "done.state.";
     if (text_.substr(from, to - from).starts_with(kDone)) {
       const std::size_t id = from + kDone.size();
-      add(SymbolKind::kState, file_ + "#" + at(id, to), id, to);
+      add(SymbolKind::kState, fmt::format("{}#{}", file_, at(id, to)), id, to);
     } else {
       dotted(from, to);
     }
@@ -357,7 +359,7 @@ class ChartCollector : public Collector {
       std::size_t before = place;
       while (before > 0 && is_space(text_[before - 1])) --before;
       if (before >= 3 && text_.substr(before - 3, 3) == "In(" && (before == 3 || !is_word(text_[before - 4]))) {
-        add(SymbolKind::kState, file_ + "#" + at(from, to), from, to);
+        add(SymbolKind::kState, fmt::format("{}#{}", file_, at(from, to)), from, to);
       } else if (before > 0 && text_[before - 1] == '=') {
         while (before > 0 && (text_[before - 1] == '=' || text_[before - 1] == '!' || is_space(text_[before - 1])))
           --before;
@@ -397,7 +399,7 @@ class RequirementCollector : public Collector {
       const std::size_t to = from + token.text.size();
       if (text.substr(from, token.text.size()) != token.text) continue;
       if (i > 0 && begins_definition(i - 1)) {
-        add(SymbolKind::kDefinition, file + "#" + token.text, from, to, true);
+        add(SymbolKind::kDefinition, fmt::format("{}#{}", file, token.text), from, to, true);
       } else if (token.starts_line && begins_requirement(i)) {
         add(SymbolKind::kRequirement, token.text, from, to, true);
       } else if (is_before(i, "from") || (is_symbol(i, 1, "(") && is_word_before(i, 2, "node"))) {
@@ -405,7 +407,7 @@ class RequirementCollector : public Collector {
       } else if (token.text.find('.') != std::string::npos && dotted(from, to)) {
         continue;
       } else if (const std::string first = token.text.substr(0, token.text.find('.')); defined.contains(first)) {
-        add(SymbolKind::kDefinition, file + "#" + first, from, from + first.size());
+        add(SymbolKind::kDefinition, fmt::format("{}#{}", file, first), from, from + first.size());
       } else if (names.locations.contains(token.text)) {
         add(SymbolKind::kLocation, token.text, from, to);
       }
@@ -532,7 +534,7 @@ class YamlCollector : public Collector {
     for (const auto& [name, service] : names_.services) {
       if (service.interface == written->scalar.substr(slash + 1) &&
           service.file.ends_with(written->scalar.substr(0, slash)))
-        return add(SymbolKind::kInterface, service.file + "#" + service.interface, *from + slash + 1,
+        return add(SymbolKind::kInterface, fmt::format("{}#{}", service.file, service.interface), *from + slash + 1,
                    *from + written->scalar.size());
     }
   }
@@ -556,7 +558,7 @@ class YamlCollector : public Collector {
     if (const text::YamlNode* states = entry.find("violated")) {
       const auto state = [&](const text::YamlNode& node) {
         if (const auto from = place_of(text_, node))
-          add(SymbolKind::kState, chart + "#" + node.scalar, *from, *from + node.scalar.size());
+          add(SymbolKind::kState, fmt::format("{}#{}", chart, node.scalar), *from, *from + node.scalar.size());
       };
       if (states->is_scalar()) state(*states);
       for (const text::YamlNode& item : states->items) state(item);
@@ -617,7 +619,8 @@ std::string written_name(const Symbol& symbol) {
 
 Symbol method_symbol(const idl::Method& method, const std::string& file) {
   const bool is_absolute = std::filesystem::path(method.span.file).is_absolute();
-  return {SymbolKind::kMethod, (is_absolute ? method.span.file : file) + "#" + method.service + "." + method.name};
+  return {SymbolKind::kMethod,
+          fmt::format("{}#{}.{}", is_absolute ? method.span.file : file, method.service, method.name)};
 }
 
 Observed observed(std::string_view name, const Names& names) {
@@ -688,13 +691,13 @@ Occurrences occurrences_in_interface(std::string_view text, const idl::Schema& s
   const auto define = [&](SymbolKind kind, const std::string& name, const std::string& symbol, const SourceSpan& span) {
     const std::size_t from = design::offset_of(text, span);
     if (text.substr(from, name.size()) == name)
-      found.push_back({{kind, file + "#" + symbol}, from, from + name.size(), true});
+      found.push_back({{kind, fmt::format("{}#{}", file, symbol)}, from, from + name.size(), true});
   };
   std::set<std::string, std::less<>> types;
   for (const idl::Service& service : schema.services()) {
     define(SymbolKind::kInterface, service.name, service.name, service.span);
     for (const idl::Method& method : service.own_methods)
-      define(SymbolKind::kMethod, method.name, service.name + "." + method.name, method.span);
+      define(SymbolKind::kMethod, method.name, fmt::format("{}.{}", service.name, method.name), method.span);
   }
   const auto define_types = [&](const auto& all) {
     for (const auto& type : all) {
@@ -720,7 +723,7 @@ Occurrences occurrences_in_interface(std::string_view text, const idl::Schema& s
       while (at < text.size() && is_word(text[at])) ++at;
       const std::string_view word = text.substr(from, at - from);
       if (types.contains(word) && !defined.contains(from) && (from == 0 || text[from - 1] != '.'))
-        found.push_back({{SymbolKind::kType, file + "#" + std::string(word)}, from, at, false});
+        found.push_back({{SymbolKind::kType, fmt::format("{}#{}", file, word)}, from, at, false});
     } else {
       ++at;
     }

@@ -105,7 +105,7 @@ void ModelMachine::add_choices() {
                                  // Whatever the chart makes of the error: a model that leaves nothing open is wrong.
                                  if (memory_) memory_->spoil();
                                  wrong_.push_back(result.error());
-                                 wrong_.back().message.insert(0, "model " + model_.name + ": ");
+                                 wrong_.back().message.insert(0, fmt::format("model {}: ", model_.name));
                                  wrong_.back().span = host_.watch->place();
                                  return result;
                                }});
@@ -271,7 +271,7 @@ class ModelMachine::Step {
                           failed("unreachable", fmt::format("the model {} has ended", model_.name)));
     if (is_answered && state_.open.size() >= kOpenCallsMax) {
       return host_.answer(serve.leaf, serve.call,
-                          failed("unreachable", std::to_string(kOpenCallsMax) + " calls are open already"));
+                          failed("unreachable", fmt::format("{} calls are open already", kOpenCallsMax)));
     }
     const Call& call = *serve.call;
     const std::uint64_t id = is_answered ? unused_id() : 0;
@@ -280,7 +280,7 @@ class ModelMachine::Step {
     else
       host_.answer(serve.leaf, serve.call, {.ok = true, .result = {}, .kind = {}, .message = {}});
     scxml::Event event;
-    event.name = call.service + "." + call.method + ".request";
+    event.name = fmt::format("{}.{}.request", call.service, call.method);
     event.origintype = "thrift";
     Map data{{"args", call.args}, {"source", serve.source}, {"id", static_cast<std::int64_t>(id)}};
     event.data = idl::for_script(std::move(data));
@@ -290,7 +290,7 @@ class ModelMachine::Step {
   void operator()(const Published& published) { tell(published.what->topic, idl::for_script(published.what->args)); }
 
   void operator()(const Refused& refused) {
-    const std::string name = refused.service + "." + refused.method + ".error";
+    const std::string name = fmt::format("{}.{}.error", refused.service, refused.method);
     Map data{{"args", refused.args}, {"kind", "vetoed"}};
     data["message"] =
         fmt::format("vetoed{}: {}", refused.veto.by.empty() ? "" : " by " + refused.veto.by, refused.veto.reason);
@@ -335,7 +335,7 @@ class ModelMachine::Step {
   void say(const std::string& what, Map data) {
     Message message;
     message.source = model_.name;
-    message.name = model_.name + "." + what;
+    message.name = fmt::format("{}.{}", model_.name, what);
     message.data = std::move(data);
     host_.publish(std::move(message));
   }
@@ -377,7 +377,7 @@ class ModelMachine::Step {
     request.kind = MessageKind::kRequest;
     request.source = model_.name;
     request.target = topic.service;
-    request.name = topic.service + "." + topic.method + ".request";
+    request.name = fmt::format("{}.{}.request", topic.service, topic.method);
     request.call = host_.next_call();
     request.data = Map{{"args", topic.args}};
     const std::uint64_t id = request.call;

@@ -1,5 +1,7 @@
 #include "sentree/mission/part_memory.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/base/assert.h"
@@ -514,7 +516,7 @@ void PartMemory::perform(const Op& op) {
       // A delayed tick or halt holds back the later ones.
       Duration delay{0};
       if (tables_->faults) {
-        const std::string name = plan().leaves[op.b].name + "." + std::string(kTold[op.c]);
+        const std::string name = fmt::format("{}.{}", plan().leaves[op.b].name, kTold[op.c]);
         delay = change_standing([&](Stands& stands) { return stands.faults.delay_of(name); });
       }
       TimePoint& not_before = run_->not_before[op.b];

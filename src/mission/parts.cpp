@@ -285,7 +285,8 @@ Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& d
     return fail("verify.fault", fmt::format("\"{}\" is no fault that can be tried", project::word_of(what)));
   const std::string& part = kill ? killed->part : restarted->part;
   const auto refuse = [&] {
-    return fail("steering.part-state", "\"" + part + (kill ? "\" is killed already" : "\" has not been killed"));
+    return fail("steering.part-state",
+                fmt::format("\"{}{}", part, kill ? "\" is killed already" : "\" has not been killed"));
   };
   for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) {
     if (parts.plan().leaves[leaf].name != part) continue;

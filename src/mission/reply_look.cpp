@@ -1,5 +1,7 @@
 #include "sentree/mission/reply_look.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,7 +16,7 @@ namespace {
 
 constexpr std::size_t kReplyMembersMax = 16;
 
-std::string reply_name(const Call& call) { return call.service + "." + call.method + ".reply"; }
+std::string reply_name(const Call& call) { return fmt::format("{}.{}.reply", call.service, call.method); }
 
 }  // namespace
 

@@ -192,7 +192,7 @@ SkillMachine::Called& SkillMachine::called(const Call& call) {
   for (Called& known : called_) {
     if (known.service == call.service && known.method->name == call.method) return known;
   }
-  const std::string name = call.service + "." + call.method;
+  const std::string name = fmt::format("{}.{}", call.service, call.method);
   return called_.emplace_back(Called{call.service, model_.services->at(call.service).service->find(call.method), name,
                                      ObservationName(name + ".request"), ObservationName(name + ".reply")});
 }
@@ -616,7 +616,7 @@ class SkillMachine::Step {
                                        [&, name = std::string_view(port)](const auto& d) { return d.id == name; });
       if (is_data) options.data[port] = value;
     }
-    options.session_id = model_.name + "." + std::to_string(state_.run);
+    options.session_id = fmt::format("{}.{}", model_.name, state_.run);
     options.seed = hash_combine(model_.seed, state_.run);
     const std::string what = machine_.memory_ ? "start\n" + to_json(Value(options.data)) : std::string();
     execute(what,
@@ -711,7 +711,7 @@ class SkillMachine::Step {
     }
     machine_.effects_.clear();
     if (lives_ && lost_) {
-      host_.problem(model_.name + " was given up: " + *lost_);
+      host_.problem(fmt::format("{} was given up: {}", model_.name, *lost_));
       end_chart("failure", Value(Map{{"reason", *lost_}}));
     }
     if (lives_ && state_.session.status() == scxml::SessionStatus::kFailed) {
@@ -809,7 +809,7 @@ class SkillMachine::Step {
     const Shared<Call> shared(std::move(call));
     SkillState::Line& line = line_of(state_, shared->service);
     if (line.waiting.size() >= kGatedCallsMax) {
-      const std::string why = std::to_string(kGatedCallsMax) + " calls are waiting for a gate already";
+      const std::string why = fmt::format("{} calls are waiting for a gate already", kGatedCallsMax);
       host_.deliver(Finish{shared, {.ok = false, .result = {}, .kind = "unreachable", .message = why}, {}});
       return;
     }

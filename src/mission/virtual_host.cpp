@@ -100,7 +100,7 @@ void VirtualHost::tell_skill(std::size_t leaf, std::string_view message, SkillDe
   not_before = std::max(not_before, now);
   if (!state_->faults.empty())
     not_before =
-        std::max(not_before, now + state_->faults.delay_of(plan().leaves[leaf].name + "." + std::string(message)));
+        std::max(not_before, now + state_->faults.delay_of(fmt::format("{}.{}", plan().leaves[leaf].name, message)));
   put(not_before, Rank::kMessage, {leaf, std::move(what)});
 }
 

@@ -118,9 +118,9 @@ class PartsElsewhere final : public runtime::Elsewhere {
     const project::LeafPlan& leaf = run_.plan.leaves[index];
     auto address = rpc::Address::parse(resolved(leaf.at));
     if (!address) return tl::unexpected(address.error());
-    const auto entry =
-        std::find_if(scenario_.processes.begin(), scenario_.processes.end(),
-                     [&](const project::ProcessEntry& process) { return leaf.at == "{" + process.name + "}"; });
+    const auto entry = std::find_if(
+        scenario_.processes.begin(), scenario_.processes.end(),
+        [&](const project::ProcessEntry& process) { return leaf.at == fmt::format("{{{}}}", process.name); });
     const std::string process = entry != scenario_.processes.end() ? entry->name : "";
     return make_remote_chart({.leaf = leaf.name,
                               .chart = *leaf.chart,
@@ -170,7 +170,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
     if (server)
       control_server_ = std::move(*server);
     else
-      run_.problem("no control socket: " + to_string(server.error()));
+      run_.problem(fmt::format("no control socket: {}", to_string(server.error())));
   }
 
   std::vector<runtime::ProcessReport> processes() const override {
@@ -257,7 +257,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
       reply.kind = outcome ? MessageKind::kReply : MessageKind::kError;
       reply.source = name;
       reply.target = name;
-      reply.name = name + "." + method.name + (outcome ? ".reply" : ".error");
+      reply.name = fmt::format("{}.{}{}", name, method.name, outcome ? ".reply" : ".error");
       reply.call = call != 0 ? call : run_.publisher.next_call();
       Map data;
       const auto of = std::find_if(asked->begin(), asked->end(), [&](const auto& each) { return each.first == call; });
@@ -288,7 +288,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
     request.kind = MessageKind::kRequest;
     request.source = name;
     request.target = name;
-    request.name = name + "." + method.name + ".request";
+    request.name = fmt::format("{}.{}.request", name, method.name);
     request.call = run_.publisher.next_call();
     request.data = Map{{"args", std::move(arguments)}};
     const std::uint64_t call = request.call;
@@ -323,9 +323,10 @@ class PartsElsewhere final : public runtime::Elsewhere {
     if (folder_) replace_all(text, "{run}", folder_->path().string());
     if (!parts_folder_.empty()) replace_all(text, "{run}", parts_folder_.string());
     for (const Value& part : left_behind_parts())
-      replace_all(text, "{" + std::string(part.find("name")->text()) + "}", std::string(part.find("address")->text()));
+      replace_all(text, fmt::format("{{{}}}", part.find("name")->text()), std::string(part.find("address")->text()));
     if (supervisor_) {
-      for (const auto& process : supervisor_->all()) replace_all(text, "{" + process.name + "}", process.address);
+      for (const auto& process : supervisor_->all())
+        replace_all(text, fmt::format("{{{}}}", process.name), process.address);
     }
     return text;
   }
@@ -418,7 +419,8 @@ class PartsElsewhere final : public runtime::Elsewhere {
       if (entry.skill.empty()) continue;
       std::vector<std::string> arguments{"skill", scenario_.file, entry.skill};
       if (!is_durable()) arguments.insert(arguments.end(), {"--observer", address});
-      for (const auto& [name, service] : services) arguments.insert(arguments.end(), {"--at", name + "=" + service.at});
+      for (const auto& [name, service] : services)
+        arguments.insert(arguments.end(), {"--at", fmt::format("{}={}", name, service.at)});
       if (auto error = start_process(entry, std::move(arguments))) return error;
     }
     return std::nullopt;

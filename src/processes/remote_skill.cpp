@@ -399,7 +399,7 @@ class SkillService final : public rpc::Service {
     }
     const rpc::Reply answered([this, reply, run, wants_status](rpc::Outcome outcome, bool is_last) {
       const Value* const status = outcome ? outcome->find("status") : nullptr;
-      std::string told = status != nullptr ? "SKILL_" + std::string(status->text()) : "SKILL_FAILURE";
+      std::string told = status != nullptr ? fmt::format("SKILL_{}", status->text()) : "SKILL_FAILURE";
       {
         const std::lock_guard lock(plain_.mutex);
         const bool is_running = told == "SKILL_RUNNING";

@@ -89,7 +89,7 @@ std::string describe(int status) {
   if (WIFSIGNALED(status)) {
     return fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
   }
-  return "exit code " + std::to_string(WEXITSTATUS(status));
+  return fmt::format("exit code {}", WEXITSTATUS(status));
 }
 
 struct Child {
@@ -426,7 +426,7 @@ void Supervisor::end(const std::vector<std::string>& names, std::chrono::millise
 void Supervisor::end(std::chrono::milliseconds patience) { impl_->end(patience); }
 
 std::uint64_t process_begun(pid_t pid) {
-  const auto stat = text::read_file("/proc/" + std::to_string(pid) + "/stat");
+  const auto stat = text::read_file(fmt::format("/proc/{}/stat", pid));
   if (!stat) return 0;
   // Behind the program's name, which may hold anything, the 20th word.
   std::istringstream words(stat->substr(stat->rfind(')') + 1));

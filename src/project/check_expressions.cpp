@@ -90,7 +90,7 @@ std::string_view shown(TypeKind kind) {
   }
 }
 
-std::string quoted(const std::string& name) { return "\"" + name + "\""; }
+std::string quoted(const std::string& name) { return fmt::format("\"{}\"", name); }
 
 bool is_equality(const std::string& sign) { return sign == "===" || sign == "!==" || sign == "==" || sign == "!="; }
 bool is_order(const std::string& sign) { return sign == "<" || sign == ">" || sign == "<=" || sign == ">="; }
@@ -444,7 +444,7 @@ class Reader {
 
   [[nodiscard]] std::string name_or_value(std::uint32_t id) const {
     const ScriptNode& n = at(id);
-    if (n.kind == Node::kText) return "'" + n.text + "'";
+    if (n.kind == Node::kText) return fmt::format("'{}'", n.text);
     if (n.kind == Node::kNumber || n.kind == Node::kTruth) return n.text;
     const std::string path = tree_.path(id);
     return path.empty() ? "one side" : path;
@@ -767,7 +767,7 @@ class ChartReader {
           const auto found = std::find_if(wanted.members.begin(), wanted.members.end(),
                                           [&](const auto& one) { return one.name == member.name; });
           if (found != wanted.members.end()) {
-            check_sent(found->type, of(member.type), path + "." + member.name, span);
+            check_sent(found->type, of(member.type), fmt::format("{}.{}", path, member.name), span);
           } else if (const std::string near = did_you_mean(member.name, known); !near.empty()) {
             error("check.unknown-member",
                   fmt::format("{}: {} has no member {}{}", path, wanted.name.empty() ? "it" : wanted.name,

@@ -119,7 +119,8 @@ class Check {
     Names names;
     for (const auto& [name, service] : *scope_.services) {
       if (!service.observed.empty()) continue;  // what others say is only heard
-      for (const idl::Method* method : service.service->methods) names.push_back(name + "." + method->name);
+      for (const idl::Method* method : service.service->methods)
+        names.push_back(fmt::format("{}.{}", name, method->name));
     }
     return names;
   }
@@ -147,7 +148,7 @@ class Check {
     for (const auto& [name, service] : *scope_.services) {
       if (!service.observed.empty()) continue;
       for (const idl::Method* method : service.service->methods) {
-        if (!matches_pattern(what.call, name + "." + method->name)) continue;
+        if (!matches_pattern(what.call, fmt::format("{}.{}", name, method->name))) continue;
         const auto type = method->result != nullptr ? type_at(*method->result, what.path)
                                                     : fail("steering.path", method->name + " returns nothing");
         if (!type) {
@@ -170,7 +171,7 @@ class Check {
     for (const auto& [name, service] : *scope_.services) {
       if (!service.observed.empty()) continue;
       for (const idl::Method* method : service.service->methods) {
-        if (!matches_pattern(pattern, name + "." + method->name)) continue;
+        if (!matches_pattern(pattern, fmt::format("{}.{}", name, method->name))) continue;
         if (!method->oneway) return {};
         is_oneway = true;
       }
@@ -274,7 +275,8 @@ std::optional<Diagnostic> doubt_about(const Intervention& what, const Interventi
   if (falsify == nullptr) return std::nullopt;
   for (const auto& [name, service] : *scope.services) {
     for (const idl::Method* method : service.service->methods) {
-      if (method->result == nullptr || !matches_pattern(falsify->call, name + "." + method->name)) continue;
+      if (method->result == nullptr || !matches_pattern(falsify->call, fmt::format("{}.{}", name, method->name)))
+        continue;
       const auto type = type_at(*method->result, falsify->path);
       const auto value = type ? idl::conform(**type, falsify->value, "") : tl::unexpected(type.error());
       if (!value) continue;

@@ -60,7 +60,7 @@ class ModelCheck {
     }
     if (!serves(*send.target)) {
       error("check.model-answer",
-            "the model does not serve \"" + *send.target + "\"" + did_you_mean(*send.target, entry_.serves),
+            fmt::format("the model does not serve \"{}\"{}", *send.target, did_you_mean(*send.target, entry_.serves)),
             chart_.span(send.target_place));
       return;
     }
@@ -72,7 +72,7 @@ class ModelCheck {
     const std::string what = dot == std::string::npos ? "" : send.event->substr(dot + 1);
     if (dot == std::string::npos && topic == nullptr) return publication(send, *service->second.service);
     if (what != "reply" && what != "error") {
-      error("check.model-answer", "\"" + *send.event + "\" is no answer; send METHOD.reply or METHOD.error",
+      error("check.model-answer", fmt::format("\"{}\" is no answer; send METHOD.reply or METHOD.error", *send.event),
             chart_.span(send.event_place));
       return;
     }
@@ -116,7 +116,8 @@ class ModelCheck {
     }
     if (is_reply && !has_result && method.result->kind != idl::Kind::kVoid) {
       error("check.model-answer",
-            "the reply of " + *send.target + "." + method.name + " needs a param \"result\": a " + method.result->name,
+            fmt::format("the reply of {}.{} needs a param \"result\": a {}", *send.target, method.name,
+                        method.result->name),
             chart_.span(send.place));
     }
   }
@@ -130,13 +131,13 @@ class ModelCheck {
     std::vector<std::string> known = entry_.subscribes.topics;
     for (const scxml::SendInfo& send : chart_.sends()) {
       if (send.type == "thrift" && send.target && send.event)
-        known.push_back(*send.target + "." + *send.event + ".error");
+        known.push_back(fmt::format("{}.{}.error", *send.target, *send.event));
     }
     for (const std::string& name : entry_.serves) {
       const auto served = services_.find(name);
       if (served == services_.end()) continue;
       for (const std::string& method : served->second.service->method_names())
-        known.push_back(name + "." + method + ".request");
+        known.push_back(fmt::format("{}.{}.request", name, method));
     }
     if (std::any_of(known.begin(), known.end(),
                     [&](const std::string& request) { return scxml::event_matches(event, request); }))
@@ -155,7 +156,7 @@ class ModelCheck {
       return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '$' || c == '.';
     };
     for (const std::string_view name : kChoices) {
-      const std::string call = std::string(name) + "(";
+      const std::string call = fmt::format("{}(", name);
       for (std::size_t at = condition.find(call); at != std::string::npos; at = condition.find(call, at + 1)) {
         if (at > 0 && is_letter(at - 1)) continue;
         error("check.choice",
@@ -179,7 +180,7 @@ class ModelCheck {
         const idl::Method* const method =
             service != services_.end() ? service->second.service->find(*send.event) : nullptr;
         if (method != nullptr && !method->oneway)
-          called.emplace(*send.target + "." + *send.event, leaf.chart->span(send.place));
+          called.emplace(fmt::format("{}.{}", *send.target, *send.event), leaf.chart->span(send.place));
       }
     }
     std::size_t answered = 0;

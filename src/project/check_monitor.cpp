@@ -209,7 +209,8 @@ void check_model_expressions(const ModelEntry& entry, const ChartFacts& facts, c
   for (const std::string& service : entry.serves) {
     const auto methods = vocabulary.services.find(service);
     if (methods == vocabulary.services.end()) continue;
-    for (const auto& [name, method] : methods->second) events.names.push_back(service + "." + name + ".request");
+    for (const auto& [name, method] : methods->second)
+      events.names.push_back(fmt::format("{}.{}.request", service, name));
   }
   events.names.insert(events.names.end(), entry.subscribes.topics.begin(), entry.subscribes.topics.end());
   events.functions = {"choose", "pick", "between", "chance", "draw", "fresh"};
@@ -272,12 +273,13 @@ void check_receivers(const scxml::Chart& chart, const std::map<std::string, Serv
     if (!send.type || send.type == "thrift" || send.type->starts_with("http://")) continue;
     if (!send.type->empty() && send.type != "scxml") {
       add_once(diagnostics, Severity::kError, "check.unknown-receiver",
-               "nobody receives <send> of type \"" + *send.type + "\"; services are called with type=\"thrift\"" +
-                   did_you_mean(*send.type, kTypes),
+               fmt::format("nobody receives <send> of type \"{}\"; services are called with type=\"thrift\"{}",
+                           *send.type, did_you_mean(*send.type, kTypes)),
                chart.span(send.place));
     } else if (send.target && services.contains(*send.target)) {
       add_once(diagnostics, Severity::kError, "check.unknown-receiver",
-               "\"" + *send.target + "\" is a service: call it with type=\"thrift\"", chart.span(send.target_place));
+               fmt::format("\"{}\" is a service: call it with type=\"thrift\"", *send.target),
+               chart.span(send.target_place));
     }
   }
 }
@@ -298,9 +300,9 @@ void check_skill_events(const ChartFacts& facts, const std::map<std::string, Ser
       const bool may_publish = std::any_of(sends.begin(), sends.end(), [&](const scxml::SendInfo& send) {
         return send.target.value_or(service) == service && send.event.value_or(method->name) == method->name;
       });
-      if (!method->oneway) events.names.push_back(service + "." + method->name + ".reply");
+      if (!method->oneway) events.names.push_back(fmt::format("{}.{}.reply", service, method->name));
       // The name of a topic is the beginning of that of its error.
-      if (!method->oneway || may_publish) events.names.push_back(service + "." + method->name + ".error");
+      if (!method->oneway || may_publish) events.names.push_back(fmt::format("{}.{}.error", service, method->name));
     }
   }
   events.names.insert(events.names.end(), use.topics.begin(), use.topics.end());

@@ -23,7 +23,7 @@ std::vector<std::string> topics_of(const std::map<std::string, ServicePlan>& ser
   std::vector<std::string> topics;
   for (const auto& [name, plan] : services) {
     for (const idl::Method* method : plan.service->methods) {
-      if (method->oneway) topics.push_back(name + "." + method->name);
+      if (method->oneway) topics.push_back(fmt::format("{}.{}", name, method->name));
     }
   }
   return topics;
@@ -113,7 +113,7 @@ void check_publishers(const Project& project, const std::vector<LeafPlan>& leave
       if (!send.type || !send.target || !send.event)
         open = true;
       else
-        published.insert(*send.target + "." + *send.event);
+        published.insert(fmt::format("{}.{}", *send.target, *send.event));
     }
   };
   for (const LeafPlan& leaf : leaves) {
@@ -124,7 +124,8 @@ void check_publishers(const Project& project, const std::vector<LeafPlan>& leave
   }
   for (const ModelPlan& model : models) look(model.chart);
   for (const ServiceEntry& service : project.services) {
-    for (const PublishedTopic& topic : service.publish) published.insert(service.name + "." + topic.method);
+    for (const PublishedTopic& topic : service.publish)
+      published.insert(fmt::format("{}.{}", service.name, topic.method));
   }
   if (open) return;
   const auto check = [&](const Subscriptions& subscribes) {

@@ -95,7 +95,7 @@ void check_fair(const VerifySection& verify, const std::map<std::string, NamedCh
   bool open = false;
   for (const auto& [model, choices] : known) {
     open = open || choices.open;
-    for (const std::string& name : choices.names()) all.push_back(model + "." + name);
+    for (const std::string& name : choices.names()) all.push_back(fmt::format("{}.{}", model, name));
   }
   for (const std::string& fair : verify.fair) {
     if (open || std::find(all.begin(), all.end(), fair) != all.end()) continue;

@@ -31,9 +31,9 @@ const SkillConstant* constant(const LeafPlan& leaf, const std::string& id) {
 bool check_call(const scxml::Chart& chart, const scxml::SendInfo& send,
                 const std::map<std::string, ServicePlan>& services, const Project& project, Diagnostics& diagnostics) {
   if (!send.target) return false;  // known at run time only
-  if (*send.target == kTestControl || send.target->ends_with("/" + std::string(kTestControl))) {
+  if (*send.target == kTestControl || send.target->ends_with(fmt::format("/{}", kTestControl))) {
     add(diagnostics, Severity::kError, "check.test-control",
-        "service \"" + *send.target + "\" is test control; skills cannot reach it, scenarios can",
+        fmt::format("service \"{}\" is test control; skills cannot reach it, scenarios can", *send.target),
         chart.span(send.target_place));
     return false;
   }
@@ -41,15 +41,16 @@ bool check_call(const scxml::Chart& chart, const scxml::SendInfo& send,
   if (service == services.end()) {
     if (project.service(*send.target) != nullptr) return false;
     add(diagnostics, Severity::kError, "check.unknown-service",
-        "service \"" + *send.target + "\" is not in sentree.yaml" + did_you_mean(*send.target, names_of(services)),
+        fmt::format("service \"{}\" is not in sentree.yaml{}", *send.target,
+                    did_you_mean(*send.target, names_of(services))),
         chart.span(send.target_place));
     return false;
   }
   if (!service->second.observed.empty()) {
     add(diagnostics, Severity::kError, "check.observed",
-        "\"" + *send.target +
-            "\" stands under observe: in sentree.yaml, so that what others say there is heard; what is called stands "
-            "under services:",
+        fmt::format("\"{}\" stands under observe: in sentree.yaml, so that what others say there is heard; what is "
+                    "called stands under services:",
+                    *send.target),
         chart.span(send.target_place));
     return false;
   }
@@ -80,7 +81,7 @@ void check_handled(const scxml::Chart& chart, const std::map<std::string, Servic
       if (service == services.end()) continue;
       const auto second = event.find('.', dot + 1);
       const std::string method = event.substr(dot + 1, second == std::string::npos ? second : second - dot - 1);
-      if (called.contains(service->first + "." + method) || topics.contains(event)) continue;
+      if (called.contains(fmt::format("{}.{}", service->first, method)) || topics.contains(event)) continue;
       const std::vector<std::string> methods = service->second.service->method_names();
       const idl::Method* const found = service->second.service->find(method);
       const bool exists = found != nullptr;
@@ -132,7 +133,7 @@ void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, Se
     if (!send.type || !send.target || !send.event) all_known = false;
     if (send.type != "thrift") continue;
     if (!check_call(chart, send, services, project, diagnostics)) all_known = false;
-    if (send.target && send.event) called.insert(*send.target + "." + *send.event);
+    if (send.target && send.event) called.insert(fmt::format("{}.{}", *send.target, *send.event));
   }
   if (all_known) check_handled(chart, services, called, topics, diagnostics);
 }
@@ -279,7 +280,7 @@ void check_gate(const MonitorEntry& entry, const monitor::Model& model,
                 const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
   std::vector<std::string> calls;
   for (const auto& [name, plan] : services) {
-    for (const idl::Method* method : plan.service->methods) calls.push_back(name + "." + method->name);
+    for (const idl::Method* method : plan.service->methods) calls.push_back(fmt::format("{}.{}", name, method->name));
   }
   bool listens = false;
   for (const std::string& pattern : entry.gate) {

@@ -1,5 +1,7 @@
 #include "sentree/project/distribute.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 
@@ -30,9 +32,9 @@ Scenario in_processes(const Plan& plan) {
     robot.name = unused(processes, "sim");
     robot.component = "sim";
     robot.restarts = kPartRestarts;
-    robot.listen = "unix:{run}/" + std::to_string(processes.size()) + ".sock";
+    robot.listen = fmt::format("unix:{{run}}/{}.sock", processes.size());
     for (ServiceEntry& service : project.services) {
-      if (simulated(service)) service.at = "{" + robot.name + "}";
+      if (simulated(service)) service.at = fmt::format("{{{}}}", robot.name);
     }
   }
 
@@ -52,13 +54,13 @@ Scenario in_processes(const Plan& plan) {
     process.name = unused(processes, key);
     process.skill = key;
     process.restarts = kPartRestarts;
-    process.listen = "unix:{run}/" + std::to_string(processes.size() + 1) + ".sock";
+    process.listen = fmt::format("unix:{{run}}/{}.sock", processes.size() + 1);
     const auto known = std::find_if(project.skills.begin(), project.skills.end(),
                                     [&](const SkillEntry& skill) { return skill.leaf == key; });
     if (known != project.skills.end())
-      known->at = "{" + process.name + "}";
+      known->at = fmt::format("{{{}}}", process.name);
     else
-      project.skills.push_back({.leaf = key, .file = {}, .at = "{" + process.name + "}", .span = {}});
+      project.skills.push_back({.leaf = key, .file = {}, .at = fmt::format("{{{}}}", process.name), .span = {}});
     processes.push_back(std::move(process));
   }
   return scenario;

@@ -29,7 +29,7 @@ InterfaceName interface_name(const std::string& text) {
   if (slash == std::string::npos) return {};
   InterfaceName out{text.substr(0, slash), text.substr(slash + 1)};
   for (const char* form : kRosForms) {
-    if (out.file.ends_with(std::string("/") + form)) return {text + "." + form, out.service};
+    if (out.file.ends_with(std::string("/") + form)) return {fmt::format("{}.{}", text, form), out.service};
   }
   return out;
 }

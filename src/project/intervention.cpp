@@ -27,7 +27,7 @@ struct Entry {
   void details(std::string_view word, const Read& read) const {
     const auto* node = reader.mapping(std::string(word));
     if (node == nullptr) return;
-    YamlReader inner(*node, "\"" + std::string(word) + "\"", diagnostics);
+    YamlReader inner(*node, fmt::format("\"{}\"", word), diagnostics);
     read(inner, *node);
   }
 };
@@ -76,7 +76,7 @@ std::string told(const Call& call) { return fmt::format("{} {}", call.method, to
 void read(const Entry& entry, Stop& /*stop*/) {
   if (const auto target = entry.reader.string("stop"); target && *target != "mission") {
     entry.reader.error(entry.reader.span("stop"), "scenario.stop",
-                       "only the mission can be stopped; to end \"" + *target + "\" write kill: " + *target);
+                       fmt::format("only the mission can be stopped; to end \"{}\" write kill: {}", *target, *target));
   }
 }
 Map form(const Stop& /*stop*/) { return {{std::string(Stop::kWord), "mission"}}; }
@@ -207,7 +207,7 @@ void read(const Entry& entry, Clear& clear) {
 }
 Map form(const Clear& clear) { return {{std::string(Clear::kWord), static_cast<std::int64_t>(clear.id)}}; }
 std::string concerned(const Clear& /*clear*/) { return ""; }
-std::string told(const Clear& clear) { return "clear " + std::to_string(clear.id); }
+std::string told(const Clear& clear) { return fmt::format("clear {}", clear.id); }
 
 template <class Failing>
 concept FailingCalls = std::is_same_v<Failing, Unreachable> || std::is_same_v<Failing, Late>;

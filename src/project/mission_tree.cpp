@@ -152,7 +152,7 @@ bt::Category category_of(const scxml::Chart& chart, const SkillEntry* entry) {
 FileRef skill_file(const Project& project, const SkillEntry* entry, std::string_view leaf_id) {
   if (entry != nullptr && !entry->file.path.empty()) return entry->file;
   const std::string name = entry != nullptr ? entry->leaf : std::string(leaf_id);
-  FileRef own{"skills/" + name + ".scxml", entry != nullptr ? entry->span : SourceSpan{}};
+  FileRef own{fmt::format("skills/{}.scxml", name), entry != nullptr ? entry->span : SourceSpan{}};
   std::error_code error;
   const auto is_nav2 = [](const FileRef& palette) { return palette.path == nav2::kPalette; };
   if (std::none_of(project.palettes.begin(), project.palettes.end(), is_nav2) ||

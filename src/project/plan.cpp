@@ -538,14 +538,14 @@ class Preparation {
 std::vector<std::string> test_control_names(const sim::World& world) {
   std::vector<std::string> names{std::string(kTestControl)};
   if (world.robots.size() < 2) return names;
-  for (const sim::RobotSpec& robot : world.robots) names.push_back(robot.name + "/" + std::string(kTestControl));
+  for (const sim::RobotSpec& robot : world.robots) names.push_back(fmt::format("{}/{}", robot.name, kTestControl));
   return names;
 }
 
 std::optional<std::string> test_control_of(std::string_view name, const sim::World& world) {
   if (name == kTestControl) return std::string();
   for (const sim::RobotSpec& robot : world.robots) {
-    if (world.robots.size() > 1 && name == robot.name + "/" + std::string(kTestControl)) return robot.name;
+    if (world.robots.size() > 1 && name == fmt::format("{}/{}", robot.name, kTestControl)) return robot.name;
   }
   return std::nullopt;
 }

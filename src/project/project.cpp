@@ -109,7 +109,7 @@ void read_mission(const text::YamlNode& node, bool replaces, Project& project, D
       project.period = *period;
     else
       reader.error(reader.span("rate"), "project.rate",
-                   "rate \"" + *rate + "\" is not a rate such as 10 Hz, from 0.01 to 1000 Hz");
+                   fmt::format("rate \"{}\" is not a rate such as 10 Hz, from 0.01 to 1000 Hz", *rate));
   }
 }
 
@@ -339,7 +339,7 @@ void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& d
   if (d.call.count() == 0) d.call = d.budget * 2 / 5;
   if (d.condition.count() == 0) d.condition = d.budget * 4 / 5;
   if (d.call < d.condition && d.condition < d.budget) return;
-  const auto ms = [](Duration duration) { return std::to_string(duration.count() / 1'000'000) + " ms"; };
+  const auto ms = [](Duration duration) { return fmt::format("{} ms", duration.count() / 1'000'000); };
   diagnostics.push_back({Severity::kError, "project.deadlines",
                          fmt::format("deadlines must nest: call ({}) < condition ({}) < tick budget ({}); otherwise a "
                                      "slow call is judged by the wrong one",
@@ -453,7 +453,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
       project.durable = *durable == "true" ? JournalSync::kInterval : parse_journal_sync(*durable);
       if (!project.durable)
         reader.error(reader.span("durable"), "project.durable",
-                     "\"" + *durable + "\" is none of true, false, never, interval and each");
+                     fmt::format("\"{}\" is none of true, false, never, interval and each", *durable));
     }
     if (const auto world = reader.string("world")) project.world = FileRef{*world, reader.span("world")};
   }

@@ -99,7 +99,7 @@ class GivenTexts {
   void add(const bt::Tree& tree, const LeafPlan& leaf) {
     for (const scxml::SendInfo& send : leaf.chart->sends()) {
       if (!send.target || !send.event) continue;
-      const std::string call = *send.target + "." + *send.event;
+      const std::string call = fmt::format("{}.{}", *send.target, *send.event);
       for (const scxml::SendParam& param : send.params) {
         if (!add(tree, leaf, param)) open_.insert(fmt::format("{} {}", call, param.name));
       }
@@ -145,7 +145,7 @@ void add_samples(monitor::Vocabulary& vocabulary, const bt::Tree& tree, const st
   for (auto& [service, methods] : vocabulary.services) {
     for (auto& [method, types] : methods) {
       if (types.oneway) continue;  // others publish too
-      const std::string call = service + "." + method;
+      const std::string call = fmt::format("{}.{}", service, method);
       for (monitor::DataMember& argument : types.arguments.members) {
         if (argument.type.kind != DataType::Kind::kText || !argument.type.words.empty()) continue;
         argument.type.samples = samples;
@@ -188,7 +188,7 @@ monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& serv
     auto& methods = vocabulary.services[name];
     for (const idl::Method* method : service.service->methods) {
       DataType arguments = record_of(method->arguments, false, 0);
-      arguments.name = name + "." + method->name;
+      arguments.name = fmt::format("{}.{}", name, method->name);
       methods[method->name] = {std::move(arguments), type_of(*method->result, method->unit, false, 0), method->oneway};
     }
   }

@@ -54,7 +54,7 @@ void read_processes(const text::YamlNode& node, Scenario& scenario, Diagnostics&
         process.restarts = static_cast<int>(*restarts);
       else
         reader.error(reader.span("restarts"), "scenario.process",
-                     "restarts must be from 0 to " + std::to_string(kRestartsMax));
+                     fmt::format("restarts must be from 0 to {}", kRestartsMax));
     }
     if ((process.component.empty() ? 0 : 1) + (process.skill.empty() ? 0 : 1) + (process.monitor.empty() ? 0 : 1) !=
         1) {
@@ -76,7 +76,7 @@ void read_expect(const text::YamlNode& node, Scenario& scenario, Diagnostics& di
   if (scenario.mission && *scenario.mission != "SUCCESS" && *scenario.mission != "FAILURE" &&
       *scenario.mission != "RUNNING") {
     reader.error(reader.span("mission"), "scenario.expect",
-                 "mission \"" + *scenario.mission + "\" must be SUCCESS, FAILURE or RUNNING");
+                 fmt::format("mission \"{}\" must be SUCCESS, FAILURE or RUNNING", *scenario.mission));
   }
   scenario.mission_reason = reader.string("reason").value_or("");
   scenario.distinct_processes = reader.boolean("distinct_processes").value_or(false);

@@ -24,11 +24,11 @@ std::string flow(const text::YamlNode& node) {
       return text::yaml_flow(node.scalar);
     case Kind::kSequence:
       for (const text::YamlNode& item : node.items) out += (out.empty() ? "" : ", ") + flow(item);
-      return "[" + out + "]";
+      return fmt::format("[{}]", out);
     case Kind::kMapping:
       for (const auto& [key, member] : node.entries)
         out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", flow(key), flow(member));
-      return "{" + out + "}";
+      return fmt::format("{{{}}}", out);
   }
   return out;
 }

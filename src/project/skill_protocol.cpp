@@ -43,7 +43,7 @@ SkillProtocol::Meanings read_meanings(const text::YamlNode& node, const std::str
       continue;
     }
     meanings.emplace_back(name.scalar, *status);
-    protocol.places[key + "." + name.scalar] = name.span;
+    protocol.places[fmt::format("{}.{}", key, name.scalar)] = name.span;
   }
   return meanings;
 }

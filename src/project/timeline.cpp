@@ -1,5 +1,7 @@
 #include "sentree/project/timeline.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace sentree::project {
@@ -16,9 +18,11 @@ void read_timeline(const text::YamlNode& node, Scenario& scenario, Diagnostics& 
       static const std::vector<std::string> kSources{"scenario", "studio", "control", "interrupt"};
       injection.source = *source;
       if (std::find(kSources.begin(), kSources.end(), *source) == kSources.end()) {
-        reader.error(reader.span("source"), "scenario.source",
-                     "nobody called \"" + *source + "\" does something to a run" + did_you_mean(*source, kSources) +
-                         "; there are scenario, studio, control and interrupt");
+        reader.error(
+            reader.span("source"), "scenario.source",
+            fmt::format(
+                "nobody called \"{}\" does something to a run{}; there are scenario, studio, control and interrupt",
+                *source, did_you_mean(*source, kSources)));
       }
     }
     injection.what = read_intervention(reader, entry, diagnostics);

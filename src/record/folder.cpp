@@ -1,5 +1,7 @@
 #include "sentree/record/folder.h"
 
+#include <fmt/format.h>
+
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -66,7 +68,7 @@ fs::path new_recording(const fs::path& folder, std::string_view name) {
   std::error_code error;
   fs::path path = folder / (stem + std::string(kEnding));
   for (int number = 2; fs::exists(path, error); ++number)
-    path = folder / (stem + "-" + std::to_string(number) + std::string(kEnding));
+    path = folder / (fmt::format("{}-{}{}", stem, number, kEnding));
   return path;
 }
 

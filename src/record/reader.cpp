@@ -284,25 +284,29 @@ void Reader::each_message(std::string_view records, const std::function<void(con
 
 Result<Attachment> Reader::attachment(const AttachmentIndex& index) {
   if (index.length > kRecordSizeMax)
-    return fail("record.too-large", "attachment \"" + index.name + "\" is larger than can be read", SourceSpan{name_});
+    return fail("record.too-large", fmt::format("attachment \"{}\" is larger than can be read", index.name),
+                SourceSpan{name_});
   const auto bytes = source_->read(index.offset, index.length);
   if (!bytes) return tl::unexpected(bytes.error());
   auto attachment = bytes->size() > kRecordHeaderSize
                         ? detail::read_attachment(std::string_view(*bytes).substr(kRecordHeaderSize))
                         : std::nullopt;
-  if (!attachment) return fail("record.damaged", "attachment \"" + index.name + "\" is damaged", SourceSpan{name_});
+  if (!attachment)
+    return fail("record.damaged", fmt::format("attachment \"{}\" is damaged", index.name), SourceSpan{name_});
   return std::move(*attachment);
 }
 
 Result<Metadata> Reader::metadata(const MetadataIndex& index) {
   if (index.length > kRecordSizeMax)
-    return fail("record.too-large", "metadata \"" + index.name + "\" is larger than can be read", SourceSpan{name_});
+    return fail("record.too-large", fmt::format("metadata \"{}\" is larger than can be read", index.name),
+                SourceSpan{name_});
   const auto bytes = source_->read(index.offset, index.length);
   if (!bytes) return tl::unexpected(bytes.error());
   auto metadata = bytes->size() > kRecordHeaderSize
                       ? detail::read_metadata(std::string_view(*bytes).substr(kRecordHeaderSize))
                       : std::nullopt;
-  if (!metadata) return fail("record.damaged", "metadata \"" + index.name + "\" is damaged", SourceSpan{name_});
+  if (!metadata)
+    return fail("record.damaged", fmt::format("metadata \"{}\" is damaged", index.name), SourceSpan{name_});
   return std::move(*metadata);
 }
 

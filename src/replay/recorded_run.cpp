@@ -65,8 +65,8 @@ Result<RecordedRun> RecordedRun::open(const std::string& path) {
   run.path_ = path;
   run.reader_ = std::move(*reader);
   if (run.reader_->channels_of(record::kObservationsTopic).empty())
-    return fail("record.not-a-run", "no recording of a run: it has no topic " + std::string(record::kObservationsTopic),
-                SourceSpan{path});
+    return fail("record.not-a-run",
+                fmt::format("no recording of a run: it has no topic {}", record::kObservationsTopic), SourceSpan{path});
   for (const record::MetadataIndex& index : run.reader_->metadata()) {
     if (index.name != kRunMetadata && index.name != kResultMetadata) continue;
     const auto metadata = run.reader_->metadata(index);

@@ -1,5 +1,7 @@
 #include "sentree/ros/detail/action.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <system_error>
 
@@ -16,7 +18,7 @@ using SteadyClock = std::chrono::steady_clock;
 Result<std::shared_ptr<ActionClient>> ActionClient::of(const std::shared_ptr<Node>& node,
                                                        const idl::ServicePtr& interface, const std::string& name) {
   return node->shared<ActionClient>(
-      "action " + name + " " + interface->name, [&]() -> Result<std::shared_ptr<ActionClient>> {
+      fmt::format("action {} {}", name, interface->name), [&]() -> Result<std::shared_ptr<ActionClient>> {
         auto type = ActionType::make(interface, name);
         if (!type) return tl::unexpected(std::move(type.error()));
         std::shared_ptr<ActionClient> out(new ActionClient(interface, name, std::move(*type)));
@@ -26,7 +28,7 @@ Result<std::shared_ptr<ActionClient>> ActionClient::of(const std::shared_ptr<Nod
 }
 
 Result<void> ActionClient::open(const std::shared_ptr<Node>& node) {
-  other_type_ = [weak = std::weak_ptr(node), topic = "rq" + type_.send_goal.name + "Request",
+  other_type_ = [weak = std::weak_ptr(node), topic = fmt::format("rq{}Request", type_.send_goal.name),
                  request = type_.send_goal.request_type] {
     const auto there = weak.lock();
     return there != nullptr ? there->other_type(topic, request) : std::string();
@@ -57,7 +59,7 @@ Result<void> ActionClient::open(const std::shared_ptr<Node>& node) {
       [this](dds::Sample sample) {
         auto kept = std::make_shared<Octets>(std::move(sample.octets));
         if (!worker_.post([this, kept] { take_feedback(*kept); }))
-          trouble("feedback of " + name_ + " comes faster than it is heard: the oldest is lost");
+          trouble(fmt::format("feedback of {} comes faster than it is heard: the oldest is lost", name_));
       },
       nothing);
   if (!feedback_reader) return tl::unexpected(std::move(feedback_reader.error()));
@@ -158,7 +160,8 @@ rpc::Outcome ActionClient::call(const idl::Method& method, const Value& argument
     return tl::unexpected(rpc::CallError{kind, why, {}, {}});
   };
   if (!wait_available(deadline, interrupted))
-    return failed(rpc::CallErrorKind::kUnreachable, "no server of the action " + name_ + " is there" + other_type_());
+    return failed(rpc::CallErrorKind::kUnreachable,
+                  fmt::format("no server of the action {} is there{}", name_, other_type_()));
   const bool is_goal = method.name == "send_goal";
   const std::string id = is_goal ? new_goal_id() : std::string(arguments.find("goal_id")->text());
   Octets request;
@@ -166,27 +169,28 @@ rpc::Outcome ActionClient::call(const idl::Method& method, const Value& argument
     begin_message(request);
     put_goal_id(request, id);
     if (auto written = type_.write_goal(request, arguments); !written)
-      return failed(rpc::CallErrorKind::kArguments, "a goal of " + name_ + ": " + written.error().message);
+      return failed(rpc::CallErrorKind::kArguments, fmt::format("a goal of {}: {}", name_, written.error().message));
     const std::lock_guard lock(mutex_);
     if (goals_.size() >= kGoalsMax)
-      return failed(rpc::CallErrorKind::kUnreachable,
-                    std::to_string(kGoalsMax) + " goals of " + name_ + " have not ended");
+      return failed(rpc::CallErrorKind::kUnreachable, fmt::format("{} goals of {} have not ended", kGoalsMax, name_));
   } else {
     if (!id.empty() && !read_goal_id(id))
-      return failed(rpc::CallErrorKind::kArguments, "\"" + id + "\" is no goal_id, which has 32 hexadecimal digits");
+      return failed(rpc::CallErrorKind::kArguments,
+                    fmt::format("\"{}\" is no goal_id, which has 32 hexadecimal digits", id));
     request = cancel_request(id);
   }
   ServiceClient& client = is_goal ? *send_goal_ : *cancel_goal_;
   const auto key = client.send(request);
-  if (!key) return failed(rpc::CallErrorKind::kUnreachable, "the server of the action " + name_ + " has gone");
+  if (!key) return failed(rpc::CallErrorKind::kUnreachable, fmt::format("the server of the action {} has gone", name_));
   const auto reply = client.wait(*key, deadline, interrupted);
   if (!reply) {
     if (SteadyClock::now() >= deadline) return failed(rpc::CallErrorKind::kLate, name_ + " did not answer in time");
-    return failed(rpc::CallErrorKind::kUnreachable,
-                  interrupted() ? "the client has been closed" : "the server of the action " + name_ + " has gone");
+    return failed(rpc::CallErrorKind::kUnreachable, interrupted()
+                                                        ? "the client has been closed"
+                                                        : fmt::format("the server of the action {} has gone", name_));
   }
   if (reply->size() < kEncapsulation + 1)
-    return failed(rpc::CallErrorKind::kProtocol, "the reply of " + name_ + " is too short");
+    return failed(rpc::CallErrorKind::kProtocol, fmt::format("the reply of {} is too short", name_));
   const std::uint8_t first = (*reply)[kEncapsulation];
   if (is_goal) {
     if (first != 0) {

@@ -1,5 +1,7 @@
 #include "sentree/ros/action_server.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -71,10 +73,11 @@ class ActionServer::Impl {
     name_ = address.name;
     const std::string base = address.name + "/_action/";
     const auto nothing = [](const std::string&) {};
-    auto feedback = (*node)->write({"rt" + base + "feedback", dds_name(type, "_FeedbackMessage"), {}}, nothing);
+    auto feedback =
+        (*node)->write({fmt::format("rt{}feedback", base), dds_name(type, "_FeedbackMessage"), {}}, nothing);
     if (!feedback) return tl::unexpected(std::move(feedback.error()));
     feedback_writer_ = std::move(*feedback);
-    auto status = (*node)->write({"rt" + base + "status",
+    auto status = (*node)->write({fmt::format("rt{}status", base),
                                   dds_name({"action_msgs", "msg", "GoalStatusArray"}),
                                   {.reliable = true, .transient_local = true, .depth = 1}},
                                  nothing);
@@ -155,7 +158,7 @@ class ActionServer::Impl {
   bool write(const Codec& codec, const idl::Type& type, Value value, const char* what, Octets& out) {
     auto whole = idl::conform(type, value.is_null() ? Value(Map()) : std::move(value), what);
     const auto written = whole ? codec.write(out, *whole) : Result<void>(tl::unexpected(whole.error()));
-    if (!written && options_.problem) options_.problem(name_ + ": " + written.error().message);
+    if (!written && options_.problem) options_.problem(fmt::format("{}: {}", name_, written.error().message));
     return written.has_value();
   }
 
@@ -182,7 +185,7 @@ class ActionServer::Impl {
     const std::string id = goal_id_at(request, kEncapsulation);
     auto fields = goal_->read(request, kEncapsulation + kGoalIdSize);
     if (!fields && options_.problem)
-      options_.problem("a goal of " + name_ + " cannot be read: " + fields.error().message);
+      options_.problem(fmt::format("a goal of {} cannot be read: {}", name_, fields.error().message));
     bool accepted = fields.has_value();
     Goal goal;
     goal.id = id;
@@ -292,7 +295,8 @@ Result<std::unique_ptr<ActionServer>> ActionServer::open(const std::string& addr
                                                          ActionServerOptions options) {
   const auto parsed = GraphAddress::parse(address);
   if (!parsed) return tl::unexpected(parsed.error());
-  if (form_of(*interface) != Form::kAction) return fail("ros.type", "\"" + interface->name + "\" is no action");
+  if (form_of(*interface) != Form::kAction)
+    return fail("ros.type", fmt::format("\"{}\" is no action", interface->name));
   auto impl = std::make_unique<Impl>(std::move(interface), std::move(options));
   if (auto opened = impl->open(*parsed); !opened) return tl::unexpected(std::move(opened.error()));
   return std::unique_ptr<ActionServer>(new ActionServer(std::move(impl)));

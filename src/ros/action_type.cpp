@@ -1,5 +1,7 @@
 #include "sentree/ros/detail/action_type.h"
 
+#include <fmt/format.h>
+
 #include "sentree/ros/detail/goal_id.h"
 #include "sentree/ros/detail/mapping.h"
 
@@ -40,16 +42,17 @@ Result<ActionType> ActionType::make(const idl::ServicePtr& interface, const std:
   out.send_goal = {base + "send_goal", dds_name(type, "_SendGoal_Request"), dds_name(type, "_SendGoal_Response")};
   out.get_result = {base + "get_result", dds_name(type, "_GetResult_Request"), dds_name(type, "_GetResult_Response")};
   out.cancel_goal = {base + "cancel_goal", dds_name(cancel, "_Request"), dds_name(cancel, "_Response")};
-  out.feedback_topic = {"rt" + base + "feedback", dds_name(type, "_FeedbackMessage"), {}};
-  out.status_topic = {"rt" + base + "status",
+  out.feedback_topic = {fmt::format("rt{}feedback", base), dds_name(type, "_FeedbackMessage"), {}};
+  out.status_topic = {fmt::format("rt{}status", base),
                       dds_name({"action_msgs", "msg", "GoalStatusArray"}),
                       {.reliable = true, .transient_local = true, .depth = 1}};
   return out;
 }
 
 tl::unexpected<Diagnostic> ActionType::unread(const std::string& what, const Diagnostic& why) const {
-  return fail("ros.message", what + " of " + name_ + " cannot be read: " + why.message + "; is the definition of " +
-                                 interface_->name + " that of the robot's release?");
+  return fail("ros.message",
+              fmt::format("{} of {} cannot be read: {}; is the definition of {} that of the robot's release?", what,
+                          name_, why.message, interface_->name));
 }
 
 Result<Value> ActionType::read_goal(const Octets& request) const {

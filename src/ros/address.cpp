@@ -1,5 +1,7 @@
 #include "sentree/ros/address.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
@@ -13,8 +15,11 @@ namespace {
 constexpr std::uint32_t kDomainMax = 232;
 
 tl::unexpected<Diagnostic> wrong_address(std::string_view text, std::string_view why) {
-  return fail("rpc.address", "address \"ros:" + std::string(text) + "\" " + std::string(why) +
-                                 "; a name of ROS 2 is ros:/name, as ros2 topic list or ros2 service list shows it");
+  return fail(
+      "rpc.address",
+      fmt::format(
+          "address \"ros:{}\" {}; a name of ROS 2 is ros:/name, as ros2 topic list or ros2 service list shows it", text,
+          why));
 }
 
 std::optional<std::uint32_t> domain_number(std::string_view text) {
@@ -67,18 +72,18 @@ Result<GraphAddress> GraphAddress::parse(std::string_view text) {
     } else if (option.starts_with("domain=")) {
       out.domain = domain_number(value);
       if (!out.domain)
-        return wrong_address(text, "has a domain that is no number from 0 to " + std::to_string(kDomainMax));
+        return wrong_address(text, fmt::format("has a domain that is no number from 0 to {}", kDomainMax));
     } else if (option == "range=localhost" || option == "range=subnet") {
       out.localhost = value == "localhost";
     } else if (option.starts_with("release=")) {
       out.release = release_named(value);
       if (!out.release)
-        return wrong_address(text, "names the release \"" + std::string(value) + "\", which is not known here");
+        return wrong_address(text, fmt::format("names the release \"{}\", which is not known here", value));
     } else {
-      return wrong_address(
-          text, "has the unknown option \"" + std::string(option) +
-                    "\" (there is publish, requests, qos=default|sensor_data|transient_local|best_effort, domain=N, "
-                    "range=localhost|subnet, release=humble|iron|jazzy|kilted)");
+      return wrong_address(text, fmt::format("has the unknown option \"{}\" (there is publish, requests, "
+                                             "qos=default|sensor_data|transient_local|best_effort, domain=N, "
+                                             "range=localhost|subnet, release=humble|iron|jazzy|kilted)",
+                                             option));
     }
   }
   if (rest.empty()) rest = "/";

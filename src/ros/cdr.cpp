@@ -1,5 +1,7 @@
 #include "sentree/ros/cdr.h"
 
+#include <fmt/format.h>
+
 #include <bit>
 #include <charconv>
 #include <cstring>
@@ -71,9 +73,10 @@ class Maker {
  public:
   Result<std::shared_ptr<const CodecNode>> structure(const idl::Struct& s) {
     if (s.kind == idl::StructKind::kUnion)
-      return fail("ros.type", "\"" + s.name + "\" is a union, which messages of ROS cannot hold");
+      return fail("ros.type", fmt::format("\"{}\" is a union, which messages of ROS cannot hold", s.name));
     if (!inside_.insert(&s).second || inside_.size() > kNestingMax)
-      return fail("ros.type", "\"" + s.name + "\" holds itself, or too many others, which messages of ROS cannot");
+      return fail("ros.type",
+                  fmt::format("\"{}\" holds itself, or too many others, which messages of ROS cannot", s.name));
     auto node = std::make_shared<CodecNode>();
     for (const idl::Field& f : s.fields) {
       auto child = type(*f.type);
@@ -117,7 +120,7 @@ class Maker {
       case Kind::kMap: {
         node->form = t.kind == Kind::kMap ? CodecForm::kMap : CodecForm::kList;
         if (t.kind == Kind::kList) read_suffix(name, *node);
-        if (++depth_ > kNestingMax) return fail("ros.type", "\"" + t.name + "\" is nested too deep");
+        if (++depth_ > kNestingMax) return fail("ros.type", fmt::format("\"{}\" is nested too deep", t.name));
         for (const Type* part : {t.kind == Kind::kMap ? t.key : nullptr, t.element}) {
           if (part == nullptr) continue;
           auto child = type(*part);
@@ -155,7 +158,7 @@ bool wrong(Wrong& out, std::string message) {
   out.message = std::move(message);
   return false;
 }
-std::string item(std::size_t i) { return "[" + std::to_string(i) + "]"; }
+std::string item(std::size_t i) { return fmt::format("[{}]", i); }
 
 class Writer {
  public:
@@ -174,7 +177,7 @@ class Writer {
         good = field != nullptr ? write(*node.children[i], *field, w) : wrong(w, "is missing");
       }
       if (good) continue;
-      w.path = "." + node.fields[i]->name + w.path;
+      w.path = fmt::format(".{}{}", node.fields[i]->name, w.path);
       return false;
     }
     return true;
@@ -191,11 +194,10 @@ class Writer {
 
   bool length(const CodecNode& node, std::size_t count, Wrong& w) {
     if (node.many == CodecNode::Many::kFixed) {
-      return count == node.count ||
-             wrong(w, "has " + std::to_string(count) + " items, and must have " + std::to_string(node.count));
+      return count == node.count || wrong(w, fmt::format("has {} items, and must have {}", count, node.count));
     }
     if (node.many == CodecNode::Many::kBounded && count > node.count)
-      return wrong(w, "has " + std::to_string(count) + " items, and may have " + std::to_string(node.count));
+      return wrong(w, fmt::format("has {} items, and may have {}", count, node.count));
     if (count > std::numeric_limits<std::uint32_t>::max()) return wrong(w, "has too many items");
     integer(count, 4);
     return true;
@@ -206,9 +208,7 @@ class Writer {
       const int bits = 8 * node.size;
       const std::int64_t low = node.is_signed ? -(std::int64_t{1} << (bits - 1)) : 0;
       const std::int64_t high = (std::int64_t{1} << (node.is_signed ? bits - 1 : bits)) - 1;
-      if (n < low || n > high)
-        return wrong(
-            w, "is " + std::to_string(n) + ", and must be from " + std::to_string(low) + " to " + std::to_string(high));
+      if (n < low || n > high) return wrong(w, fmt::format("is {}, and must be from {} to {}", n, low, high));
     }
     integer(static_cast<std::uint64_t>(n), node.size);
     return true;
@@ -232,7 +232,7 @@ class Writer {
       case CodecForm::kText: {
         const std::string_view text = value.text();
         if (node.count > 0 && text.size() > node.count)
-          return wrong(w, "has " + std::to_string(text.size()) + " bytes, and may have " + std::to_string(node.count));
+          return wrong(w, fmt::format("has {} bytes, and may have {}", text.size(), node.count));
         integer(text.size() + 1, 4);
         out_.insert(out_.end(), text.begin(), text.end());
         out_.push_back(0);
@@ -310,8 +310,7 @@ class Writer {
       }
     }
     if (node.count > 0 && units.size() > node.count)
-      return wrong(w,
-                   "has " + std::to_string(units.size()) + " characters, and may have " + std::to_string(node.count));
+      return wrong(w, fmt::format("has {} characters, and may have {}", units.size(), node.count));
     integer(units.size(), 4);
     for (const std::uint32_t unit : units) integer(unit, 4);
     return true;
@@ -338,7 +337,7 @@ class Reader {
       if (good && there > 1) good = wrong(w, "is there several times");
       if (good && there == 1) good = read(*node.children[i], field, w);
       if (!good) {
-        w.path = "." + node.fields[i]->name + w.path;
+        w.path = fmt::format(".{}{}", node.fields[i]->name, w.path);
         return false;
       }
       if (there == 1) made.append(node.fields[i]->name, std::move(field));
@@ -372,7 +371,7 @@ class Reader {
     if (node.many == CodecNode::Many::kFixed) return count = node.count, true;
     if (!integer(4, count, w)) return false;
     if (node.many == CodecNode::Many::kBounded && count > node.count)
-      return wrong(w, "has " + std::to_string(count) + " items, and may have " + std::to_string(node.count));
+      return wrong(w, fmt::format("has {} items, and may have {}", count, node.count));
     return has(count, w);
   }
 
@@ -407,7 +406,7 @@ class Reader {
         // Some write an empty text without its NUL.
         if (!text.empty() && text.back() == '\0') text.remove_suffix(1);
         if (node.count > 0 && text.size() > node.count)
-          return wrong(w, "has " + std::to_string(text.size()) + " bytes, and may have " + std::to_string(node.count));
+          return wrong(w, fmt::format("has {} bytes, and may have {}", text.size(), node.count));
         out = Value(std::string(text));
         return true;
       }
@@ -515,12 +514,12 @@ Result<void> Codec::write(std::vector<std::uint8_t>& out, const Value& value) co
 
 Result<Value> Codec::read(std::span<const std::uint8_t> message, std::size_t from, const rpc::Limits& limits) const {
   if (message.size() < kEncapsulation || from < kEncapsulation || from > message.size())
-    return fail("ros.message", "the message of " + std::to_string(message.size()) + " octets is too short");
+    return fail("ros.message", fmt::format("the message of {} octets is too short", message.size()));
   if (message[0] != 0 || message[1] > 1)
-    return fail("ros.message", "the message is not encoded as plain CDR, but with number " +
-                                   std::to_string(message[0] * 256 + message[1]));
+    return fail("ros.message", fmt::format("the message is not encoded as plain CDR, but with number {}",
+                                           message[0] * 256 + message[1]));
   if (message.size() > limits.message_bytes)
-    return fail("ros.message", "the message has more than " + std::to_string(limits.message_bytes) + " octets");
+    return fail("ros.message", fmt::format("the message has more than {} octets", limits.message_bytes));
   Wrong w;
   Value out;
   if (Reader(message, from, message[1] == 1, limits.values).structure(*root_, out, w)) return out;

@@ -1,5 +1,7 @@
 #include "sentree/ros/detail/mapping.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -38,7 +40,7 @@ std::optional<TypeName> type_name(std::string_view text) {
 }
 
 std::string dds_name(const TypeName& type, std::string_view suffix) {
-  return type.package + "::" + type.form + "::dds_::" + type.name + std::string(suffix) + "_";
+  return fmt::format("{}::{}::dds_::{}{}_", type.package, type.form, type.name, suffix);
 }
 
 std::string ros_name(std::string_view dds_type) {
@@ -94,11 +96,12 @@ Result<std::shared_ptr<const Carried>> Carried::make(const idl::Service& interfa
   out->request_type = dds_name(type, "_Request");
   out->reply_type = dds_name(type, "_Response");
   auto arguments = Codec::make(method.arguments);
-  if (!arguments) return fail("ros.type", interface.name + "." + method.name + ": " + arguments.error().message);
+  if (!arguments)
+    return fail("ros.type", fmt::format("{}.{}: {}", interface.name, method.name, arguments.error().message));
   out->arguments_ = std::move(*arguments);
   if (!method.oneway && reply != nullptr) {
     auto codec = Codec::make(*reply);
-    if (!codec) return fail("ros.type", interface.name + "." + method.name + ": " + codec.error().message);
+    if (!codec) return fail("ros.type", fmt::format("{}.{}: {}", interface.name, method.name, codec.error().message));
     out->reply_ = std::move(*codec);
   }
   return std::shared_ptr<const Carried>(std::move(out));
@@ -129,8 +132,8 @@ Result<bool> Carried::write_outcome(std::vector<std::uint8_t>& out, const rpc::O
 
 rpc::Outcome Carried::read_outcome(std::span<const std::uint8_t> message, const rpc::Limits& limits) const {
   const auto broken = [&](const std::string& why) {
-    return tl::unexpected(
-        rpc::CallError{rpc::CallErrorKind::kProtocol, "the reply of " + name + " cannot be read: " + why, {}, {}});
+    return tl::unexpected(rpc::CallError{
+        rpc::CallErrorKind::kProtocol, fmt::format("the reply of {} cannot be read: {}", name, why), {}, {}});
   };
   auto reply = reply_->read(message, kEncapsulation, limits);
   if (!reply) return broken(reply.error().message);

@@ -1,5 +1,7 @@
 #include "sentree/ros/middleware.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -86,7 +88,7 @@ class RosCaller final : public rpc::Caller {
         if (method->oneway) {
           if (is_data(*interface_) && !address.publish)
             return fail("rpc.address",
-                        "\"ros:" + base + "\" is read from; write ros:" + base + "?publish to publish there");
+                        fmt::format("\"ros:{}\" is read from; write ros:{}?publish to publish there", base, base));
           auto writer = topic(**carried, address.qos_of(true));
           if (!writer) return tl::unexpected(std::move(writer.error()));
           way.writer = std::move(*writer);
@@ -134,7 +136,7 @@ class RosCaller final : public rpc::Caller {
       return finish(
           {&method, {}, deadline, std::move(done)},
           refused(CallErrorKind::kUnreachable,
-                  closed ? "the client has been closed" : std::to_string(kCallsMax) + " calls are waiting already"));
+                  closed ? "the client has been closed" : fmt::format("{} calls are waiting already", kCallsMax)));
     }
     waiting_.push_back({&method, std::move(arguments), deadline, std::move(done)});
     lock.unlock();
@@ -185,11 +187,12 @@ class RosCaller final : public rpc::Caller {
 
   // One writer of a topic serves everybody in this process who publishes there.
   Result<std::shared_ptr<Told>> topic(const Carried& carried, const dds::Qos& qos) {
-    return node_->shared<Told>("topic " + carried.name + " " + carried.type, [&]() -> Result<std::shared_ptr<Told>> {
-      auto made = node_->write({"rt" + carried.name, carried.type, qos}, [](const std::string&) {});
-      if (!made) return tl::unexpected(std::move(made.error()));
-      return std::shared_ptr<Told>(std::move(*made));
-    });
+    return node_->shared<Told>(
+        fmt::format("topic {} {}", carried.name, carried.type), [&]() -> Result<std::shared_ptr<Told>> {
+          auto made = node_->write({"rt" + carried.name, carried.type, qos}, [](const std::string&) {});
+          if (!made) return tl::unexpected(std::move(made.error()));
+          return std::shared_ptr<Told>(std::move(*made));
+        });
   }
 
   void finish(Job job, rpc::Outcome outcome) {
@@ -224,7 +227,7 @@ class RosCaller final : public rpc::Caller {
     const auto interrupted = [this] { return is_closed(); };
     if (job.method->name == kProbe) return probe(job.deadline);
     if (SteadyClock::now() >= job.deadline)
-      return refused(CallErrorKind::kLate, "other calls of " + options_.target + " took the time");
+      return refused(CallErrorKind::kLate, fmt::format("other calls of {} took the time", options_.target));
     if (action_ != nullptr) {
       rpc::Outcome out = action_->call(*job.method, job.arguments, job.deadline, interrupted);
       if (out && job.method->name == "send_goal") remember(*out);
@@ -235,25 +238,25 @@ class RosCaller final : public rpc::Caller {
     begin_message(message);
     if (auto written = way.carried->write_arguments(message, job.arguments); !written)
       return refused(CallErrorKind::kArguments,
-                     job.method->service + "." + job.method->name + ": " + written.error().message);
+                     fmt::format("{}.{}: {}", job.method->service, job.method->name, written.error().message));
     if (way.writer != nullptr) {
       await_readers(*way.writer, std::min(job.deadline, found_by_));
       if (way.writer->writer()->write(message, nullptr) != 0) return Value();
       return refused(CallErrorKind::kUnreachable, "nothing more can be published on " + way.carried->name);
     }
     if (!way.client->wait_available(job.deadline, interrupted))
-      return refused(CallErrorKind::kUnreachable,
-                     "no server of " + way.carried->name + " (" + ros_name(way.carried->request_type) +
-                         ") is there, in domain " + std::to_string(node_->domain()) +
-                         node_->other_type("rq" + way.carried->name + "Request", way.carried->request_type) +
-                         "; sentree services --on ros: lists what is");
+      return refused(
+          CallErrorKind::kUnreachable,
+          fmt::format("no server of {} ({}) is there, in domain {}{}; sentree services --on ros: lists what is",
+                      way.carried->name, ros_name(way.carried->request_type), node_->domain(),
+                      node_->other_type(fmt::format("rq{}Request", way.carried->name), way.carried->request_type)));
     const auto key = way.client->send(message);
-    if (!key) return refused(CallErrorKind::kUnreachable, "the server of " + way.carried->name + " has gone");
+    if (!key) return refused(CallErrorKind::kUnreachable, fmt::format("the server of {} has gone", way.carried->name));
     const auto reply = way.client->wait(*key, job.deadline, interrupted);
     if (reply) return way.carried->read_outcome(*reply, options_.limits);
     if (interrupted()) return refused(CallErrorKind::kUnreachable, "the client has been closed");
     if (SteadyClock::now() < job.deadline)
-      return refused(CallErrorKind::kUnreachable, "the server of " + way.carried->name + " has gone");
+      return refused(CallErrorKind::kUnreachable, fmt::format("the server of {} has gone", way.carried->name));
     return refused(CallErrorKind::kLate, way.carried->name + " did not answer in time");
   }
 
@@ -276,7 +279,7 @@ class RosCaller final : public rpc::Caller {
       changed_.wait_for(lock, kLook);
     }
     return refused(CallErrorKind::kUnreachable,
-                   "nobody has anything named " + name_ + " in domain " + std::to_string(node_->domain()));
+                   fmt::format("nobody has anything named {} in domain {}", name_, node_->domain()));
   }
 
   // Those that have ended are not kept.
@@ -335,10 +338,11 @@ class Listening final : public rpc::Opened {
       const bool fits = worker_.post([carried, interface, take, once, kept] {
         auto arguments = carried->read_arguments(*kept, {});
         if (arguments) return take(*carried->method, std::move(*arguments));
-        once("a message of " + carried->name + " cannot be read as " + interface->name + ": " +
-             arguments.error().message);
+        once(fmt::format("a message of {} cannot be read as {}: {}", carried->name, interface->name,
+                         arguments.error().message));
       });
-      if (!fits) once("messages of " + carried->name + " come faster than they are heard: the oldest are lost");
+      if (!fits)
+        once(fmt::format("messages of {} come faster than they are heard: the oldest are lost", carried->name));
     };
     auto reader =
         node->read({"rt" + carried->name, carried->type, qos}, std::move(on_sample), [once](const std::string& misfit) {
@@ -389,12 +393,12 @@ class Serving final : public rpc::Opened {
                    const std::shared_ptr<rpc::Service>& service, const rpc::Limits& limits) {
     const idl::Service& interface = service->interface();
     if (form_of(interface) == Form::kAction)
-      return fail("rpc.address", "\"" + address_ + "\": actions are called, but cannot be served");
+      return fail("rpc.address", fmt::format("\"{}\": actions are called, but cannot be served", address_));
     for (const idl::Method* method : interface.methods) {
       auto carried = Carried::make(interface, *method, base);
       // What has no form in ROS cannot be asked there; the rest can.
       if (!carried) {
-        if (problem_) problem_(carried.error().message + "; " + base + " is served without it");
+        if (problem_) problem_(fmt::format("{}; {} is served without it", carried.error().message, base));
         continue;
       }
       if (method->oneway) {
@@ -427,7 +431,8 @@ class Serving final : public rpc::Opened {
         if (written && *written) return answer(message);
         // A reply of ROS has no place for an error: who asked hears nothing.
         if (problem)
-          problem(carried->name + " gives no answer: " + (written ? outcome.error().message : written.error().message));
+          problem(fmt::format("{} gives no answer: {}", carried->name,
+                              written ? outcome.error().message : written.error().message));
       };
       auto arguments = carried->read_arguments(request, limits);
       if (!arguments) {
@@ -480,7 +485,7 @@ class Watching final : public rpc::Opened {
       if (!type.empty()) return listen(type);
       lock.lock();
       if (!std::exchange(told, told || SteadyClock::now() > patience) && told && problem_)
-        problem_("nobody publishes on " + address_.name + " yet, in domain " + std::to_string(node_->domain()));
+        problem_(fmt::format("nobody publishes on {} yet, in domain {}", address_.name, node_->domain()));
       changed_.wait_for(lock, kLook, [&] { return stopped_; });
     }
   }
@@ -494,13 +499,14 @@ class Watching final : public rpc::Opened {
     const auto say = [&](const std::string& what) {
       if (problem_) problem_(what);
     };
-    if (!find_.find) return say("the type " + type + " is not known here");
+    if (!find_.find) return say(fmt::format("the type {} is not known here", type));
     const auto schema = find_.find(type);
     if (!schema.ok()) {
-      const std::string why = schema.diagnostics.empty() ? "" : ": " + to_string(schema.diagnostics.front());
-      return say(address_.name + " is of type " + type +
-                 ", whose definition is not here; set AMENT_PREFIX_PATH, or put it in interfaces/" + type + ".msg" +
-                 why);
+      const std::string why =
+          schema.diagnostics.empty() ? "" : fmt::format(": {}", to_string(schema.diagnostics.front()));
+      return say(fmt::format(
+          "{} is of type {}, whose definition is not here; set AMENT_PREFIX_PATH, or put it in interfaces/{}.msg{}",
+          address_.name, type, type, why));
     }
     const idl::ServicePtr interface = schema.value->service(type.substr(type.rfind('/') + 1));
     auto carried = Carried::make(*interface, *interface->methods.front(), address_.name);
@@ -537,10 +543,10 @@ class Ros final : public rpc::Middleware {
   std::string about() const override {
     if (std::string missing = lacks(); !missing.empty()) return missing;
     const GraphAddress here = *GraphAddress::parse("");
-    return "ROS 2 by Fast DDS, without authentication; domain " + std::to_string(here.domain_or_environment()) +
-           (here.localhost_or_environment() ? ", this machine only" : ", all machines of the network") +
-           (here.release_or_environment() == Release::kHumble ? ", messages between nodes as in Humble"
-                                                              : ", messages between nodes as from Iron on");
+    return fmt::format("ROS 2 by Fast DDS, without authentication; domain {}{}{}", here.domain_or_environment(),
+                       here.localhost_or_environment() ? ", this machine only" : ", all machines of the network",
+                       here.release_or_environment() == Release::kHumble ? ", messages between nodes as in Humble"
+                                                                         : ", messages between nodes as from Iron on");
   }
 
   std::string lacks() const override {
@@ -562,11 +568,11 @@ class Ros final : public rpc::Middleware {
         one->release_or_environment() == two->release_or_environment())
       return {};
     const auto said = [](const GraphAddress& each) { return std::string(release_of(each)); };
-    return fail("rpc.address", "\"" + to_string(address) + "\" is of " + said(*one) + ", and \"" + to_string(other) +
-                                   "\" of " + said(*two) + ", but all addresses of domain " +
-                                   std::to_string(one->domain_or_environment()) +
-                                   " are one node, which tells of itself as one release does; write the same release= "
-                                   "at both, or set ROS_DISTRO and leave it out");
+    return fail(
+        "rpc.address",
+        fmt::format("\"{}\" is of {}, and \"{}\" of {}, but all addresses of domain {} are one node, which tells of "
+                    "itself as one release does; write the same release= at both, or set ROS_DISTRO and leave it out",
+                    to_string(address), said(*one), to_string(other), said(*two), one->domain_or_environment()));
   }
 
   bool is_source(const Address& address, const idl::Service* interface) const override {
@@ -606,9 +612,11 @@ class Ros final : public rpc::Middleware {
     const auto parsed = GraphAddress::parse(address.path);
     if (!parsed) return tl::unexpected(parsed.error());
     if (services.size() > 1 && !parsed->name.ends_with('/')) {
-      return fail("rpc.address",
-                  "\"" + to_string(address) + "\" is one name, but there are " + std::to_string(services.size()) +
-                      " services; give what their names begin with, such as ros:/ for /" + services.front().name);
+      return fail(
+          "rpc.address",
+          fmt::format(
+              "\"{}\" is one name, but there are {} services; give what their names begin with, such as ros:/ for /{}",
+              to_string(address), services.size(), services.front().name));
     }
     auto node = open_node(*parsed, options.on_peer_error);
     if (!node) return tl::unexpected(std::move(node.error()));
@@ -648,8 +656,9 @@ class Ros final : public rpc::Middleware {
     const auto parsed = GraphAddress::parse(address.path);
     if (!parsed) return tl::unexpected(parsed.error());
     if (!parsed->publish) return {};
-    return fail("rpc.address",
-                "\"" + to_string(address) + "\" is a topic of ours; to hear what others say there, leave out publish");
+    return fail(
+        "rpc.address",
+        fmt::format("\"{}\" is a topic of ours; to hear what others say there, leave out publish", to_string(address)));
   }
 
   Result<std::unique_ptr<rpc::Opened>> overhear(const Address& address, idl::ServicePtr interface, Hearing hearing,
@@ -704,9 +713,9 @@ class Ros final : public rpc::Middleware {
     const Problem& tell = problem ? problem : options_.warn;
     if (tell) {
       tell(
-          "domain " + std::to_string((*node)->domain()) +
-          " of ROS 2 is open to all machines of the network; whoever reaches it can do everything, DDS is used without "
-          "authentication");
+          fmt::format("domain {} of ROS 2 is open to all machines of the network; whoever reaches it can do "
+                      "everything, DDS is used without authentication",
+                      (*node)->domain()));
     }
     return node;
   }

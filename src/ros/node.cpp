@@ -1,5 +1,7 @@
 #include "sentree/ros/detail/node.h"
 
+#include <fmt/format.h>
+
 #include <dlfcn.h>
 #include <unistd.h>
 
@@ -74,14 +76,16 @@ Result<dds::Open> load_dds() {
     const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
     const auto file = (program.parent_path() / "../lib/sentree/libsentree_dds.so").lexically_normal();
     if (!std::filesystem::exists(file, error)) {
-      return fail("rpc.address", "this build of Sentree has no ROS 2: there is no " + file.string() +
-                                     "; install libfastrtps-dev, and build again");
+      return fail(
+          "rpc.address",
+          fmt::format("this build of Sentree has no ROS 2: there is no {}; install libfastrtps-dev, and build again",
+                      file.string()));
     }
     void* const object = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (object == nullptr) {
       const char* const why = ::dlerror();
       return fail("rpc.address",
-                  "ROS 2 needs Fast DDS (Debian: libfastrtps2.9): " + std::string(why != nullptr ? why : ""));
+                  fmt::format("ROS 2 needs Fast DDS (Debian: libfastrtps2.9): {}", why != nullptr ? why : ""));
     }
     const auto open = reinterpret_cast<dds::Open>(::dlsym(object, dds::kOpenName));
     if (open == nullptr) return fail("rpc.address", file.string() + " is of another version of Sentree");
@@ -99,9 +103,9 @@ Result<std::shared_ptr<Node>> Node::of(const GraphAddress& address) {
   const std::lock_guard lock(mutex);
   if (auto known = nodes[key].lock()) {
     if (known->release_ == address.release_or_environment()) return known;
-    return fail("rpc.address", "\"ros:" + address.name + "\" is of another release than what is open in domain " +
-                                   std::to_string(key.first) +
-                                   " already, and all of that is one node; write the same release= everywhere");
+    return fail("rpc.address", fmt::format("\"ros:{}\" is of another release than what is open in domain {} already, "
+                                           "and all of that is one node; write the same release= everywhere",
+                                           address.name, key.first));
   }
   std::string error;
   std::unique_ptr<dds::Participant> participant(
@@ -129,7 +133,7 @@ std::string Node::other_type(const std::string& topic, const std::string& type) 
   for (const dds::Endpoint& each : endpoints()) {
     if (each.is_writer || each.topic != topic || each.type == type) continue;
     const std::string name = ros_name(each.type);
-    return ", but somebody has " + (name.empty() ? each.type : name) + " there";
+    return fmt::format(", but somebody has {} there", name.empty() ? each.type : name);
   }
   return {};
 }
@@ -169,7 +173,7 @@ void Node::tell_of(const dds::Guid& guid, bool is_writer, bool is_there) {
   put_gid(participant_->guid());
   put_number(out, 1);
   put_text(out, "/");
-  put_text(out, "sentree_" + std::to_string(::getpid()));
+  put_text(out, fmt::format("sentree_{}", ::getpid()));
   for (const auto* all : {&readers_, &writers_}) {
     put_number(out, static_cast<std::uint32_t>(all->size()));
     for (const dds::Guid& each : *all) put_gid(each);

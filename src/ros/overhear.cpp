@@ -1,5 +1,7 @@
 #include "sentree/ros/detail/overhear.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <condition_variable>
 #include <deque>
@@ -53,8 +55,8 @@ class ServiceEar {
 
   // Opens what is needed to listen while a server is there, and closes it afterwards. By one thread only.
   void look() {
-    const std::string asked = "rq" + service_.name + "Request";
-    const std::string answered = "rr" + service_.name + "Reply";
+    const std::string asked = fmt::format("rq{}Request", service_.name);
+    const std::string answered = fmt::format("rr{}Reply", service_.name);
     bool reads = false;
     bool writes = false;
     bool is_cyclone = false;
@@ -62,8 +64,8 @@ class ServiceEar {
       if (each.overhears) continue;
       if (!each.is_writer && each.topic == asked) {
         if (each.type != service_.request_type) {
-          trouble_(service_.name + " is " + ros_name(each.type) + " there, and " + ros_name(service_.request_type) +
-                   " here, so nothing of it is heard");
+          trouble_(fmt::format("{} is {} there, and {} here, so nothing of it is heard", service_.name,
+                               ros_name(each.type), ros_name(service_.request_type)));
           continue;
         }
         reads = true;
@@ -79,7 +81,7 @@ class ServiceEar {
       if (replies_ != nullptr) return;
       replies_ = graph.read(
           {answered, service_.reply_type, {}}, [this](dds::Sample s) { post(false, std::move(s)); }, nothing, error);
-      if (replies_ == nullptr) trouble_("nothing can be heard of " + service_.name + ": " + error);
+      if (replies_ == nullptr) trouble_(fmt::format("nothing can be heard of {}: {}", service_.name, error));
       return;
     }
     if ((reads && writes) == (requests_ != nullptr)) return;
@@ -92,7 +94,7 @@ class ServiceEar {
         {asked, service_.request_type, {}, mark}, [this](dds::Sample s) { post(true, std::move(s)); }, nothing, error);
     if (replies_ != nullptr && silent_ != nullptr && requests_ != nullptr) return;
     close();
-    trouble_("nothing can be heard of " + service_.name + ": " + error);
+    trouble_(fmt::format("nothing can be heard of {}: {}", service_.name, error));
   }
 
   void close() {
@@ -110,7 +112,8 @@ class ServiceEar {
       else
         reply(std::move(*kept));
     });
-    if (!fits) trouble_("what is said at " + service_.name + " comes faster than it is heard: the oldest is lost");
+    if (!fits)
+      trouble_(fmt::format("what is said at {} comes faster than it is heard: the oldest is lost", service_.name));
   }
 
   // Behind the head of the message, where rmw_cyclonedds has it; taken away.
@@ -246,7 +249,7 @@ class Overhearing final : public rpc::Opened {
         [this, take = std::move(take), name = channel.topic](dds::Sample sample) {
           auto kept = std::make_shared<Octets>(std::move(sample.octets));
           if (!worker_.post([take, kept] { take(*kept); }))
-            trouble("messages of " + name.substr(2) + " come faster than they are heard: the oldest are lost");
+            trouble(fmt::format("messages of {} come faster than they are heard: the oldest are lost", name.substr(2)));
         },
         [this](const std::string& misfit) {
           if (!misfit.empty()) trouble(misfit);
@@ -269,8 +272,8 @@ class Overhearing final : public rpc::Opened {
       const auto request = [this, carried = *made](const Octets& message) -> std::optional<Asked> {
         auto arguments = carried->read_arguments(message, {});
         if (arguments) return Asked{hearing_.request(*carried->method, std::move(*arguments)), {}};
-        trouble("a message of " + carried->name + " cannot be read as " + interface_->name + ": " +
-                arguments.error().message);
+        trouble(fmt::format("a message of {} cannot be read as {}: {}", carried->name, interface_->name,
+                            arguments.error().message));
         return std::nullopt;
       };
       if (method->oneway) {

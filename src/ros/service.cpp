@@ -1,5 +1,7 @@
 #include "sentree/ros/detail/service.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <random>
 
@@ -24,7 +26,7 @@ void put(std::vector<std::uint8_t>& out, std::uint64_t number) {
 
 std::string user_data(const char* key, std::uint64_t id) {
   static const char* const kDigits = "0123456789abcdef";
-  std::string out = std::string(key) + "=";
+  std::string out = fmt::format("{}=", key);
   for (int i = 0; i < 16; ++i) {
     const auto octet = static_cast<unsigned>(i < 8 ? id >> (8 * i) & 0xffU : 0);
     if (i > 0) out += '.';
@@ -40,17 +42,17 @@ bool has_prefix(const std::vector<dds::Guid>& all, const dds::Guid& guid) {
 }
 
 dds::Channel request_channel(const ServiceName& s, std::string data) {
-  return {"rq" + s.name + "Request", s.request_type, {}, std::move(data)};
+  return {fmt::format("rq{}Request", s.name), s.request_type, {}, std::move(data)};
 }
 dds::Channel reply_channel(const ServiceName& s, std::string data) {
-  return {"rr" + s.name + "Reply", s.reply_type, {}, std::move(data)};
+  return {fmt::format("rr{}Reply", s.name), s.reply_type, {}, std::move(data)};
 }
 
 }  // namespace
 
 Result<std::shared_ptr<ServiceClient>> ServiceClient::of(const std::shared_ptr<Node>& node,
                                                          const ServiceName& service) {
-  return node->shared<ServiceClient>("client " + service.name + " " + service.request_type,
+  return node->shared<ServiceClient>(fmt::format("client {} {}", service.name, service.request_type),
                                      [&] { return make(node, service); });
 }
 

@@ -1,5 +1,7 @@
 #include "sentree/rpc/address.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 
@@ -9,8 +11,7 @@ namespace sentree::rpc {
 namespace {
 
 tl::unexpected<Diagnostic> wrong(std::string_view text, std::string_view why) {
-  return fail("rpc.address",
-              "address \"" + std::string(text) + "\" " + std::string(why) + "; an address is " + address_forms());
+  return fail("rpc.address", fmt::format("address \"{}\" {}; an address is {}", text, why, address_forms()));
 }
 
 bool set_option(std::string_view option, Address& out) {
@@ -39,8 +40,10 @@ Result<Address> Address::parse(std::string_view text) {
   }
   for (const AddressOption& option : cut_options(rest)) {
     if (!set_option(option.text, out)) {
-      return wrong(text, "has the unknown option \"" + std::string(option.text) +
-                             "\" (there is protocol=binary|compact, transport=buffered|framed)");
+      return wrong(
+          text,
+          fmt::format("has the unknown option \"{}\" (there is protocol=binary|compact, transport=buffered|framed)",
+                      option.text));
     }
   }
   if (rest.starts_with("local:") || rest.starts_with("unix:")) {
@@ -55,8 +58,7 @@ Result<Address> Address::parse(std::string_view text) {
     out.path = rest.substr(0, hash);
     if (out.path.empty()) return wrong(text, local ? "has no name" : "has no path");
     if (!local && out.path.size() > kSocketPathMax) {
-      return wrong(text,
-                   "has a path of more than " + std::to_string(kSocketPathMax) + " bytes, which no socket can have");
+      return wrong(text, fmt::format("has a path of more than {} bytes, which no socket can have", kSocketPathMax));
     }
     if (out.path.find('\0') != std::string::npos) return wrong(text, "has a NUL in its path");
     return out;
@@ -81,7 +83,7 @@ Result<Address> Address::parse(std::string_view text) {
     return wrong(text, "has colons in its host; write IPv6 in brackets");
   const auto read = std::from_chars(port.data(), port.data() + port.size(), out.port);
   if (port.empty() || read.ec != std::errc() || read.ptr != port.data() + port.size()) {
-    return wrong(text, "has the port \"" + std::string(port) + "\", which is no number from 0 to 65535");
+    return wrong(text, fmt::format("has the port \"{}\", which is no number from 0 to 65535", port));
   }
   return out;
 }
@@ -103,14 +105,14 @@ std::vector<AddressOption> cut_options(std::string_view& address) {
 std::string to_string(const Address& address) {
   std::string out;
   switch (address.kind) {
-    case Address::Kind::kOther: return address.scheme + ":" + address.path;
+    case Address::Kind::kOther: return fmt::format("{}:{}", address.scheme, address.path);
     case Address::Kind::kLocal: out = "local:" + address.path; break;
     case Address::Kind::kUnix: out = "unix:" + address.path; break;
     case Address::Kind::kTcp:
     case Address::Kind::kTls: {
       const bool ipv6 = address.host.find(':') != std::string::npos;
       out = address.kind == Address::Kind::kTcp ? "tcp://" : "tls://";
-      out += (ipv6 ? "[" + address.host + "]" : address.host) + ":" + std::to_string(address.port);
+      out += fmt::format("{}:{}", ipv6 ? fmt::format("[{}]", address.host) : address.host, address.port);
       break;
     }
   }

@@ -1,5 +1,7 @@
 #include "sentree/rpc/async_client.h"
 
+#include <fmt/format.h>
+
 #include <poll.h>
 
 #include <deque>
@@ -44,7 +46,7 @@ class AsyncClient::Impl {
     std::unique_lock lock(mutex_);
     if (closed_ || waiting_.size() >= kAsyncCallsMax) {
       CallError error = line_->unreachable(closed_ ? "the client has been closed"
-                                                   : std::to_string(kAsyncCallsMax) + " calls are waiting already");
+                                                   : fmt::format("{} calls are waiting already", kAsyncCallsMax));
       lock.unlock();
       return finish(std::move(job), tl::unexpected(std::move(error)));
     }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -89,8 +91,7 @@ StreamStatus Inbox::receive() {
 void Inbox::fetch() {
   if (frame_end_ != 0) throw WireError{StreamStatus::kFailed, "the message goes beyond its frame"};
   if (end_ - begin_ >= message_bytes_max_) {
-    throw WireError{StreamStatus::kFailed,
-                    "the message has more than " + std::to_string(message_bytes_max_) + " bytes"};
+    throw WireError{StreamStatus::kFailed, fmt::format("the message has more than {} bytes", message_bytes_max_)};
   }
   make_room();
   if (const StreamStatus status = receive(); status != StreamStatus::kOk) {
@@ -132,8 +133,8 @@ void Inbox::open_frame() {
   const std::size_t length =
       (std::size_t{head[0]} << 24U) | (std::size_t{head[1]} << 16U) | (std::size_t{head[2]} << 8U) | head[3];
   if (length == 0 || length > message_bytes_max_ - std::min<std::size_t>(message_bytes_max_, 4)) {
-    throw WireError{StreamStatus::kFailed, "a frame of " + std::to_string(length) + " bytes; the bound is " +
-                                               std::to_string(message_bytes_max_)};
+    throw WireError{StreamStatus::kFailed,
+                    fmt::format("a frame of {} bytes; the bound is {}", length, message_bytes_max_)};
   }
   (void)peek(4 + length);
   rBase_ += 4;

@@ -1,5 +1,7 @@
 #include "sentree/rpc/detail/calls.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace sentree::rpc {
@@ -40,10 +42,11 @@ ClientCounters Calls::counters() const {
 Result<std::shared_ptr<const TlsContext>> prepare_remote(const Address& address, const TlsFiles& files) {
   if (address.kind == Address::Kind::kLocal) {
     return fail("rpc.address",
-                "address \"" + to_string(address) + "\" is in this process, so nothing can connect to it");
+                fmt::format("address \"{}\" is in this process, so nothing can connect to it", to_string(address)));
   }
   if (address.kind == Address::Kind::kOther) {
-    return fail("rpc.address", "address \"" + to_string(address) + "\" is none of Thrift, which is needed here");
+    return fail("rpc.address",
+                fmt::format("address \"{}\" is none of Thrift, which is needed here", to_string(address)));
   }
   if (address.kind != Address::Kind::kTls) return std::shared_ptr<const TlsContext>();
   return tls_context(files, false);

@@ -1,5 +1,7 @@
 #include "sentree/rpc/listener.h"
 
+#include <fmt/format.h>
+
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
@@ -21,13 +23,15 @@ tl::unexpected<Diagnostic> failed(const Address& address, int error) {
   struct stat info {};
   if (error == EADDRINUSE && address.kind == Address::Kind::kUnix && ::lstat(address.path.c_str(), &info) == 0 &&
       !S_ISSOCK(info.st_mode))
-    return fail("rpc.address",
-                "cannot listen at " + at + ": a file that is no socket is there; remove it or choose another path");
+    return fail(
+        "rpc.address",
+        fmt::format("cannot listen at {}: a file that is no socket is there; remove it or choose another path", at));
   if (error == EADDRINUSE) {
-    return fail("rpc.port-taken", at + " is taken: another process listens there; stop it or choose another " +
-                                      (address.kind == Address::Kind::kUnix ? "path" : "port (0 takes a free one)"));
+    return fail("rpc.port-taken",
+                fmt::format("{} is taken: another process listens there; stop it or choose another {}", at,
+                            address.kind == Address::Kind::kUnix ? "path" : "port (0 takes a free one)"));
   }
-  return fail("rpc.address", "cannot listen at " + at + ": " + std::generic_category().message(error));
+  return fail("rpc.address", fmt::format("cannot listen at {}: {}", at, std::generic_category().message(error)));
 }
 
 bool loopback(const std::string& bytes, int family) {
@@ -58,10 +62,11 @@ Listener::~Listener() {
 Result<Listener> Listener::open(Address& address, bool insecure) {
   Listener out;
   if (address.kind == Address::Kind::kLocal) {
-    return fail("rpc.address", "address \"" + to_string(address) + "\" is in this process; nothing can listen there");
+    return fail("rpc.address",
+                fmt::format("address \"{}\" is in this process; nothing can listen there", to_string(address)));
   }
   if (address.kind == Address::Kind::kOther)
-    return fail("rpc.address", "address \"" + to_string(address) + "\" is none of a socket");
+    return fail("rpc.address", fmt::format("address \"{}\" is none of a socket", to_string(address)));
   if (address.kind == Address::Kind::kUnix) {
     sockaddr_un at{};
     at.sun_family = AF_UNIX;
@@ -79,11 +84,11 @@ Result<Listener> Listener::open(Address& address, bool insecure) {
   Resolver resolver;
   const auto at = resolver.resolve(address.host, address.port, true, kNoDeadline);
   if (at.status != StreamStatus::kOk)
-    return fail("rpc.address", "cannot listen at " + to_string(address) + ": " + at.why);
+    return fail("rpc.address", fmt::format("cannot listen at {}: {}", to_string(address), at.why));
   if (address.kind == Address::Kind::kTcp && !insecure && !loopback(at.socket_address, at.family)) {
-    return fail("rpc.not-loopback", to_string(address) +
-                                        " can be reached from other machines, and tcp:// hides and checks nothing; use "
-                                        "tls://, or allow it with --insecure");
+    return fail("rpc.not-loopback", fmt::format("{} can be reached from other machines, and tcp:// hides and checks "
+                                                "nothing; use tls://, or allow it with --insecure",
+                                                to_string(address)));
   }
   out.socket_ = Descriptor(::socket(at.family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!out.socket_) return failed(address, errno);

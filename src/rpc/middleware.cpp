@@ -1,5 +1,7 @@
 #include "sentree/rpc/middleware.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -55,16 +57,14 @@ std::vector<std::unique_ptr<Middleware>>& registered() {
 }  // namespace
 
 Result<std::unique_ptr<Opened>> Middleware::subscribe(const Address& address, idl::ServicePtr, Take, SubscribeOptions) {
-  return fail("rpc.address", "nothing can be read from " + to_string(address) + ": it has no topics");
+  return fail("rpc.address", fmt::format("nothing can be read from {}: it has no topics", to_string(address)));
 }
 
 Result<void> Middleware::check_overheard(const Address& address, const idl::Service& interface) const {
   if (is_source(address, &interface)) return {};
-  return fail(
-      "rpc.address",
-      "what is said at \"" + to_string(address) +
-          "\" passes between its two ends, and reaches nobody else; observed can be what is published, and all of "
-          "a graph of ROS 2");
+  return fail("rpc.address", fmt::format("what is said at \"{}\" passes between its two ends, and reaches nobody else; "
+                                         "observed can be what is published, and all of a graph of ROS 2",
+                                         to_string(address)));
 }
 
 Result<std::unique_ptr<Opened>> Middleware::overhear(const Address& address, idl::ServicePtr interface, Hearing hearing,
@@ -83,7 +83,7 @@ Result<std::unique_ptr<Opened>> Middleware::watch(const Address& address, std::f
 }
 
 Result<std::vector<NetworkEntry>> Middleware::list(const Address& address, std::chrono::milliseconds) {
-  return fail("rpc.address", "\"" + to_string(address) + "\" is no network that could tell what it offers");
+  return fail("rpc.address", fmt::format("\"{}\" is no network that could tell what it offers", to_string(address)));
 }
 
 Address Middleware::beside(const Address& address, const std::string&, const std::string& other) const {

@@ -1,5 +1,7 @@
 #include "sentree/rpc/server.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <utility>
@@ -84,7 +86,7 @@ class Server::Impl {
     if (stopping_.load()) return;
     peer_errors_.fetch_add(1);
     if (options_.on_peer_error)
-      options_.on_peer_error("a peer of " + to_string(address_) + " was disconnected: " + why);
+      options_.on_peer_error(fmt::format("a peer of {} was disconnected: {}", to_string(address_), why));
   }
 
   // However a connection ends, the answers that it still owes find it closed.
@@ -130,14 +132,15 @@ class Server::Impl {
       c.wire->skip_body();
       c.wire->end_message();
       if (head.type == MessageType::kOneway) return;
-      return answers->fail(std::string(method_name), head.sequence,
-                           service == nullptr
-                               ? "there is no service for \"" + head.name + "\" here; there is " + service_names()
-                               : service->interface().name + " has no method \"" + std::string(method_name) + "\"" +
-                                     (head.name == method_name && services_.size() > 1
-                                          ? "; a call that names no service is for the first of " + service_names()
-                                          : std::string()),
-                           kUnknownMethod);
+      return answers->fail(
+          std::string(method_name), head.sequence,
+          service == nullptr
+              ? fmt::format("there is no service for \"{}\" here; there is {}", head.name, service_names())
+              : fmt::format("{} has no method \"{}\"{}", service->interface().name, method_name,
+                            head.name == method_name && services_.size() > 1
+                                ? "; a call that names no service is for the first of " + service_names()
+                                : std::string()),
+          kUnknownMethod);
     }
     const Value arguments = c.wire->read_arguments(*method);
     c.wire->end_message();
@@ -153,7 +156,7 @@ class Server::Impl {
 
   std::string service_names() const {
     std::string out;
-    for (const NamedService& s : services_) out += (out.empty() ? "\"" : ", \"") + s.name + "\"";
+    for (const NamedService& s : services_) out += fmt::format("{}{}\"", out.empty() ? "\"" : ", \"", s.name);
     return out;
   }
 

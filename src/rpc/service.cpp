@@ -1,5 +1,7 @@
 #include "sentree/rpc/service.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -23,7 +25,7 @@ const idl::Field* declared_exception(const idl::Method& method, std::string_view
 }
 
 Outcome checked(const idl::Method& method, Outcome outcome) {
-  const std::string call = method.service + "." + method.name;
+  const std::string call = fmt::format("{}.{}", method.service, method.name);
   if (outcome) {
     if (method.oneway) return Value();
     if (idl::conforms(*method.result, *outcome)) return outcome;
@@ -38,11 +40,11 @@ Outcome checked(const idl::Method& method, Outcome outcome) {
   }
   const idl::Field* declared = declared_exception(method, error.exception);
   if (declared == nullptr) {
-    return tl::unexpected(
-        CallError{CallErrorKind::kProtocol,
-                  call + " failed with \"" + error.exception + "\", which it does not declare: " + error.message,
-                  {},
-                  {}});
+    return tl::unexpected(CallError{
+        CallErrorKind::kProtocol,
+        fmt::format("{} failed with \"{}\", which it does not declare: {}", call, error.exception, error.message),
+        {},
+        {}});
   }
   if (error.data.is_null()) error.data = Value(Map());
   auto fields = idl::conform(*declared->type, std::move(error.data), "exception of " + call);

@@ -1,5 +1,7 @@
 #include "sentree/rpc/stream.h"
 
+#include <fmt/format.h>
+
 #include <fcntl.h>
 #include <netdb.h>
 #include <netinet/in.h>
@@ -252,7 +254,7 @@ Connected connect_to(const Address& address, Resolver& resolver, const std::shar
     return connect_socket(AF_UNIX, reinterpret_cast<const sockaddr*>(&at), sizeof at, deadline);
   }
   const Resolver::Answer at = resolver.resolve(address.host, address.port, false, deadline);
-  if (at.status != StreamStatus::kOk) return {nullptr, at.status, "\"" + address.host + "\": " + at.why};
+  if (at.status != StreamStatus::kOk) return {nullptr, at.status, fmt::format("\"{}\": {}", address.host, at.why)};
   Connected out = connect_socket(at.family, reinterpret_cast<const sockaddr*>(at.socket_address.data()),
                                  static_cast<socklen_t>(at.socket_address.size()), deadline);
   if (out.stream == nullptr || address.kind != Address::Kind::kTls) return out;

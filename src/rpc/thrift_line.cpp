@@ -1,5 +1,7 @@
 #include "sentree/rpc/detail/thrift_line.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -15,7 +17,7 @@ constexpr milliseconds kTrustedIdle{20};
 
 // An address of its own kind for a service that several share.
 std::string wire_name(const Address& address, const std::string& method) {
-  return address.service.empty() ? method : address.service + ":" + method;
+  return address.service.empty() ? method : fmt::format("{}:{}", address.service, method);
 }
 
 }  // namespace
@@ -23,20 +25,20 @@ std::string wire_name(const Address& address, const std::string& method) {
 ThriftLine::ThriftLine(const Address& address, const ClientOptions& options, std::shared_ptr<const TlsContext> tls)
     : address_(address), options_(options), tls_(std::move(tls)) {}
 
-std::string ThriftLine::where() const { return "\"" + options_.target + "\" at " + to_string(address_); }
+std::string ThriftLine::where() const { return fmt::format("\"{}\" at {}", options_.target, to_string(address_)); }
 
 CallError ThriftLine::unreachable(const std::string& why) const {
-  return {CallErrorKind::kUnreachable, where() + " is unreachable: " + why, {}, {}};
+  return {CallErrorKind::kUnreachable, fmt::format("{} is unreachable: {}", where(), why), {}, {}};
 }
 
 CallError ThriftLine::late(const std::string& what) const {
-  return {CallErrorKind::kLate, where() + " did not answer in time: " + what, {}, {}};
+  return {CallErrorKind::kLate, fmt::format("{} did not answer in time: {}", where(), what), {}, {}};
 }
 
 CallError ThriftLine::broken(const WireError& error) {
   drop();
   if (error.status == StreamStatus::kClosed) return unreachable(error.why);
-  return {CallErrorKind::kProtocol, where() + " broke the protocol: " + error.why, {}, {}};
+  return {CallErrorKind::kProtocol, fmt::format("{} broke the protocol: {}", where(), error.why), {}, {}};
 }
 
 ThriftLine::Counts ThriftLine::counts() const {
@@ -90,7 +92,7 @@ tl::expected<void, CallError> ThriftLine::connected(Deadline deadline) {
   if (connection_ != nullptr) return {};
   if (now < next_attempt_) {
     const auto wait = std::chrono::ceil<milliseconds>(next_attempt_ - now).count();
-    return tl::unexpected(unreachable(last_failure_ + "; tried again in " + std::to_string(wait) + " ms"));
+    return tl::unexpected(unreachable(fmt::format("{}; tried again in {} ms", last_failure_, wait)));
   }
   Connected made = connect_to(address_, resolver_, tls_, deadline);
   if (made.stream == nullptr) {
@@ -180,7 +182,7 @@ Outcome ThriftLine::receive(const idl::Method& method, Deadline deadline) {
         }
         // A peer that numbers its replies itself is forgiven as long as there is nothing to confuse.
         if (head.sequence != sequence_ && !owed_.empty()) {
-          throw WireError{StreamStatus::kFailed, "a reply with the unknown number " + std::to_string(head.sequence)};
+          throw WireError{StreamStatus::kFailed, fmt::format("a reply with the unknown number {}", head.sequence)};
         }
         ReplyBody body = c.wire->read_reply(head.type, method);
         c.wire->end_message();
@@ -205,11 +207,11 @@ Outcome ThriftLine::outcome_of(const idl::Method& method, ReplyBody body) {
   if (body.form == ReplyBody::Form::kException) {
     const std::string& name = body.exception->type->structure->name;
     return tl::unexpected(CallError{CallErrorKind::kException,
-                                    "\"" + options_.target + "\" answered " + method.name + " with " + name, name,
+                                    fmt::format("\"{}\" answered {} with {}", options_.target, method.name, name), name,
                                     std::move(body.value)});
   }
-  const std::string why =
-      body.failure_type == kUnknownMethod ? " knows no " + method.name + ": " : " failed in " + method.name + ": ";
+  const std::string why = body.failure_type == kUnknownMethod ? fmt::format(" knows no {}: ", method.name)
+                                                              : fmt::format(" failed in {}: ", method.name);
   return tl::unexpected(CallError{CallErrorKind::kProtocol, where() + why + body.failure, {}, {}});
 }
 

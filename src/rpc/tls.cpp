@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
@@ -163,14 +165,15 @@ Result<std::shared_ptr<const TlsContext>> tls_context(const TlsFiles& files, boo
        {std::pair("authority", &files.authority), {"certificate", &files.certificate}, {"key", &files.key}}) {
     if (file->empty()) {
       return fail("rpc.tls",
-                  std::string("tls:// needs three PEM files: authority, certificate, key; there is no ") + name +
-                      " (commands take them from SENTREE_TLS_AUTHORITY, SENTREE_TLS_CERTIFICATE and SENTREE_TLS_KEY)");
+                  fmt::format("tls:// needs three PEM files: authority, certificate, key; there is no {} (commands "
+                              "take them from SENTREE_TLS_AUTHORITY, SENTREE_TLS_CERTIFICATE and SENTREE_TLS_KEY)",
+                              name));
     }
   }
   auto context = std::make_shared<TlsContext>(server);
   SSL_CTX* c = context->get();
   const auto wrong = [](const std::string& what, const std::string& file) {
-    return fail("rpc.tls", what + " \"" + file + "\" cannot be used: " + last_error());
+    return fail("rpc.tls", fmt::format("{} \"{}\" cannot be used: {}", what, file, last_error()));
   };
   ::SSL_CTX_set_min_proto_version(c, TLS1_2_VERSION);
   ::SSL_CTX_set_verify(c, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);

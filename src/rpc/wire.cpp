@@ -1,5 +1,7 @@
 #include "sentree/rpc/detail/wire.h"
 
+#include <fmt/format.h>
+
 #include <thrift/TApplicationException.h>
 
 #include <algorithm>
@@ -110,7 +112,7 @@ class WireOf final : public Wire {
       protocol::TMessageType type = protocol::T_CALL;
       reader_->readMessageBegin(head.name, type, head.sequence);
       const int number = static_cast<int>(type);
-      if (number < 1 || number > 4) broken("a message of the unknown type " + std::to_string(number));
+      if (number < 1 || number > 4) broken(fmt::format("a message of the unknown type {}", number));
       head.type = static_cast<MessageType>(number);
       return head;
     });
@@ -299,12 +301,12 @@ class WireOf final : public Wire {
       }
     }
     reader_->readStructEnd();
-    if (!found) broken("the reply to " + method.name + " holds no result");
+    if (!found) broken(fmt::format("the reply to {} holds no result", method.name));
   }
 
   void count_value(int depth) {
-    if (depth > limits_.nesting) broken("values are nested more than " + std::to_string(limits_.nesting) + " deep");
-    if (values_left_ == 0) broken("the message holds more than " + std::to_string(limits_.values) + " values");
+    if (depth > limits_.nesting) broken(fmt::format("values are nested more than {} deep", limits_.nesting));
+    if (values_left_ == 0) broken(fmt::format("the message holds more than {} values", limits_.values));
     --values_left_;
   }
 
@@ -346,7 +348,7 @@ class WireOf final : public Wire {
         if (f.requiredness != idl::Requiredness::kRequired) continue;
         const Value* there = out.find(f.name);
         if (there == nullptr || there->is_null())
-          broken("the required field \"" + f.name + "\" of " + s.name + " is missing");
+          broken(fmt::format("the required field \"{}\" of {} is missing", f.name, s.name));
       }
     }
     return Value(std::move(out));
@@ -442,7 +444,8 @@ class WireOf final : public Wire {
     TType element = protocol::T_VOID;
     std::uint32_t size = 0;
     type.kind == Kind::kList ? reader_->readListBegin(element, size) : reader_->readSetBegin(element, size);
-    if (size > 0 && element != wire_type(*type.element)) broken("the items of a " + type.name + " have another type");
+    if (size > 0 && element != wire_type(*type.element))
+      broken(fmt::format("the items of a {} have another type", type.name));
     List items;
     items.reserve(std::min<std::size_t>(size, kReserveMax));
     for (std::uint32_t i = 0; i < size; ++i) items.push_back(read(*type.element, depth + 1));
@@ -457,7 +460,7 @@ class WireOf final : public Wire {
     std::uint32_t size = 0;
     reader_->readMapBegin(key, element, size);
     if (size > 0 && (key != wire_type(*type.key) || element != wire_type(*type.element))) {
-      broken("the entries of a " + type.name + " have other types");
+      broken(fmt::format("the entries of a {} have other types", type.name));
     }
     List pairs;
     pairs.reserve(std::min<std::size_t>(size, kReserveMax));

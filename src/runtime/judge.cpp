@@ -19,8 +19,8 @@ void judge(const project::Scenario& scenario, RunReport& report) {
     report.unmet.push_back("the run could not go on: " + report.error);
   if (report.interrupted) report.unmet.push_back("the run was interrupted");
   if (scenario.mission && *scenario.mission != to_string(report.mission)) {
-    report.unmet.push_back("mission status " + std::string(to_string(report.mission)) + ", expected " +
-                           *scenario.mission + (report.reason.empty() ? "" : fmt::format(" ({})", report.reason)));
+    report.unmet.push_back(fmt::format("mission status {}, expected {}{}", to_string(report.mission), *scenario.mission,
+                                       report.reason.empty() ? "" : fmt::format(" ({})", report.reason)));
   }
   if (!scenario.mission_reason.empty() && report.reason.find(scenario.mission_reason) == std::string::npos) {
     report.unmet.push_back(fmt::format("reason \"{}\", expected \"{}\" in it", report.reason, scenario.mission_reason));

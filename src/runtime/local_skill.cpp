@@ -1,5 +1,7 @@
 #include "sentree/runtime/local_skill.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -61,7 +63,7 @@ bool SkillActor::held_back(std::string_view message, mission::SkillDelivery& wha
   const TimePoint present = now();
   not_before = std::max(not_before, present);
   if (faults_.any())
-    not_before = std::max(not_before, present + faults_.delay_of(machine_.model().name + "." + std::string(message)));
+    not_before = std::max(not_before, present + faults_.delay_of(fmt::format("{}.{}", machine_.model().name, message)));
   if (not_before == present) return false;
   scheduler_.at(actor_, not_before, mission::Rank::kMessage, addressed(std::move(what)));
   return true;

@@ -1,5 +1,7 @@
 #include "sentree/runtime/monitors.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -35,7 +37,7 @@ Monitors::Monitors(const project::Plan& plan, Scheduler& scheduler, Stream& stre
 Message decision_message(const MonitorReport& report) {
   Message message;
   message.source = report.name;
-  message.name = "monitor." + std::string(to_string(report.verdict));
+  message.name = fmt::format("monitor.{}", to_string(report.verdict));
   message.data = Map{{"monitor", report.name}, {"state", report.decision->state}};
   return message;
 }

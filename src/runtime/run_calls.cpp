@@ -132,7 +132,7 @@ mission::CallOutcome Run::Impl::call_service(const std::string& name, const std:
     request.kind = MessageKind::kRequest;
     request.source = "scenario";
     request.target = name;
-    request.name = name + "." + method + ".request";
+    request.name = fmt::format("{}.{}.request", name, method);
     request.call = publisher_.next_call();
     request.data = Map{{"args", *args}};
     stream_.publish(std::move(request));
@@ -173,8 +173,8 @@ void Run::Impl::serve_control() {
     return entries;
   };
   handler.call = [this](const std::string& service, const std::string& method, const Value& arguments) {
-    auto applied = steering_.apply_for(project::intervention::Call{.method = service + "." + method, .args = arguments},
-                                       "control");
+    auto applied = steering_.apply_for(
+        project::intervention::Call{.method = fmt::format("{}.{}", service, method), .args = arguments}, "control");
     if (applied) return std::move(applied->outcome);
     return mission::CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = applied.error().message};
   };

@@ -234,7 +234,7 @@ void RunSteering::ask_to_stop(const std::string& source) {
 
 void RunSteering::inject(const project::Injection& injection) {
   const auto applied = execute(injection.what, injection.source, false);
-  const std::string place = to_string(injection.span) + ": ";
+  const std::string place = fmt::format("{}: ", to_string(injection.span));
   if (!applied) {
     run_.problem(place + applied.error().message);
   } else if (const auto* call = std::get_if<Call>(&injection.what)) {
@@ -291,7 +291,8 @@ Result<void> RunSteering::kill_or_restart(const std::string& part, const project
   const bool kill = std::holds_alternative<Kill>(what);
   const auto publish = [&] { run_.publish(project::injection_message(what, source, 0)); };
   const auto refuse_state = [&] {
-    return fail("steering.part-state", "\"" + part + (kill ? "\" is killed already" : "\" has not been killed"));
+    return fail("steering.part-state",
+                fmt::format("\"{}{}", part, kill ? "\" is killed already" : "\" has not been killed"));
   };
   const auto& processes = run_.plan->scenario.processes;
   if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == part; })) {

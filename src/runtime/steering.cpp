@@ -1,5 +1,7 @@
 #include "sentree/runtime/steering.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace sentree::runtime {
@@ -23,7 +25,7 @@ Result<std::uint64_t> number(Result<Steering::Applied> applied) {
 Result<void> Steering::stop() { return done(apply(Stop{})); }
 
 Result<mission::CallOutcome> Steering::call(const std::string& service, const std::string& method, Value args) {
-  auto applied = apply(Call{.method = service + "." + method, .args = std::move(args)});
+  auto applied = apply(Call{.method = fmt::format("{}.{}", service, method), .args = std::move(args)});
   if (!applied) return tl::unexpected(applied.error());
   return std::move(applied->outcome);
 }

@@ -49,7 +49,7 @@ void Telemetry::publish(const Topic& topic, Value what) {
   request.kind = MessageKind::kRequest;
   request.source = std::string(project::kSimulatorPart);
   request.target = topic.service;
-  request.name = topic.service + "." + topic.method + ".request";
+  request.name = fmt::format("{}.{}.request", topic.service, topic.method);
   request.call = publisher_.next_call();
   Map args;
   args.append(topic.argument, std::move(what));

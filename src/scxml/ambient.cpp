@@ -1,4 +1,6 @@
 // What the expressions of a chart ask for that is neither its data nor an event.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 
@@ -117,7 +119,7 @@ std::vector<Found> asked_by(std::string_view script) {
       const std::string_view inner = member();
       constexpr std::array<std::string_view, 5> kPlain{"name", "type", "data", "raw", "origintype"};
       if (std::find(kPlain.begin(), kPlain.end(), inner) == kPlain.end())
-        found.push_back({Ambient::kIds, inner.empty() ? "_event" : "_event." + std::string(inner)});
+        found.push_back({Ambient::kIds, inner.empty() ? "_event" : fmt::format("_event.{}", inner)});
       if (inner.empty()) continue;
       before = inner;
     }

@@ -1,5 +1,7 @@
 #include "sentree/scxml/basic_http.h"
 
+#include <fmt/format.h>
+
 #include <optional>
 #include <utility>
 
@@ -65,7 +67,7 @@ std::string text_of(const Value& value) {
 HttpPost to_http(const OutgoingSend& send) {
   HttpPost post{std::string(kForm), {}};
   const auto add = [&](std::string_view name, const std::string& value) {
-    post.body += (post.body.empty() ? "" : "&") + encode(name) + "=" + encode(value);
+    post.body += fmt::format("{}{}={}", post.body.empty() ? "" : "&", encode(name), encode(value));
   };
   if (!send.event.empty()) add(kEventName, send.event);
   if (!send.data) return post;
@@ -81,7 +83,7 @@ HttpPost to_http(const OutgoingSend& send) {
 
 Event from_http(std::string_view method, std::string_view content_type, std::string_view body, std::string raw) {
   Event event;
-  event.name = "HTTP." + std::string(method);
+  event.name = fmt::format("HTTP.{}", method);
   event.origintype = kBasicHttpProcessor;
   event.raw = std::move(raw);
   if (!content_type.starts_with(kForm)) {

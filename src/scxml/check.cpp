@@ -1,5 +1,7 @@
 #include "sentree/scxml/check.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <string_view>
@@ -42,8 +44,8 @@ class Checker {
   }
 
   [[nodiscard]] std::string name(StateIndex s) const {
-    return model_.states[s].id.empty() ? "<" + std::string(to_string(model_.states[s].kind)) + ">"
-                                       : "\"" + model_.states[s].id + "\"";
+    return model_.states[s].id.empty() ? fmt::format("<{}>", to_string(model_.states[s].kind))
+                                       : fmt::format("\"{}\"", model_.states[s].id);
   }
 
   [[nodiscard]] std::vector<std::string> state_ids() const {
@@ -65,17 +67,17 @@ class Checker {
         const std::string& state = expression.native.strings[node.a];
         if (!chart_.find(state)) {
           warn("scxml.unknown-state",
-               "In('" + state + "') is never true: there is no such state" + did_you_mean(state, state_ids()),
+               fmt::format("In('{}') is never true: there is no such state{}", state, did_you_mean(state, state_ids())),
                expression.place);
         }
       }
       if (!expression.native.empty() || expression.slot) continue;
       if (model_.data_model == DataModelKind::kNull) {
-        report(
-            syntax, "scxml.expression-syntax",
-            "the null data model has no expressions but In('state'); write datamodel=\"ecmascript\" at <scxml> for \"" +
-                expression.text + "\"",
-            expression.place);
+        report(syntax, "scxml.expression-syntax",
+               fmt::format("the null data model has no expressions but In('state'); write datamodel=\"ecmascript\" at "
+                           "<scxml> for \"{}\"",
+                           expression.text),
+               expression.place);
         continue;
       }
       if (!heap) {
@@ -94,7 +96,7 @@ class Checker {
         message = message.substr(0, message.find(" (line "));
         report(syntax, "scxml.expression-syntax",
                (expression.use == ExpressionUse::kScript ? "the script does not parse: "
-                                                         : "\"" + shown + "\" does not parse: ") +
+                                                         : fmt::format("\"{}\" does not parse: ", shown)) +
                    message,
                place);
       }
@@ -107,7 +109,8 @@ class Checker {
       const State& state = model_.states[s];
       if (reached[s] || !reached[state.parent]) continue;  // of nested ones, the outermost is enough
       warn("scxml.unreachable-state",
-           "state " + name(s) + " is never entered: no transition of a reachable state leads to it", state.place);
+           fmt::format("state {} is never entered: no transition of a reachable state leads to it", name(s)),
+           state.place);
     }
   }
 
@@ -131,8 +134,9 @@ class Checker {
           const Transition& later = model_.transitions[list[i]];
           if (!covers(earlier, later)) continue;
           warn("scxml.transition-never-taken",
-               "this transition of state " + name(s) + " is never taken: the one in line " +
-                   std::to_string(earlier.place.line) + " has no condition and takes the same events first",
+               fmt::format("this transition of state {} is never taken: the one in line {} has no condition and takes "
+                           "the same events first",
+                           name(s), earlier.place.line),
                later.place);
           break;
         }
@@ -154,7 +158,8 @@ class Checker {
       const auto& seen = options_.seen_outside;
       if (!handled(event) && std::find(seen.begin(), seen.end(), event) == seen.end()) {
         warn("scxml.event-not-handled",
-             "event \"" + event + "\" is raised, but no transition handles it" + did_you_mean(event, handled_names),
+             fmt::format("event \"{}\" is raised, but no transition handles it{}", event,
+                         did_you_mean(event, handled_names)),
              place);
       }
     };
@@ -179,8 +184,8 @@ class Checker {
       const std::string id = descriptor.substr(11);
       if (!chart_.find(id)) {
         warn("scxml.event-not-sent",
-             "event \"" + descriptor + "\" never comes: there is no state \"" + id + "\"" +
-                 did_you_mean(id, state_ids()),
+             fmt::format("event \"{}\" never comes: there is no state \"{}\"{}", descriptor, id,
+                         did_you_mean(id, state_ids())),
              transition.place);
       }
       return;
@@ -192,7 +197,7 @@ class Checker {
                                    [&](const std::string& event) { return event_matches(descriptor, event); });
     if (!comes)
       warn("scxml.event-not-sent",
-           "event \"" + descriptor + "\" is handled, but nobody sends it" + did_you_mean(descriptor, known),
+           fmt::format("event \"{}\" is handled, but nobody sends it{}", descriptor, did_you_mean(descriptor, known)),
            transition.place);
   }
 
@@ -216,7 +221,7 @@ class Checker {
     }
     for (const Variable& variable : model_.variables) {
       if (!used.contains(variable.id))
-        warn("scxml.unused-data", "data \"" + variable.id + "\" is never used", variable.place);
+        warn("scxml.unused-data", fmt::format("data \"{}\" is never used", variable.id), variable.place);
     }
   }
 

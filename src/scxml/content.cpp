@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "sentree/scxml/interpreter.h"
@@ -21,8 +23,8 @@ bool Interpreter::spend(const Place& place) {
   if (++run_.actions <= run_.host.limits.actions_max) return true;
   if (session_.status_ != SessionStatus::kFailed) {
     fail_session("scxml.endless-step",
-                 "the chart executes more than " + std::to_string(run_.host.limits.actions_max) +
-                     " pieces of executable content in one step",
+                 fmt::format("the chart executes more than {} pieces of executable content in one step",
+                             run_.host.limits.actions_max),
                  place);
   }
   return false;
@@ -34,7 +36,7 @@ bool Interpreter::spend_output(std::size_t bytes, const Place& place) {
   if (run_.output <= kOutputMax) return true;
   if (session_.status_ != SessionStatus::kFailed) {
     fail_session("scxml.endless-step",
-                 "the chart logs and sends more than " + std::to_string(kOutputMax >> 20U) + " MiB in one step", place);
+                 fmt::format("the chart logs and sends more than {} MiB in one step", kOutputMax >> 20U), place);
   }
   return false;
 }

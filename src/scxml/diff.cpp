@@ -1,5 +1,7 @@
 #include "sentree/scxml/diff.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "sentree/text/xml.h"
@@ -44,7 +46,7 @@ std::string identity(const XmlElement& element) {
 
 std::string key(const XmlElement& element) {
   const std::string own = identity(element);
-  return own.empty() ? kind(element) + "\n" + value(element, telling(element.local_name())) : own;
+  return own.empty() ? fmt::format("{}\n{}", kind(element), value(element, telling(element.local_name()))) : own;
 }
 
 // Nobody takes one state, one variable for another.
@@ -91,7 +93,7 @@ Result<std::vector<text::Difference>> diff(std::string_view before, std::string_
   if (!b) return tl::unexpected(std::move(b.error()));
   for (const XmlElement& root : {a->root(), b->root()}) {
     if (!is_chart(root)) {
-      return fail("scxml.no-scxml", "the root element is <" + std::string(root.name()) + ">, not <scxml>", root.span());
+      return fail("scxml.no-scxml", fmt::format("the root element is <{}>, not <scxml>", root.name()), root.span());
     }
   }
   text::XmlComparison comparison(meaning());

@@ -1,5 +1,7 @@
 #include "sentree/scxml/edit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/base/assert.h"
@@ -74,12 +76,13 @@ void ChartEdit::remove(const Element& element) { edit_.remove(element); }
 Result<void> ChartEdit::rename_state(StateIndex state, std::string_view new_id) {
   const std::string& old_id = chart_.states()[state].id;
   if (old_id.empty() || new_id.empty() || new_id.find_first_of(" \t\r\n'\"") != std::string_view::npos) {
-    return fail("scxml.bad-attribute", "state \"" + old_id + "\" cannot be renamed to \"" + std::string(new_id) +
-                                           "\": an id is a name without spaces and quotes");
+    return fail("scxml.bad-attribute",
+                fmt::format("state \"{}\" cannot be renamed to \"{}\": an id is a name without spaces and quotes",
+                            old_id, new_id));
   }
   if (new_id == old_id) return {};
   if (const auto other = chart_.find(new_id)) {
-    return fail("scxml.duplicate-id", "there is a state \"" + std::string(new_id) + "\" already",
+    return fail("scxml.duplicate-id", fmt::format("there is a state \"{}\" already", new_id),
                 chart_.span(chart_.states()[*other].place));
   }
   edit_.set_attribute(of_state(state), "id", new_id);
@@ -99,8 +102,8 @@ void ChartEdit::rename_in(const Element& element, std::string_view old_id, std::
       changed = replace_names(value, "done.state." + old_name, "done.state." + new_name);
     } else if (name == "cond" || name == "expr") {
       for (const char quote : {'\'', '"'})
-        replace_all(changed, std::string("In(") + quote + old_name + quote + ")",
-                    std::string("In(") + quote + new_name + quote + ")");
+        replace_all(changed, fmt::format("In({}{}{})", quote, old_name, quote),
+                    fmt::format("In({}{}{})", quote, new_name, quote));
     }
     if (changed != value) edit_.set_attribute(element, name, changed);
   });

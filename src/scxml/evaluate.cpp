@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -395,11 +397,12 @@ std::string number_to_string(double number) {
   std::string text = number < 0 ? "-" : "";
   if (k <= n && n <= 21) return text + digits + std::string(static_cast<std::size_t>(n - k), '0');
   if (0 < n && n <= 21)
-    return text + digits.substr(0, static_cast<std::size_t>(n)) + "." + digits.substr(static_cast<std::size_t>(n));
-  if (-6 < n && n <= 0) return text + "0." + std::string(static_cast<std::size_t>(-n), '0') + digits;
+    return fmt::format("{}{}.{}", text, digits.substr(0, static_cast<std::size_t>(n)),
+                       digits.substr(static_cast<std::size_t>(n)));
+  if (-6 < n && n <= 0) return fmt::format("{}0.{}{}", text, std::string(static_cast<std::size_t>(-n), '0'), digits);
   text += digits[0];
   if (k > 1) text += "." + digits.substr(1);
-  return text + "e" + (n - 1 < 0 ? "-" : "+") + std::to_string(n - 1 < 0 ? 1 - n : n - 1);
+  return fmt::format("{}e{}{}", text, n - 1 < 0 ? "-" : "+", n - 1 < 0 ? 1 - n : n - 1);
 }
 
 }  // namespace sentree::scxml

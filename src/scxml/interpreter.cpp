@@ -1,5 +1,7 @@
 #include "sentree/scxml/interpreter.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 
@@ -190,16 +192,18 @@ void Interpreter::fail_endless(const StateSet& lately, const Event& last) {
   lately.for_each([&](StateIndex s) {
     if (!model_.states[s].is_atomic() || ++named > kNamedMax) return;
     if (named == 1) place = model_.states[s].place;
-    states += (named > 1 ? ", " : "") + (model_.states[s].id.empty() ? "?" : "\"" + model_.states[s].id + "\"");
+    states +=
+        (named > 1 ? ", " : "") + (model_.states[s].id.empty() ? "?" : fmt::format("\"{}\"", model_.states[s].id));
   });
   if (named > kNamedMax) states += ", …";
-  std::string message = "the chart does not come to rest in " + states + ": more than " +
-                        std::to_string(run_.host.limits.microsteps_max) + " microsteps in one macrostep";
+  std::string message = fmt::format("the chart does not come to rest in {}: more than {} microsteps in one macrostep",
+                                    states, run_.host.limits.microsteps_max);
   if (!scratch_->enabled.empty()) {
     place = model_.transitions[scratch_->enabled.front()].place;
   } else {
     const Value* why = last.data ? last.data->find("message") : nullptr;
-    message += "; the last event is " + last.name + (why != nullptr ? ": " + std::string(why->text()) : "");
+    message +=
+        fmt::format("; the last event is {}{}", last.name, why != nullptr ? fmt::format(": {}", why->text()) : "");
   }
   fail_session("scxml.endless-macrostep", std::move(message), place);
 }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -43,12 +45,10 @@ Result<void> Interpreter::start_invocation(std::uint32_t index) {
   const Invoke& invoke = model_.invokes[index];
   const Limits& limits = run_.host.limits;
   if (session_.invocations_.size() >= limits.invocations_max) {
-    return fail("scxml.too-many-invocations",
-                "more than " + std::to_string(limits.invocations_max) + " invocations at once");
+    return fail("scxml.too-many-invocations", fmt::format("more than {} invocations at once", limits.invocations_max));
   }
   if (run_.depth >= limits.invocation_depth_max) {
-    return fail("scxml.too-deep",
-                "invocations are nested more than " + std::to_string(limits.invocation_depth_max) + " deep");
+    return fail("scxml.too-deep", fmt::format("invocations are nested more than {} deep", limits.invocation_depth_max));
   }
   Invocation invocation;
   invocation.invoke = index;
@@ -75,7 +75,7 @@ Result<void> Interpreter::start_invocation(std::uint32_t index) {
   if (!is_scxml_type(*type)) {
     const auto& offered = run_.host.invoke_types;
     if (std::find(offered.begin(), offered.end(), *type) == offered.end()) {
-      return fail("scxml.unknown-type", "nothing here can be invoked with type \"" + *type + "\"");
+      return fail("scxml.unknown-type", fmt::format("nothing here can be invoked with type \"{}\"", *type));
     }
     std::optional<Value> content;
     if (invoke.payload.has_content) {
@@ -98,7 +98,7 @@ Result<void> Interpreter::start_invocation(std::uint32_t index) {
   const Chart child_model = *std::move(chart);
   invocation.child = ChildSession(child_model);
   Session& child = *invocation.child;
-  reset_session(child_model, child, session_.id() + "." + invocation.id, session_.rng_.next());
+  reset_session(child_model, child, fmt::format("{}.{}", session_.id(), invocation.id), session_.rng_.next());
   child.identity_.edit().parent = session_.id();
   child.identity_.edit().invokeid = invocation.id;
   session_.invocations_.push_back(std::move(invocation));
@@ -118,7 +118,7 @@ Result<Chart> Interpreter::child_chart(const Invoke& invoke, const std::string& 
     if (invoke.src.expr == kNoExpression && !invoke.src_text.empty()) {
       source = invoke.src_text;
     } else if (!run_.host.read) {
-      return fail("scxml.unreadable", "\"" + src + "\" cannot be read: no other documents are available here");
+      return fail("scxml.unreadable", fmt::format("\"{}\" cannot be read: no other documents are available here", src));
     } else {
       auto text = run_.host.read(src);
       if (!text) return fail("scxml.unreadable", std::move(text.error().message));
@@ -138,7 +138,7 @@ Result<Chart> Interpreter::child_chart(const Invoke& invoke, const std::string& 
   if (loaded.value) return *std::move(loaded.value);
   const auto error = std::find_if(loaded.diagnostics.begin(), loaded.diagnostics.end(),
                                   [](const Diagnostic& d) { return d.severity == Severity::kError; });
-  return fail("scxml.bad-invocation", "the invoked chart cannot be loaded: " + to_string(*error));
+  return fail("scxml.bad-invocation", fmt::format("the invoked chart cannot be loaded: {}", to_string(*error)));
 }
 
 void Interpreter::cancel_invocations_of(StateIndex state) {
@@ -204,11 +204,12 @@ bool Interpreter::run_family(Run& run, const Chart& chart, Session& session, Ses
       interpreter.process_external_event(event);
       again = true;
       if (run.info.macrosteps > run.host.limits.macrosteps_max) {
-        interpreter.fail_session("scxml.endless-step",
-                                 "sessions keep sending to each other: more than " +
-                                     std::to_string(run.host.limits.macrosteps_max) +
-                                     " macrosteps in one step; the last event was " + event.name,
-                                 run.place);
+        interpreter.fail_session(
+            "scxml.endless-step",
+            fmt::format(
+                "sessions keep sending to each other: more than {} macrosteps in one step; the last event was {}",
+                run.host.limits.macrosteps_max, event.name),
+            run.place);
       }
     }
     if (session.status_ == SessionStatus::kFailed) return false;

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -35,16 +37,17 @@ std::shared_ptr<const Model> Loader::run() {
   namespace_ = root.namespace_uri();
   root_decides_ = only_root_declares(root);
   if (root.local_name() != "scxml" && root.local_name() != "ascxml") {
-    error("scxml.no-scxml", "the root element is <" + std::string(root.name()) + ">, not <scxml>", place(root));
+    error("scxml.no-scxml", fmt::format("the root element is <{}>, not <scxml>", root.name()), place(root));
     return nullptr;
   }
   if (root.local_name() != "scxml")
-    warn("scxml.namespace", "<" + std::string(root.name()) + "> is read as <scxml>", place(root));
+    warn("scxml.namespace", fmt::format("<{}> is read as <scxml>", root.name()), place(root));
   if (namespace_ != kNamespace) {
     warn("scxml.namespace",
-         (namespace_.empty() ? "no namespace is declared"
-                             : "\"" + std::string(namespace_) + "\" is not SCXML's namespace") +
-             "; it is read as SCXML all the same: write xmlns=\"" + std::string(kNamespace) + "\"",
+         fmt::format("{}; it is read as SCXML all the same: write xmlns=\"{}\"",
+                     namespace_.empty() ? "no namespace is declared"
+                                        : fmt::format("\"{}\" is not SCXML's namespace", namespace_),
+                     kNamespace),
          place(root));
   }
   load_root(root);
@@ -58,7 +61,7 @@ void Loader::load_root(const Element& root) {
   model_->name = root.attribute("name").value_or("");
   const std::string_view version = given(root, "version").value_or("1.0");
   if (version != "1.0") {
-    warn("scxml.version", "version \"" + std::string(version) + "\" is read as \"1.0\", the only one that SCXML has",
+    warn("scxml.version", fmt::format("version \"{}\" is read as \"1.0\", the only one that SCXML has", version),
          value_place(root, "version"));
   }
   const std::string_view data_model = given(root, "datamodel").value_or("");
@@ -71,16 +74,15 @@ void Loader::load_root(const Element& root) {
     const std::array<std::string, 2> known{"ecmascript", "null"};
     model_->data_model = DataModelKind::kForeign;
     refuse("scxml.data-model",
-           "data model \"" + std::string(data_model) +
-               "\" cannot be run, only \"ecmascript\" and \"null\"; check, graph, fmt and diff take the chart all the "
-               "same" +
-               did_you_mean(data_model, known),
+           fmt::format("data model \"{}\" cannot be run, only \"ecmascript\" and \"null\"; check, graph, fmt and diff "
+                       "take the chart all the same{}",
+                       data_model, did_you_mean(data_model, known)),
            value_place(root, "datamodel"));
   }
   const std::string_view binding = given(root, "binding").value_or("early");
   model_->late_binding = binding == "late";
   if (binding != "early" && binding != "late") {
-    wrong("scxml.bad-attribute", "binding \"" + std::string(binding) + "\" is neither \"early\" nor \"late\"",
+    wrong("scxml.bad-attribute", fmt::format("binding \"{}\" is neither \"early\" nor \"late\"", binding),
           value_place(root, "binding"));
   }
 
@@ -132,14 +134,13 @@ StateIndex Loader::add_state(const Element& element, StateKind kind, StateIndex 
   if (!state.id.empty() && !model_->ids.emplace(state.id, index).second) {
     const State& first = model_->states[model_->ids.at(state.id)];
     error("scxml.duplicate-id",
-          "state id \"" + state.id + "\" is given twice; first in line " + std::to_string(first.place.line),
+          fmt::format("state id \"{}\" is given twice; first in line {}", state.id, first.place.line),
           value_place(element, "id"));
   }
   // SCXML 3.14: the processor makes up an id where there is none.
-  code.done_event = "done.state." + (state.id.empty() ? "$" + std::to_string(index) : state.id);
+  code.done_event = fmt::format("done.state.{}", state.id.empty() ? fmt::format("${}", index) : state.id);
   if (model_->states.size() == options_.limits.states_max + 1) {
-    error("scxml.too-large", "the chart has more than " + std::to_string(options_.limits.states_max) + " states",
-          state.place);
+    error("scxml.too-large", fmt::format("the chart has more than {} states", options_.limits.states_max), state.place);
   }
   return index;
 }
@@ -173,10 +174,11 @@ void Loader::load_state(const Element& element, StateIndex parent, int depth) {
   if (state.kind == StateKind::kAtomic && has_child_state) state.kind = StateKind::kCompound;
   const auto initial = name == "state" ? given(element, "initial") : std::nullopt;
   if (initial && state.kind != StateKind::kCompound) {
-    error("scxml.bad-initial", "state \"" + state.id + "\" has an initial state but no child states",
+    error("scxml.bad-initial", fmt::format("state \"{}\" has an initial state but no child states", state.id),
           value_place(element, "initial"));
   } else if (initial && model_->state_code[index].initial != kNoTransition) {
-    error("scxml.bad-initial", "state \"" + state.id + "\" has both an initial attribute and an <initial>; keep one",
+    error("scxml.bad-initial",
+          fmt::format("state \"{}\" has both an initial attribute and an <initial>; keep one", state.id),
           value_place(element, "initial"));
   } else if (initial) {
     add_default(index, *initial, value_place(element, "initial"), true);
@@ -233,8 +235,7 @@ bool Loader::load_foreign_child(const Element& element, StateIndex state) {
   const bool of_parallel = kind == StateKind::kParallel && name == "final";
   const bool dialect = !options_.to_run && kind != StateKind::kFinal && given(element, "target") && name != "send";
   if (of_root || of_parallel) {
-    refuse("scxml.misplaced-element",
-           "<" + std::string(name) + "> cannot stand inside <" + std::string(element.parent().local_name()) + ">",
+    refuse("scxml.misplaced-element", fmt::format("<{}> cannot stand inside <{}>", name, element.parent().local_name()),
            place(element));
     if (of_parallel)
       load_state(element, state, static_cast<int>(model_->states[state].depth) + 1);
@@ -244,8 +245,7 @@ bool Loader::load_foreign_child(const Element& element, StateIndex state) {
   }
   if (!dialect) return false;
   refuse("scxml.unknown-element",
-         "<" + std::string(name) + "> is not SCXML; it is drawn as a transition, since it has a target",
-         place(element));
+         fmt::format("<{}> is not SCXML; it is drawn as a transition, since it has a target", name), place(element));
   load_transitions(element, state);
   return true;
 }
@@ -270,7 +270,7 @@ void Loader::load_history(const Element& element, StateIndex parent) {
   know_attributes(element, {"id", "type"});
   const std::string_view type = given(element, "type").value_or("shallow");
   if (type != "shallow" && type != "deep") {
-    wrong("scxml.bad-attribute", "type \"" + std::string(type) + "\" of <history> is neither \"shallow\" nor \"deep\"",
+    wrong("scxml.bad-attribute", fmt::format("type \"{}\" of <history> is neither \"shallow\" nor \"deep\"", type),
           value_place(element, "type"));
   }
   const StateIndex index =
@@ -292,7 +292,7 @@ void Loader::load_history(const Element& element, StateIndex parent) {
 void Loader::load_initial(const Element& element, StateIndex state) {
   know_attributes(element, {});
   if (model_->state_code[state].initial != kNoTransition) {
-    error("scxml.bad-initial", "state \"" + model_->states[state].id + "\" has two <initial>; keep one",
+    error("scxml.bad-initial", fmt::format("state \"{}\" has two <initial>; keep one", model_->states[state].id),
           place(element));
     return;
   }
@@ -317,8 +317,7 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
   model_->transitions.emplace_back();
   model_->transition_code.emplace_back();
   if (model_->transitions.size() == options_.limits.transitions_max + 1) {
-    error("scxml.too-large",
-          "the chart has more than " + std::to_string(options_.limits.transitions_max) + " transitions",
+    error("scxml.too-large", fmt::format("the chart has more than {} transitions", options_.limits.transitions_max),
           place(element));
   }
   Transition transition;
@@ -328,18 +327,16 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
   for (const std::string_view name : {"event", "cond"}) {
     if (pseudo && given(element, name)) {
       wrong("scxml.bad-attribute",
-            "the <transition> of <" + std::string(element.parent().local_name()) + "> cannot have \"" +
-                std::string(name) + "\"",
+            fmt::format("the <transition> of <{}> cannot have \"{}\"", element.parent().local_name(), name),
             attribute_place(element, name));
     }
   }
   // What an element of a dialect waits for is in its name.
   std::string events(given(element, "event").value_or(foreign ? element.local_name() : ""));
-  if (foreign && given(element, "name")) events += ":" + std::string(*given(element, "name"));
+  if (foreign && given(element, "name")) events += fmt::format(":{}", *given(element, "name"));
   for_each_name(events, [&](std::string_view descriptor) {
     if (descriptor.front() == '.' || descriptor.find("..") != std::string_view::npos) {
-      warn("scxml.bad-event",
-           "no event is called \"" + std::string(descriptor) + "\": between its dots a name is missing",
+      warn("scxml.bad-event", fmt::format("no event is called \"{}\": between its dots a name is missing", descriptor),
            value_place(element, "event"));
     }
     const DescriptorId id = model_->descriptors.add(descriptor);
@@ -354,7 +351,7 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
   transition.internal = type == "internal";
   if (type != "internal" && type != "external" && !foreign) {
     wrong("scxml.bad-attribute",
-          "type \"" + std::string(type) + "\" of <transition> is neither \"internal\" nor \"external\"",
+          fmt::format("type \"{}\" of <transition> is neither \"internal\" nor \"external\"", type),
           value_place(element, "type"));
   }
   const Element& leads = alternative ? alternative : element;
@@ -368,7 +365,7 @@ TransitionIndex Loader::load_transition(const Element& element, StateIndex sourc
   else if (pseudo)
     required(element, "target");
   if (alternative && given(alternative, "prob"))
-    transition.condition += " [" + std::string(*given(alternative, "prob")) + "]";
+    transition.condition += fmt::format(" [{}]", *given(alternative, "prob"));
   code.content = load_block(element, static_cast<int>(model_->states[source].depth) + 1);
   model_->transitions[index] = std::move(transition);
   model_->transition_code[index] = std::move(code);
@@ -413,7 +410,8 @@ void Loader::load_datamodel(const Element& element, StateIndex state) {
     }
     const auto slot = static_cast<std::uint32_t>(model_->variables.size());
     if (!model_->slots.emplace(variable.id, slot).second) {
-      wrong("scxml.duplicate-id", "data id \"" + variable.id + "\" is given twice; all data of a chart share one scope",
+      wrong("scxml.duplicate-id",
+            fmt::format("data id \"{}\" is given twice; all data of a chart share one scope", variable.id),
             value_place(child, "id"));
       continue;
     }
@@ -548,7 +546,7 @@ bool Loader::has_prefixed_attribute(const Element& element) {
 
 std::string_view Loader::required(const Element& element, std::string_view name) {
   if (const auto value = given(element, name)) return *value;
-  std::string message = "<" + std::string(element.local_name()) + "> needs the attribute \"" + std::string(name) + "\"";
+  std::string message = fmt::format("<{}> needs the attribute \"{}\"", element.local_name(), name);
   // A prefixed attribute may be another way to say it.
   if (has_prefixed_attribute(element))
     refuse("scxml.missing-attribute", std::move(message), place(element));
@@ -564,16 +562,15 @@ void Loader::know_attributes(const Element& element, std::initializer_list<std::
       if (name != known) continue;
       if (value.find_first_not_of(" \t\r\n") == std::string_view::npos && name != "label" && name != "name") {
         warn("scxml.empty-attribute",
-             "the empty \"" + std::string(name) + "\" of <" + std::string(element.local_name()) +
-                 "> is taken as if it were not there",
+             fmt::format("the empty \"{}\" of <{}> is taken as if it were not there", name, element.local_name()),
              attribute_place(element, name));
       }
       return;
     }
     const std::vector<std::string> candidates(names.begin(), names.end());
     warn("scxml.unknown-attribute",
-         "<" + std::string(element.local_name()) + "> has no attribute \"" + std::string(name) + "\"; it is ignored" +
-             did_you_mean(name, candidates),
+         fmt::format("<{}> has no attribute \"{}\"; it is ignored{}", element.local_name(), name,
+                     did_you_mean(name, candidates)),
          attribute_place(element, name));
   });
 }
@@ -582,8 +579,8 @@ void Loader::unknown_element(const Element& element, std::string_view inside,
                              std::initializer_list<std::string_view> allowed) {
   const std::vector<std::string> candidates(allowed.begin(), allowed.end());
   const std::string hint = did_you_mean(element.local_name(), candidates);
-  std::string message = "<" + std::string(element.local_name()) + "> cannot stand inside <" + std::string(inside) +
-                        ">" + (hint.empty() ? "; there can be " + quoted_list(allowed) : hint);
+  std::string message = fmt::format("<{}> cannot stand inside <{}>{}", element.local_name(), inside,
+                                    hint.empty() ? "; there can be " + quoted_list(allowed) : hint);
   model_->passed_over = true;
   if (hint.empty())
     refuse("scxml.unknown-element", std::move(message), place(element));
@@ -621,7 +618,7 @@ void Loader::warn(std::string code, std::string message, const Place& where) {
 
 bool Loader::too_deep(const Element& element, int depth) {
   if (depth <= options_.limits.nesting_max) return false;
-  error("scxml.too-deep", "elements are nested more than " + std::to_string(options_.limits.nesting_max) + " deep",
+  error("scxml.too-deep", fmt::format("elements are nested more than {} deep", options_.limits.nesting_max),
         place(element));
   return true;
 }
@@ -629,11 +626,10 @@ bool Loader::too_deep(const Element& element, int depth) {
 Loaded<Chart> load(std::string_view source, std::string file, const LoadOptions& options) {
   Loaded<Chart> loaded;
   if (source.size() > options.limits.source_bytes_max) {
-    loaded.diagnostics.push_back(
-        {Severity::kError,
-         "scxml.too-large",
-         "the chart is larger than " + std::to_string(options.limits.source_bytes_max) + " bytes",
-         {file}});
+    loaded.diagnostics.push_back({Severity::kError,
+                                  "scxml.too-large",
+                                  fmt::format("the chart is larger than {} bytes", options.limits.source_bytes_max),
+                                  {file}});
     return loaded;
   }
   auto document = text::XmlDocument::parse(std::string(source), std::move(file), {.lenient = !options.to_run});

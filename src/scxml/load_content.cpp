@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <charconv>
 #include <utility>
 
@@ -70,15 +72,14 @@ std::optional<Value> Loader::inline_content(const Element& element) {
 
 Result<std::string> Loader::read(std::string_view uri) const {
   if (!options_.read)
-    return fail("scxml.unreadable",
-                "\"" + std::string(uri) + "\" cannot be read: no other documents are available here");
+    return fail("scxml.unreadable", fmt::format("\"{}\" cannot be read: no other documents are available here", uri));
   return options_.read(uri);
 }
 
 ExpressionId Loader::add_expression(std::string_view text, ExpressionUse use, const Place& place) {
   if (text.size() > options_.limits.expression_bytes_max) {
     error("scxml.too-large",
-          "the expression is longer than " + std::to_string(options_.limits.expression_bytes_max) + " bytes", place);
+          fmt::format("the expression is longer than {} bytes", options_.limits.expression_bytes_max), place);
   }
   const auto id = static_cast<ExpressionId>(model_->expressions.size());
   Expression& expression = model_->expressions.emplace_back();
@@ -101,8 +102,7 @@ Text Loader::load_text(const Element& element, std::string_view name, std::strin
   if (!constant) return text;
   if (text.expr != kNoExpression) {
     wrong("scxml.bad-attribute",
-          "<" + std::string(element.local_name()) + "> has both \"" + std::string(name) + "\" and \"" +
-              std::string(expr_name) + "\"; keep one",
+          fmt::format("<{}> has both \"{}\" and \"{}\"; keep one", element.local_name(), name, expr_name),
           attribute_place(element, expr_name));
   }
   text.constant = *constant;
@@ -115,8 +115,7 @@ void Loader::stray_text(const Element& element) {
   text.erase(0, text.find_first_not_of(kSpace));
   if (text.empty()) return;
   text.resize(std::min(text.size(), text.find_first_of(kSpace)));
-  warn("scxml.text", "text inside <" + std::string(element.local_name()) + "> means nothing: \"" + text + "\"",
-       place(element));
+  warn("scxml.text", fmt::format("text inside <{}> means nothing: \"{}\"", element.local_name(), text), place(element));
 }
 
 Block Loader::load_block(const Element& element, int depth) {
@@ -126,7 +125,7 @@ Block Loader::load_block(const Element& element, int depth) {
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
     if (!is_scxml(child)) {
       model_->passed_over = true;
-      warn("scxml.foreign-content", "<" + std::string(child.name()) + "> is not SCXML and does nothing", place(child));
+      warn("scxml.foreign-content", fmt::format("<{}> is not SCXML and does nothing", child.name()), place(child));
       continue;
     }
     if (!load_action(child, depth + 1, block)) {
@@ -192,7 +191,7 @@ If Loader::load_if(const Element& element, int depth) {
     if (!is_scxml(child)) continue;
     const std::string_view name = child.local_name();
     if (name == "elseif" || name == "else") {
-      if (has_else) wrong("scxml.misplaced-element", "<" + std::string(name) + "> follows <else>", place(child));
+      if (has_else) wrong("scxml.misplaced-element", fmt::format("<{}> follows <else>", name), place(child));
       has_else = name == "else";
       if (has_else)
         know_attributes(child, {});
@@ -203,8 +202,7 @@ If Loader::load_if(const Element& element, int depth) {
       // SCXML 4.3: they divide what follows. What stands in them would be lost.
       if (child.first_child()) {
         refuse("scxml.misplaced-element",
-               "the content of <" + std::string(name) + "> follows it: write <" + std::string(name) + "/> before it",
-               place(child));
+               fmt::format("the content of <{}> follows it: write <{}/> before it", name, name), place(child));
         result.branches.back().body = load_block(child, depth + 1);
       }
     } else if (!load_action(child, depth + 1, result.branches.back().body)) {
@@ -235,12 +233,12 @@ Send Loader::load_send(const Element& element) {
     const auto delay = parse_delay(send.delay.constant, &has_unit);
     if (!delay) {
       wrong("scxml.bad-attribute",
-            "delay \"" + send.delay.constant + "\" is no time; write a number with s or ms, as in \"1.5s\"",
+            fmt::format("delay \"{}\" is no time; write a number with s or ms, as in \"1.5s\"", send.delay.constant),
             value_place(element, "delay"));
     } else if (!has_unit) {
       warn("scxml.no-unit",
-           "delay \"" + send.delay.constant + "\" has no unit and is taken as milliseconds; write \"" +
-               normalize_space(send.delay.constant) + "ms\", or \"s\" for seconds",
+           fmt::format("delay \"{}\" has no unit and is taken as milliseconds; write \"{}ms\", or \"s\" for seconds",
+                       send.delay.constant, normalize_space(send.delay.constant)),
            value_place(element, "delay"));
     }
     send.delay_constant = delay.value_or(Duration(0));
@@ -300,7 +298,7 @@ Payload Loader::load_payload(const Element& element, bool with_namelist, SendInf
   if (payload.has_content && element.local_name() != "invoke" &&
       (!payload.params.empty() || !payload.namelist.empty())) {
     wrong("scxml.misplaced-element",
-          "<" + std::string(element.local_name()) + "> has both <content> and parameters; keep one", place(element));
+          fmt::format("<{}> has both <content> and parameters; keep one", element.local_name()), place(element));
   }
   return payload;
 }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/scxml/loader.h"
@@ -33,8 +35,9 @@ void Loader::resolve_targets(const Reference& reference) {
         if (!state.id.empty()) candidates.push_back(state.id);
       }
       const bool attribute = reference.initial && transition.place == place;
-      const std::string message = (attribute ? "initial state \"" : "transition target \"") + std::string(id) +
-                                  "\" is not a state" + did_you_mean(id, candidates);
+      const std::string message =
+          fmt::format("{}{}\" is not a state{}", attribute ? "initial state \"" : "transition target \"", id,
+                      did_you_mean(id, candidates));
       const char* const code = attribute ? "scxml.unknown-initial" : "scxml.unknown-target";
       if (reference.foreign || in_parts_)
         refuse(code, message, place);
@@ -49,7 +52,7 @@ void Loader::resolve_targets(const Reference& reference) {
 
 void Loader::check_targets(TransitionIndex index, const Place& place, bool initial) {
   const Transition& transition = model_->transitions[index];
-  const auto name = [&](StateIndex s) { return "\"" + model_->states[s].id + "\""; };
+  const auto name = [&](StateIndex s) { return fmt::format("\"{}\"", model_->states[s].id); };
   for (const StateIndex target : transition.targets) {
     if (initial && model_->states[target].is_history() && is_history_default(index)) {
       error("scxml.bad-targets", "the default of a <history> cannot be a <history>", place);
@@ -57,8 +60,8 @@ void Loader::check_targets(TransitionIndex index, const Place& place, bool initi
     // SCXML 3.3.2, 3.10.2: initial and default states lie inside the state whose they are.
     if (initial && !model_->is_descendant(target, transition.source)) {
       error("scxml.bad-initial",
-            "initial state " + name(target) + " is not inside " +
-                (transition.source == 0 ? "<scxml>" : name(transition.source)),
+            fmt::format("initial state {} is not inside {}", name(target),
+                        transition.source == 0 ? "<scxml>" : name(transition.source)),
             place);
     }
   }
@@ -72,7 +75,7 @@ void Loader::check_targets(TransitionIndex index, const Place& place, bool initi
       while (!nested && !model_->is_descendant(b, a)) a = model_->states[a].parent;
       if (nested || model_->states[a].kind != StateKind::kParallel) {
         error("scxml.bad-targets",
-              "targets " + name(transition.targets[i]) + " and " + name(b) + " cannot be active together", place);
+              fmt::format("targets {} and {} cannot be active together", name(transition.targets[i]), name(b)), place);
         return;
       }
     }
@@ -116,13 +119,13 @@ void Loader::add_default_histories() {
     const State& state = model_->states[s];
     if (targets.empty()) {
       refuse("scxml.missing-element",
-             "<history> \"" + state.id + "\" has no default state, and there is none beside it", state.place);
+             fmt::format("<history> \"{}\" has no default state, and there is none beside it", state.id), state.place);
       continue;
     }
     warn("scxml.no-default",
-         "<history> \"" + state.id + "\" has no <transition> to its default state; before " +
-             (parent == 0 ? "the chart" : "\"" + model_->states[parent].id + "\"") +
-             " has been left once it leads to where that begins",
+         fmt::format("<history> \"{}\" has no <transition> to its default state; before {} has been left once it leads "
+                     "to where that begins",
+                     state.id, parent == 0 ? "the chart" : fmt::format("\"{}\"", model_->states[parent].id)),
          state.place);
     model_->state_code[s].initial = static_cast<TransitionIndex>(model_->transitions.size());
     Transition& transition = model_->transitions.emplace_back();
@@ -143,8 +146,9 @@ void Loader::choose_data_model() {
     model_->data_model = DataModelKind::kEcmaScript;
     model_->guessed_data_model = !options_.to_run;
     warn("scxml.no-data-model",
-         "no data model is named, but there are expressions, the first in line " + std::to_string(beyond->place.line) +
-             "; they are taken as ecmascript: write datamodel=\"ecmascript\"",
+         fmt::format("no data model is named, but there are expressions, the first in line {}; they are taken as "
+                     "ecmascript: write datamodel=\"ecmascript\"",
+                     beyond->place.line),
          model_->states[0].place);
   } else if (!options_.to_run && !model_->obstacle) {
     model_->obstacle = Diagnostic{Severity::kError,

@@ -1,13 +1,15 @@
 #include "sentree/scxml/null_model.h"
 
+#include <fmt/format.h>
+
 #include "sentree/scxml/interpreter.h"
 
 namespace sentree::scxml {
 
 tl::unexpected<Diagnostic> NullModel::no_expressions(ExpressionId id) const {
-  return fail("scxml.no-data", "the null data model cannot evaluate \"" +
-                                   interpreter_.chart().model().expressions[id].text +
-                                   "\"; write datamodel=\"ecmascript\" at <scxml>");
+  return fail("scxml.no-data",
+              fmt::format("the null data model cannot evaluate \"{}\"; write datamodel=\"ecmascript\" at <scxml>",
+                          interpreter_.chart().model().expressions[id].text));
 }
 
 Result<bool> NullModel::condition(ExpressionId id) {

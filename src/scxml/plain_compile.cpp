@@ -1,4 +1,6 @@
 // Plans of plain steps, made of charts.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 #include <span>
@@ -236,7 +238,7 @@ class PlainCompiler {
     auto before = path_of(code, node.a);
     const std::string& name = code.strings[node.b];
     if (!before || may_be_inherited(name) || name.starts_with('$')) return std::nullopt;
-    return before->empty() ? name : *before + "." + name;
+    return before->empty() ? name : fmt::format("{}.{}", *before, name);
   }
 
   Operand translate(const NativeCode& code, std::uint32_t at) {

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <utility>
@@ -135,7 +137,7 @@ struct SessionSnapshot {
     }
     std::string named(StateIndex state) const {
       const std::string& id = before.states()[state].id;
-      return id.empty() ? "a state without id" : "state \"" + id + "\"";
+      return id.empty() ? "a state without id" : fmt::format("state \"{}\"", id);
     }
   };
 
@@ -155,9 +157,10 @@ struct SessionSnapshot {
     if (!mapping.problems.empty()) return active;
     const auto refuse = [&](StateIndex at, const std::string& what) {
       const std::string& id = states[at].id;
-      mapping.problems.push_back({Severity::kError, "scxml.cannot-carry",
-                                  (id.empty() ? "a state" : "state \"" + id + "\"") + " is active, and " + what,
-                                  mapping.after.span(states[at].place)});
+      mapping.problems.push_back(
+          {Severity::kError, "scxml.cannot-carry",
+           fmt::format("{} is active, and {}", id.empty() ? "a state" : fmt::format("state \"{}\"", id), what),
+           mapping.after.span(states[at].place)});
     };
     const auto check = [&](StateIndex at) {
       std::size_t inside = 0;
@@ -206,10 +209,10 @@ struct SessionSnapshot {
       const auto place = std::find(olds.begin(), olds.end(), invocation.invoke) - olds.begin();
       const auto state = mapping.find(invocation.state);
       if (!state || is.state_code[*state].invokes.size() != olds.size()) {
-        mapping.refuse("what " + mapping.named(invocation.state) +
-                           " has invoked is running, and the new chart's state "
-                           "of that id does not invoke as many",
-                       was.invokes[invocation.invoke].place);
+        mapping.refuse(
+            fmt::format("what {} has invoked is running, and the new chart's state of that id does not invoke as many",
+                        mapping.named(invocation.state)),
+            was.invokes[invocation.invoke].place);
         continue;
       }
       Invocation& kept = carried.invocations_.emplace_back(invocation);

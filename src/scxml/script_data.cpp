@@ -1,5 +1,7 @@
 // How a session's data get into its heap and out of it.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -109,7 +111,7 @@ Result<void> ScriptHeap::read_all(std::vector<std::optional<Value>>& variables, 
   });
   if (!done) return done;
   if (!reader.failure.empty())
-    return fail("scxml.no-value-form", "\"" + culprit + "\" holds " + reader.failure + ", which cannot be saved");
+    return fail("scxml.no-value-form", fmt::format("\"{}\" holds {}, which cannot be saved", culprit, reader.failure));
   return {};
 }
 

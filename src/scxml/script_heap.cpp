@@ -1,5 +1,7 @@
 #include "sentree/scxml/script_heap.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <unordered_set>
@@ -184,7 +186,7 @@ Result<void> ScriptHeap::error_at_top(ExpressionId id) {
   if (id != kNoExpression) {
     const Place& place = model_.expressions[id].place;
     span = {model_.file, place.line + std::max(0, line - 1), line > 1 ? 1 : place.column, 0};
-    message += " (line " + std::to_string(span.line) + ")";
+    message += fmt::format(" (line {})", span.line);
   }
   return fail("scxml.script", std::move(message), std::move(span));
 }
@@ -212,7 +214,7 @@ Result<std::shared_ptr<ScriptHeap>> ScriptHeap::create(const Model& model, std::
   heap->context_ =
       duk_create_heap(Allocator::allocate, Allocator::reallocate, Allocator::release, heap->allocator_.get(), fatal);
   if (!heap->context_ || !heap->keep_compiled() || (whole && !heap->build())) {
-    return fail("scxml.script-memory", "a JavaScript heap needs more than " + std::to_string(memory_max) + " bytes");
+    return fail("scxml.script-memory", fmt::format("a JavaScript heap needs more than {} bytes", memory_max));
   }
   return heap;
 }
@@ -544,7 +546,7 @@ Result<std::optional<Value>> ScriptHeap::evaluate(ExpressionId id) {
   });
   if (!done) return tl::unexpected(std::move(done.error()));
   if (!reader.failure.empty())
-    return fail("scxml.no-value-form", "\"" + model_.expressions[id].text + "\" holds " + reader.failure);
+    return fail("scxml.no-value-form", fmt::format("\"{}\" holds {}", model_.expressions[id].text, reader.failure));
   return defined ? std::optional(std::move(value)) : std::nullopt;
 }
 
@@ -562,7 +564,7 @@ Result<std::optional<Value>> ScriptHeap::evaluate(std::string_view expression) {
   });
   if (!done) return tl::unexpected(std::move(done.error()));
   if (!reader.failure.empty())
-    return fail("scxml.no-value-form", "\"" + std::string(expression) + "\" holds " + reader.failure);
+    return fail("scxml.no-value-form", fmt::format("\"{}\" holds {}", expression, reader.failure));
   return defined ? std::optional(std::move(value)) : std::nullopt;
 }
 
@@ -619,7 +621,7 @@ Result<void> ScriptHeap::for_each(const Foreach& loop, const std::function<bool(
   std::size_t length = 0;
   bool is_array = false;
   // The copy is kept among the compiled expressions' neighbours, under a key of its own, as loops can be nested.
-  std::string key = "loop" + std::to_string(loop.array);
+  std::string key = fmt::format("loop{}", loop.array);
   auto begun = protect(loop.array, [&](duk_context* ctx) {
     push_compiled(loop.item);
     if (loop.index != kNoExpression) push_compiled(loop.index);
@@ -635,9 +637,9 @@ Result<void> ScriptHeap::for_each(const Foreach& loop, const std::function<bool(
   });
   if (!begun) return begun;
   const Expression& array = model_.expressions[loop.array];
-  if (!is_array) return fail("scxml.no-array", "\"" + array.text + "\" is no array");
+  if (!is_array) return fail("scxml.no-array", fmt::format("\"{}\" is no array", array.text));
   if (length > foreach_max) {
-    return fail("scxml.too-long", "\"" + array.text + "\" has more than " + std::to_string(foreach_max) + " items");
+    return fail("scxml.too-long", fmt::format("\"{}\" has more than {} items", array.text, foreach_max));
   }
   for (std::size_t i = 0; i < length; ++i) {
     auto set = protect(loop.item, [&](duk_context* ctx) {

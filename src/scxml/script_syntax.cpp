@@ -1,5 +1,7 @@
 #include "sentree/scxml/script_syntax.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -372,7 +374,7 @@ std::string ScriptTree::path(std::uint32_t node) const {
   if (n.kind == Kind::kName) return n.text;
   if (n.kind != Kind::kMember) return {};
   const std::string object = path(n.operands[0]);
-  return object.empty() ? std::string() : object + "." + n.text;
+  return object.empty() ? std::string() : fmt::format("{}.{}", object, n.text);
 }
 
 std::optional<ScriptTree> parse_script_expression(std::string_view source) { return Parser(source).run(); }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -33,7 +35,7 @@ void Interpreter::raise(Event event) {
   if (session_.internal_.size() >= run_.host.limits.events_max) {
     fail_session(
         "scxml.queue-full",
-        "more than " + std::to_string(run_.host.limits.events_max) + " internal events wait; the last is " + event.name,
+        fmt::format("more than {} internal events wait; the last is {}", run_.host.limits.events_max, event.name),
         run_.place);
     return;
   }
@@ -81,7 +83,7 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
     return true;
   }
   if (session_.timers_->size() >= run_.host.limits.timers_max) {
-    raise_error("error.execution", "more than " + std::to_string(run_.host.limits.timers_max) + " delayed events wait",
+    raise_error("error.execution", fmt::format("more than {} delayed events wait", run_.host.limits.timers_max),
                 timer.event.sendid);
     return false;
   }
@@ -107,7 +109,8 @@ Result<void> Interpreter::prepare_send(const Send& send, Timer& timer) {
     if (!text) return tl::unexpected(std::move(text.error()));
     const auto delay = parse_delay(*text);
     if (!delay)
-      return fail("scxml.bad-delay", "delay \"" + *text + "\" is no time; write a number with s or ms, as in \"1.5s\"");
+      return fail("scxml.bad-delay",
+                  fmt::format("delay \"{}\" is no time; write a number with s or ms, as in \"1.5s\"", *text));
     timer.delay = *delay;
   }
   auto data = payload_data(send.payload, true);
@@ -120,11 +123,12 @@ Result<void> Interpreter::prepare_send(const Send& send, Timer& timer) {
     const bool offered = std::any_of(processors.begin(), processors.end(), [&](const Processor& p) {
       return p.type == timer.type || (is_basic_http(p.type) && is_basic_http(timer.type));
     });
-    if (!offered) return fail("scxml.unknown-type", "no I/O processor of type \"" + timer.type + "\" is offered here");
+    if (!offered)
+      return fail("scxml.unknown-type", fmt::format("no I/O processor of type \"{}\" is offered here", timer.type));
     return {};
   }
   if (!timer.target.empty() && !timer.target.starts_with("#_")) {
-    return fail("scxml.bad-target", "\"" + timer.target + "\" is no target of the SCXML processor");
+    return fail("scxml.bad-target", fmt::format("\"{}\" is no target of the SCXML processor", timer.target));
   }
   if (timer.target == "#_internal" && timer.delay > Duration(0)) {
     return fail("scxml.bad-target", "an event to #_internal cannot be delayed");
@@ -175,8 +179,7 @@ void Interpreter::dispatch(Timer&& timer) {
       timer.type = kScxmlProcessor;
       return send_outside(std::move(timer));
     }
-    return raise_error("error.communication", "there is no session \"" + std::string(id) + "\"",
-                       std::move(event.sendid));
+    return raise_error("error.communication", fmt::format("there is no session \"{}\"", id), std::move(event.sendid));
   }
   const std::string_view invokeid = std::string_view(target).substr(2);
   for (Invocation& invocation : session_.invocations_) {
@@ -185,7 +188,7 @@ void Interpreter::dispatch(Timer&& timer) {
     run_.effects.emplace_back(InvokeEvent{session_.id(), invocation.id, std::move(event)});
     return;
   }
-  raise_error("error.communication", "there is no invocation \"" + std::string(invokeid) + "\" running",
+  raise_error("error.communication", fmt::format("there is no invocation \"{}\" running", invokeid),
               std::move(event.sendid));
 }
 
@@ -193,7 +196,7 @@ void Interpreter::send_to_session(Session& target, Event&& event) {
   if (target.external_.size() >= run_.host.limits.events_max) {
     return fail_session(
         "scxml.queue-full",
-        "more than " + std::to_string(run_.host.limits.events_max) + " external events wait; the last is " + event.name,
+        fmt::format("more than {} external events wait; the last is {}", run_.host.limits.events_max, event.name),
         run_.place);
   }
   target.external_.push(std::move(event));

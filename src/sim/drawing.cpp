@@ -49,32 +49,32 @@ class Canvas {
     bottom_ = (high.y - low.y) * scale;
     const std::string width = fixed((high.x - low.x) * scale);
     const std::string height = fixed(bottom_ + kFooter);
-    out_ = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
-           "\" viewBox=\"0 0 " + width + " " + height +
-           "\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n";
+    out_ = fmt::format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {} {}\" "
+        "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
+        width, height, width, height);
   }
 
   std::string x(double v) const { return fixed((v - left_) * scale_); }
   std::string y(double v) const { return fixed((top_ - v) * scale_); }
   std::string length(double v) const { return fixed(v * scale_); }
   double metres(double pixels) const { return pixels / scale_; }
-  std::string at(Vec2 p) const { return x(p.x) + "," + y(p.y); }
+  std::string at(Vec2 p) const { return fmt::format("{},{}", x(p.x), y(p.y)); }
 
   void add(const std::string& markup) { out_ += markup + "\n"; }
   void disc(Vec2 centre, double radius_m, const std::string& style) {
-    add("<circle cx=\"" + x(centre.x) + "\" cy=\"" + y(centre.y) + "\" r=\"" + length(radius_m) + "\" " + style + "/>");
+    add(fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" {}/>", x(centre.x), y(centre.y), length(radius_m), style));
   }
   void line(Vec2 a, Vec2 b, const std::string& style) {
-    add("<line x1=\"" + x(a.x) + "\" y1=\"" + y(a.y) + "\" x2=\"" + x(b.x) + "\" y2=\"" + y(b.y) + "\" " + style +
-        "/>");
+    add(fmt::format("<line x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\" {}/>", x(a.x), y(a.y), x(b.x), y(b.y), style));
   }
   void polygon(std::span<const Vec2> points, const std::string& style, std::string_view element = "polygon") {
     std::string list;
     for (const Vec2 p : points) list += (list.empty() ? "" : " ") + at(p);
-    add("<" + std::string(element) + " points=\"" + list + "\" " + style + "/>");
+    add(fmt::format("<{} points=\"{}\" {}/>", element, list, style));
   }
   void label(Vec2 p, std::string_view words, const std::string& style) {
-    add("<text x=\"" + x(p.x) + "\" y=\"" + y(p.y) + "\" " + style + ">" + text::xml_escape(words) + "</text>");
+    add(fmt::format("<text x=\"{}\" y=\"{}\" {}>{}</text>", x(p.x), y(p.y), style, text::xml_escape(words)));
   }
   void arrow(const Pose2& pose, double length_m, const std::string& style) {
     line(pose.position(), transform(pose, {length_m, 0.0}), style);
@@ -94,10 +94,10 @@ class Canvas {
     const std::string y = fixed(bottom_ + kFooter / 2);
     const std::string text_y = fixed(bottom_ + kFooter / 2 + 4.0);
     const double end = 8.0 + metres * scale_;
-    add("<path d=\"M8," + fixed(bottom_ + kFooter / 2 - 4.0) + "v8M8," + y + "H" + fixed(end) +
-        "m0,-4v8\" stroke=\"#444\" fill=\"none\"/>");
-    add("<text x=\"" + fixed(end + 8.0) + "\" y=\"" + text_y + "\" fill=\"#444\">" + shortest_decimal(metres) +
-        " m   " + text::xml_escape(words) + "</text>");
+    add(fmt::format("<path d=\"M8,{}v8M8,{}H{}m0,-4v8\" stroke=\"#444\" fill=\"none\"/>",
+                    fixed(bottom_ + kFooter / 2 - 4.0), y, fixed(end)));
+    add(fmt::format("<text x=\"{}\" y=\"{}\" fill=\"#444\">{} m   {}</text>", fixed(end + 8.0), text_y,
+                    shortest_decimal(metres), text::xml_escape(words)));
   }
   std::string finish() && { return std::move(out_) + "</svg>\n"; }
 
@@ -123,11 +123,11 @@ void draw_map(Canvas& canvas, const GridMap& map) {
         const auto corner = [&](int cx, int cy) {
           return canvas.at(map.from_grid({static_cast<double>(cx), static_cast<double>(cy)}));
         };
-        path += "M" + corner(x, y) + "L" + corner(end, y) + "L" + corner(end, y + 1) + "L" + corner(x, y + 1) + "Z";
+        path += fmt::format("M{}L{}L{}L{}Z", corner(x, y), corner(end, y), corner(end, y + 1), corner(x, y + 1));
         x = end;
       }
     }
-    if (!path.empty()) canvas.add("<path fill=\"" + colour + "\" d=\"" + path + "\"/>");
+    if (!path.empty()) canvas.add(fmt::format("<path fill=\"{}\" d=\"{}\"/>", colour, path));
   };
   rows([](std::int8_t v) { return v == GridMap::kUnknown; }, "#ccc");
   rows([](std::int8_t v) { return v >= GridMap::kOccupiedMin; }, "#222");

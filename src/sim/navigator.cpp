@@ -1,5 +1,7 @@
 #include "sentree/sim/navigator.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -387,7 +389,8 @@ Twist2 step_navigation(const NavigationModel& model, Navigator& state, const Nav
   if (state.status == NavigationStatus::kPaused) return {};
   if (input.now > state.deadline) {
     abort(state, NavigationError::kTimeout,
-          "the goal was not reached within " + shortest_decimal(seconds(model.spec.goal_time_max)) + " s", input.now);
+          fmt::format("the goal was not reached within {} s", shortest_decimal(seconds(model.spec.goal_time_max))),
+          input.now);
     return {};
   }
   if (input.now < state.recovering_until) {

@@ -74,7 +74,7 @@ Route search(const RouteModel& model, const CostGrid& grid, Vec2 start, Vec2 tar
     const std::vector<Cell> cells = escape(model, grid, from, obstacles);
     if (cells.empty()) {
       route.error = NavigationError::kStartOccupied;
-      route.message = "the robot at " + place(start) + " is shut in by obstacles";
+      route.message = fmt::format("the robot at {} is shut in by obstacles", place(start));
       return route;
     }
     way_out.push_back(start);
@@ -111,17 +111,17 @@ Route find_route(const RouteModel& model, Vec2 start, Vec2 target, std::span<con
   const Cell to = model.map.cell_at(target);
   if (!model.map.contains(model.map.cell_at(start))) {
     refused.error = NavigationError::kStartOutsideMap;
-    refused.message = "the robot at " + place(start) + " is not on the map";
+    refused.message = fmt::format("the robot at {} is not on the map", place(start));
     return refused;
   }
   if (!model.map.contains(to)) {
     refused.error = NavigationError::kGoalOutsideMap;
-    refused.message = "the goal " + place(target) + " is not on the map";
+    refused.message = fmt::format("the goal {} is not on the map", place(target));
     return refused;
   }
   if (model.costs.at(to) == CostGrid::kBlocked) {
     refused.error = NavigationError::kGoalOccupied;
-    refused.message = "the goal " + place(target) + " is too close to a wall or not on known floor";
+    refused.message = fmt::format("the goal {} is too close to a wall or not on known floor", place(target));
     return refused;
   }
   if (announced.empty() && seen.empty()) return search(model, model.costs, start, target, {});

@@ -116,7 +116,7 @@ Value occupancy_grid(const State& state, std::string_view code, std::string_view
 
 void Arguments::wrong(const std::string& path, std::string_view expected, const Value* value) {
   if (!problem_.empty()) return;
-  problem_ = value == nullptr ? path + " is missing" : path + " is " + to_json(*value).substr(0, 60);
+  problem_ = value == nullptr ? path + " is missing" : fmt::format("{} is {}", path, to_json(*value).substr(0, 60));
   problem_ += fmt::format("; {} is expected", expected);
 }
 
@@ -124,7 +124,7 @@ const Value* Arguments::argument(std::string_view name) { return args_.find(name
 
 const Value* Arguments::member(const Value* of, std::string_view name, const std::string& path) {
   const Value* value = of != nullptr ? of->find(name) : nullptr;
-  if (value == nullptr) wrong(path + "." + std::string(name), "a value", nullptr);
+  if (value == nullptr) wrong(fmt::format("{}.{}", path, name), "a value", nullptr);
   return value;
 }
 
@@ -138,7 +138,7 @@ double Arguments::number(std::string_view name) {
 double Arguments::number_in(const Value* of, std::string_view name, const std::string& path) {
   const Value* value = member(of, name, path);
   if (value != nullptr && value->is_number() && std::isfinite(value->number())) return value->number();
-  wrong(path + "." + std::string(name), "a finite number", value);
+  wrong(fmt::format("{}.{}", path, name), "a finite number", value);
   return 0.0;
 }
 

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -252,7 +254,7 @@ Value compute_path_from(const Context& c, const Pose2& start) {
                {"length", length_m}};
   };
   if (!map_id.empty() && map_id != c.world.map_id)
-    return reply("UNKNOWN_NAME", NavigationError::kGoalRejected, "there is no map \"" + map_id + "\"", {});
+    return reply("UNKNOWN_NAME", NavigationError::kGoalRejected, fmt::format("there is no map \"{}\"", map_id), {});
   const RobotSpec& spec = c.spec();
   const std::vector<Cell> announced = announced_cells(c.world, c.state);
   const Route route =

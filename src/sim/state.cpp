@@ -24,7 +24,7 @@ std::string broken_reference(const World& world, const State& state) {
   for (std::size_t i = 0; i < state.robots.size(); ++i) {
     const RobotState& robot = state.robots[i];
     const Navigator& navigator = robot.navigator;
-    const std::string name = "robots[" + std::to_string(i) + "]";
+    const std::string name = fmt::format("robots[{}]", i);
     if (robot.station < -1 || robot.station >= static_cast<int>(world.stations.size()))
       return name + ".station is none";
     if (is_active(navigator.status) && !navigator.goal.waypoints.empty() &&

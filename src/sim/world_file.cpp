@@ -51,7 +51,7 @@ class WorldReader {
   };
 
   void error(std::string_view code, std::string message, const SourceSpan& span) {
-    found_.push_back({Severity::kError, "sim." + std::string(code), std::move(message), span});
+    found_.push_back({Severity::kError, fmt::format("sim.{}", code), std::move(message), span});
   }
 
   void map(YamlFields& fields) {
@@ -92,7 +92,7 @@ class WorldReader {
   void named(const text::YamlNode* node, const std::string& kind, std::size_t max, Read&& read) {
     if (node == nullptr || node->is_null()) return;
     if (!node->is_mapping()) {
-      error("bad-value", "the " + kind + " must be a mapping from names", node->span);
+      error("bad-value", fmt::format("the {} must be a mapping from names", kind), node->span);
       return;
     }
     if (node->entries.size() > max) {
@@ -109,12 +109,12 @@ class WorldReader {
       if (const auto pose = read_pose(value)) {
         location.pose = *pose;
       } else {
-        YamlFields fields(value, "sim", "location \"" + key.scalar + "\"", found_);
+        YamlFields fields(value, "sim", fmt::format("location \"{}\"", key.scalar), found_);
         if (value.is_mapping() && fields.required("pose") != nullptr) fields.pose("pose", location.pose);
         fields.text("description", location.description);
         fields.finish();
       }
-      places_.push_back({location.pose, value.span, "location \"" + location.name + "\""});
+      places_.push_back({location.pose, value.span, fmt::format("location \"{}\"", location.name)});
       names_.push_back(location.name);
       world_.locations.push_back(std::move(location));
     });
@@ -123,7 +123,7 @@ class WorldReader {
   void areas(const text::YamlNode* node) {
     named(node, "areas", kLocationsMax, [&](const text::YamlNode& key, const text::YamlNode& value) {
       NamedArea area{.name = key.scalar};
-      YamlFields fields(value, "sim", "area \"" + key.scalar + "\"", found_);
+      YamlFields fields(value, "sim", fmt::format("area \"{}\"", key.scalar), found_);
       if (const text::YamlNode* corners = fields.required("corners")) {
         bool good = corners->is_sequence() && corners->items.size() >= 3 && corners->items.size() <= kCornersMax;
         for (const text::YamlNode& item : corners->items) {
@@ -141,7 +141,7 @@ class WorldReader {
       fields.text("description", area.description);
       fields.finish();
       if (std::find(names_.begin(), names_.end(), area.name) != names_.end()) {
-        error("duplicate-name", "area \"" + area.name + "\" has the name of a location; rename one", key.span);
+        error("duplicate-name", fmt::format("area \"{}\" has the name of a location; rename one", area.name), key.span);
       }
       names_.push_back(area.name);
       world_.areas.push_back(std::move(area));
@@ -175,7 +175,7 @@ class WorldReader {
   void stations(const text::YamlNode* node) {
     named(node, "stations", kObstaclesMax, [&](const text::YamlNode& key, const text::YamlNode& value) {
       Station station{.name = key.scalar};
-      const std::string what = "station \"" + key.scalar + "\"";
+      const std::string what = fmt::format("station \"{}\"", key.scalar);
       YamlFields fields(value, "sim", what, found_);
       SourceSpan span = value.span;
       pose_or_location(fields, "pose", what, station.pose, span);
@@ -192,7 +192,7 @@ class WorldReader {
   void obstacles(const text::YamlNode* node) {
     named(node, "obstacles", kObstaclesMax, [&](const text::YamlNode& key, const text::YamlNode& value) {
       Obstacle obstacle{.id = key.scalar};
-      const std::string what = "obstacle \"" + key.scalar + "\"";
+      const std::string what = fmt::format("obstacle \"{}\"", key.scalar);
       YamlFields fields(value, "sim", what, found_);
       Pose2 pose;
       fields.pose("pose", pose);
@@ -220,7 +220,7 @@ class WorldReader {
   void doors(const text::YamlNode* node) {
     named(node, "doors", kObstaclesMax, [&](const text::YamlNode& key, const text::YamlNode& value) {
       Door door{.id = key.scalar};
-      YamlFields fields(value, "sim", "door \"" + key.scalar + "\"", found_);
+      YamlFields fields(value, "sim", fmt::format("door \"{}\"", key.scalar), found_);
       if (fields.required("from") != nullptr) fields.point("from", door.a);
       if (fields.required("to") != nullptr) fields.point("to", door.b);
       fields.number("thickness", door.thickness_m, {0.0, 10.0, true});
@@ -234,7 +234,7 @@ class WorldReader {
   void people(const text::YamlNode* node) {
     named(node, "people", kObstaclesMax, [&](const text::YamlNode& key, const text::YamlNode& value) {
       Person person{.name = key.scalar};
-      const std::string what = "person \"" + key.scalar + "\"";
+      const std::string what = fmt::format("person \"{}\"", key.scalar);
       YamlFields fields(value, "sim", what, found_);
       const text::YamlNode* where = fields.required("plugs_in_at");
       fields.text("plugs_in_at", person.station);
@@ -380,7 +380,7 @@ class WorldReader {
     named(several, "robots", kRobotsMax, [&](const text::YamlNode& key, const text::YamlNode& value) {
       RobotSpec robot = common;
       robot.name = key.scalar;
-      const std::string what = "robot \"" + key.scalar + "\"";
+      const std::string what = fmt::format("robot \"{}\"", key.scalar);
       YamlFields own(value, "sim", what, found_);
       SourceSpan span = value.span;
       pose_or_location(own, "start", what, robot.start, span);

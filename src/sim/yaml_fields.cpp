@@ -21,7 +21,7 @@ constexpr double kCoordinateMax_m = 1e6;
 std::string shown(const text::YamlNode& node) {
   switch (node.kind) {
     case text::YamlNode::Kind::kNull: return "nothing";
-    case text::YamlNode::Kind::kScalar: return "\"" + node.scalar + "\"";
+    case text::YamlNode::Kind::kScalar: return fmt::format("\"{}\"", node.scalar);
     case text::YamlNode::Kind::kSequence: return "a list";
     case text::YamlNode::Kind::kMapping: return "a mapping";
   }
@@ -93,7 +93,7 @@ YamlFields::YamlFields(const text::YamlNode& node, std::string codes, std::strin
 }
 
 void YamlFields::error(std::string_view code, std::string message, const SourceSpan& span) {
-  found_.push_back({Severity::kError, codes_ + "." + std::string(code), std::move(message), span});
+  found_.push_back({Severity::kError, fmt::format("{}.{}", codes_, code), std::move(message), span});
 }
 
 const text::YamlNode* YamlFields::node(std::string_view key) {

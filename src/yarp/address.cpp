@@ -1,5 +1,7 @@
 #include "sentree/yarp/address.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 
@@ -9,8 +11,9 @@ namespace sentree::yarp {
 namespace {
 
 tl::unexpected<Diagnostic> wrong(std::string_view text, std::string_view why) {
-  return fail("rpc.address", "address \"yarp:" + std::string(text) + "\" " + std::string(why) +
-                                 "; a port of YARP is yarp:/port, or yarp://host:number/port");
+  return fail(
+      "rpc.address",
+      fmt::format("address \"yarp:{}\" {}; a port of YARP is yarp:/port, or yarp://host:number/port", text, why));
 }
 
 }  // namespace
@@ -28,10 +31,10 @@ Result<HostPort> parse_host_port(std::string_view text) {
       return out;
     }
   }
-  return fail("rpc.address", "\"" + std::string(text) + "\" is no HOST:PORT, e.g. 127.0.0.1:10000");
+  return fail("rpc.address", fmt::format("\"{}\" is no HOST:PORT, e.g. 127.0.0.1:10000", text));
 }
 
-std::string to_string(const HostPort& at) { return at.host + ":" + std::to_string(at.port); }
+std::string to_string(const HostPort& at) { return fmt::format("{}:{}", at.host, at.port); }
 
 Result<PortAddress> PortAddress::parse(std::string_view text) {
   PortAddress out;
@@ -41,7 +44,7 @@ Result<PortAddress> PortAddress::parse(std::string_view text) {
       out.carrier = value == "tcp" ? Carrier::kTcp : Carrier::kFastTcp;
     } else if (option.starts_with("carrier=")) {
       return wrong(text,
-                   "wants the carrier \"" + std::string(value) + "\", which is not spoken here (tcp and fast_tcp are)");
+                   fmt::format("wants the carrier \"{}\", which is not spoken here (tcp and fast_tcp are)", value));
     } else if (option == "yarp=3" || option == "yarp=4") {
       out.version = value == "3" ? Version::kYarp3 : Version::kYarp4;
     } else if (option.starts_with("server=")) {
@@ -55,9 +58,9 @@ Result<PortAddress> PortAddress::parse(std::string_view text) {
     } else if (option == "named") {
       out.named = true;
     } else {
-      return wrong(text,
-                   "has the unknown option \"" + std::string(option) +
-                       "\" (there is carrier=tcp|fast_tcp, yarp=3|4, server=HOST:PORT, open, named, listen=HOST)");
+      return wrong(text, fmt::format("has the unknown option \"{}\" (there is carrier=tcp|fast_tcp, yarp=3|4, "
+                                     "server=HOST:PORT, open, named, listen=HOST)",
+                                     option));
     }
   }
   if (rest.starts_with("//")) {
@@ -70,7 +73,7 @@ Result<PortAddress> PortAddress::parse(std::string_view text) {
   }
   if (rest.empty()) rest = "/";
   if (rest.front() != '/') return wrong(text, "has a name that does not begin with \"/\"");
-  if (rest.size() > kNameMax) return wrong(text, "has a name of more than " + std::to_string(kNameMax) + " bytes");
+  if (rest.size() > kNameMax) return wrong(text, fmt::format("has a name of more than {} bytes", kNameMax));
   if (std::any_of(rest.begin(), rest.end(), [](char c) { return static_cast<unsigned char>(c) <= ' ' || c == '"'; }))
     return wrong(text, "has a blank or a quote in its name");
   out.name = rest;
@@ -79,16 +82,16 @@ Result<PortAddress> PortAddress::parse(std::string_view text) {
 
 std::string to_string(const PortAddress& address) {
   std::string out = "yarp:";
-  if (!address.direct.host.empty()) out += "//" + to_string(address.direct);
+  if (!address.direct.host.empty()) out += fmt::format("//{}", to_string(address.direct));
   out += address.name;
   char mark = '?';
   const auto option = [&](const std::string& text) {
     out += mark + text;
     mark = '&';
   };
-  if (address.carrier != Carrier::kTcp) option("carrier=" + std::string(to_string(address.carrier)));
+  if (address.carrier != Carrier::kTcp) option(fmt::format("carrier={}", to_string(address.carrier)));
   if (address.version == Version::kYarp4) option("yarp=4");
-  if (!address.server.host.empty()) option("server=" + to_string(address.server));
+  if (!address.server.host.empty()) option(fmt::format("server={}", to_string(address.server)));
   if (address.listen != PortAddress().listen) option("listen=" + address.listen);
   if (address.open) option("open");
   if (address.named) option("named");

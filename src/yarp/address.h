@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -53,7 +55,7 @@ struct PortAddress {
   [[nodiscard]] static Result<PortAddress> parse(std::string_view text);
   /// The port of that service.
   [[nodiscard]] std::string name_of(const std::string& service) const {
-    return name.ends_with('/') ? name + service + "/rpc:i" : name;
+    return name.ends_with('/') ? fmt::format("{}{}/rpc:i", name, service) : name;
   }
   /// A port that data are read from, not written to.
   [[nodiscard]] bool is_source() const;

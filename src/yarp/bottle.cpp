@@ -1,5 +1,7 @@
 #include "sentree/yarp/bottle.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cstring>
@@ -24,7 +26,7 @@ void append(std::string& out, const Item& item) {
   switch (item.form) {
     case Item::Form::kInteger: out += std::to_string(item.integer); return;
     case Item::Form::kReal: out += shortest_decimal(item.real); return;
-    case Item::Form::kVocab: out += "[" + item.text + "]"; return;
+    case Item::Form::kVocab: out += fmt::format("[{}]", item.text); return;
     case Item::Form::kText:
       if (is_plain(item.text)) {
         out += item.text;
@@ -267,7 +269,7 @@ class BinaryReader {
       case kReal128: return real(raw<float>(in_));
       case kString: return Item::of(text());
       case kBlob: return Item{.form = Item::Form::kOctets, .text = text()};
-      default: throw Broken{rpc::StreamStatus::kFailed, "an item has the unknown tag " + std::to_string(tag)};
+      default: throw Broken{rpc::StreamStatus::kFailed, fmt::format("an item has the unknown tag {}", tag)};
     }
   }
 

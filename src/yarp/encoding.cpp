@@ -1,5 +1,7 @@
 #include "sentree/yarp/encoding.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -309,7 +311,7 @@ class Reader {
       throw Broken{rpc::StreamStatus::kFailed, "no list where one was due"};
     const std::int32_t count = in_.take_int();
     if (count < 0 || static_cast<std::size_t>(count) > limits_.container_items)
-      throw Broken{rpc::StreamStatus::kFailed, "a list says that it has " + std::to_string(count) + " items"};
+      throw Broken{rpc::StreamStatus::kFailed, fmt::format("a list says that it has {} items", count)};
     return {tag & ~kList, static_cast<std::size_t>(count)};
   }
 
@@ -355,7 +357,7 @@ class Reader {
         // A tag of the other version is read as well where only one meaning is left.
         out.real = tag == kReal128 || (tag == kReal10 && !yarp3) ? bytes_as<float>() : bytes_as<double>();
         return out;
-      default: throw Broken{rpc::StreamStatus::kFailed, "an item has the unknown tag " + std::to_string(tag)};
+      default: throw Broken{rpc::StreamStatus::kFailed, fmt::format("an item has the unknown tag {}", tag)};
     }
   }
 
@@ -386,7 +388,7 @@ class Reader {
       Open inner = opened(tag);
       return type.kind == Kind::kMap ? map(type, inner, depth) : list(type, inner, depth);
     }
-    if (is_list) throw Misfit{"expected " + type.name + ", got a list"};
+    if (is_list) throw Misfit{fmt::format("expected {}, got a list", type.name)};
     Plain got = plain(tag);
     switch (type.kind) {
       case Kind::kBool:
@@ -431,7 +433,7 @@ class Reader {
   Value boxed(const Type& type, Open& list, int depth) {
     if (type.kind != Kind::kStruct) return item(type, list, depth);
     const std::uint32_t tag = next(list);
-    if ((tag & kList) == 0) throw Misfit{"expected " + type.name + " as a list of its own"};
+    if ((tag & kList) == 0) throw Misfit{fmt::format("expected {} as a list of its own", type.name)};
     Open inner = opened(tag);
     Value out = fields(*type.structure, inner, depth);
     if (inner.left != 0) throw Misfit{type.name + " has too many values"};
@@ -582,7 +584,7 @@ rpc::Outcome Encoding::read_reply(Inbox& in, const idl::Method& method) const {
     }
     Value out = reader.item(*method.result, list, 1);
     if (list.left == 0) return out;
-    throw Broken{rpc::StreamStatus::kFailed, "its reply has " + std::to_string(list.left) + " values too many"};
+    throw Broken{rpc::StreamStatus::kFailed, fmt::format("its reply has {} values too many", list.left)};
   } catch (const Misfit& e) {
     throw Broken{rpc::StreamStatus::kFailed, "its reply is not that of the interface: " + e.why};
   }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <cstring>
 
 #include "sentree/yarp/detail/frame.h"
@@ -23,7 +25,7 @@ void put_mark(std::vector<std::uint8_t>& out, std::int32_t number) {
 std::int32_t take_mark(Inbox& in, std::string_view what) {
   const std::uint8_t* bytes = in.take(kMarkSize);
   if (std::memcmp(bytes, "YA", 2) != 0 || std::memcmp(bytes + 6, "RP", 2) != 0)
-    throw Broken{StreamStatus::kFailed, "what came is not " + std::string(what)};
+    throw Broken{StreamStatus::kFailed, fmt::format("what came is not {}", what)};
   std::int32_t out = 0;
   std::memcpy(&out, bytes + 2, sizeof out);
   return out;
@@ -62,8 +64,7 @@ Frame take_frame(Inbox& in, std::size_t bytes_max) {
   for (int i = 0; i < blocks; ++i) {
     const std::int32_t length = in.take_int();
     if (length < 0 || static_cast<std::size_t>(length) > bytes_max - bytes)
-      throw Broken{StreamStatus::kFailed,
-                   "a message says that it has more than " + std::to_string(bytes_max) + " bytes"};
+      throw Broken{StreamStatus::kFailed, fmt::format("a message says that it has more than {} bytes", bytes_max)};
     bytes += static_cast<std::size_t>(length);
   }
   (void)in.take(4 * static_cast<std::size_t>(reply_blocks));

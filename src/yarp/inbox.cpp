@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -51,7 +53,7 @@ std::int32_t Inbox::take_int() {
 void Inbox::fill(std::size_t bytes) {
   if (stream_ == nullptr) throw Broken{StreamStatus::kFailed, "a message ends before its content"};
   if (bytes > bytes_max_ || begin_ - start_ > bytes_max_ - bytes)
-    throw Broken{StreamStatus::kFailed, "a message has more than " + std::to_string(bytes_max_) + " bytes"};
+    throw Broken{StreamStatus::kFailed, fmt::format("a message has more than {} bytes", bytes_max_)};
   while (end_ - begin_ < bytes) {
     if (end_ == buffer_.size() || buffer_.size() < kChunk) {
       if (begin_ > 0) {
@@ -75,7 +77,7 @@ std::string Inbox::line(std::size_t bytes_max) {
   std::size_t length = 0;
   while (true) {
     if (length == bytes_max)
-      throw Broken{StreamStatus::kFailed, "a line has more than " + std::to_string(bytes_max) + " bytes"};
+      throw Broken{StreamStatus::kFailed, fmt::format("a line has more than {} bytes", bytes_max)};
     const std::uint8_t* bytes = peek(length + 1);
     // All that has come already is looked at in one go.
     const std::size_t there = std::min(end_ - begin_, bytes_max);

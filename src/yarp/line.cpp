@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <algorithm>
@@ -39,14 +41,14 @@ PortLine::PortLine(PortAddress address, const idl::Service& interface, rpc::Clie
   }
 }
 
-std::string PortLine::where() const { return "\"" + options_.target + "\" at yarp:" + address_.name; }
+std::string PortLine::where() const { return fmt::format("\"{}\" at yarp:{}", options_.target, address_.name); }
 
 CallError PortLine::unreachable(const std::string& why) const {
-  return {CallErrorKind::kUnreachable, where() + " is unreachable: " + why, {}, {}};
+  return {CallErrorKind::kUnreachable, fmt::format("{} is unreachable: {}", where(), why), {}, {}};
 }
 
 CallError PortLine::late(const std::string& what) const {
-  return {CallErrorKind::kLate, where() + " did not answer in time: " + what, {}, {}};
+  return {CallErrorKind::kLate, fmt::format("{} did not answer in time: {}", where(), what), {}, {}};
 }
 
 rpc::Line::Counts PortLine::counts() const {
@@ -89,7 +91,7 @@ tl::expected<void, CallError> PortLine::connected(rpc::Deadline deadline) {
   const auto now = steady_clock::now();
   if (now < next_attempt_) {
     const auto wait = std::chrono::ceil<milliseconds>(next_attempt_ - now).count();
-    return tl::unexpected(unreachable(last_failure_ + "; tried again in " + std::to_string(wait) + " ms"));
+    return tl::unexpected(unreachable(fmt::format("{}; tried again in {} ms", last_failure_, wait)));
   }
   if (auto made = connect(deadline); !made) {
     last_failure_ = made.error().message;
@@ -115,10 +117,9 @@ tl::expected<void, CallError> PortLine::connect(rpc::Deadline deadline) {
     auto found = names_.query(address_.name, deadline);
     if (!found) return failed(StreamStatus::kFailed, found.error().message);
     if (!*found)
-      return failed(
-          StreamStatus::kFailed,
-          "the name server at " + to_string(names_.server()) +
-              " knows no such port; yarp name list, or sentree services --on yarp:, lists those that it knows");
+      return failed(StreamStatus::kFailed, fmt::format("the name server at {} knows no such port; yarp name list, or "
+                                                       "sentree services --on yarp:, lists those that it knows",
+                                                       to_string(names_.server())));
     at = (*found)->at;
   }
   rpc::Address socket;
@@ -126,10 +127,10 @@ tl::expected<void, CallError> PortLine::connect(rpc::Deadline deadline) {
   socket.host = at.host;
   socket.port = at.port;
   rpc::Connected made = rpc::connect_to(socket, resolver_, nullptr, deadline);
-  if (made.stream == nullptr) return failed(made.status, to_string(at) + ": " + made.why);
+  if (made.stream == nullptr) return failed(made.status, fmt::format("{}: {}", to_string(at), made.why));
   auto connection = std::make_shared<Connection>(std::move(made.stream), options_.limits.message_bytes);
   // Without a slash before it, the name is one of a tool: many connections may have it.
-  put_greeting(connection->out, address_.carrier, "sentree_" + options_.target + "_" + std::to_string(::getpid()));
+  put_greeting(connection->out, address_.carrier, fmt::format("sentree_{}_{}", options_.target, ::getpid()));
   if (const StreamStatus sent = connection->stream->send(connection->out.data(), connection->out.size(), deadline);
       sent != StreamStatus::kOk)
     return failed(sent, connection->stream->why());
@@ -137,11 +138,11 @@ tl::expected<void, CallError> PortLine::connect(rpc::Deadline deadline) {
     connection->in.begin(deadline);
     (void)take_mark(connection->in, "the answer of a port of YARP");
   } catch (const Broken& e) {
-    return failed(e.status, "no port of YARP that takes " + std::string(to_string(address_.carrier)) + " is at " +
-                                to_string(at) + ": " + e.why);
+    return failed(e.status, fmt::format("no port of YARP that takes {} is at {}: {}", to_string(address_.carrier),
+                                        to_string(at), e.why));
   }
   if (connection->in.buffered() > 0)
-    return failed(StreamStatus::kFailed, to_string(at) + " answers before it is asked");
+    return failed(StreamStatus::kFailed, fmt::format("{} answers before it is asked", to_string(at)));
   const std::lock_guard lock(mutex_);
   if (closed_ || interrupted_) return failed(StreamStatus::kFailed, "interrupted while connecting");
   connection_ = std::move(connection);
@@ -178,7 +179,7 @@ std::optional<Outcome> PortLine::send(const idl::Method& method, const Value& ar
   if (const auto refused = refused_.find(&method); refused != refused_.end()) {
     return tl::unexpected(
         CallError{CallErrorKind::kProtocol,
-                  method.service + "." + method.name + " cannot be called over YARP: " + refused->second,
+                  fmt::format("{}.{} cannot be called over YARP: {}", method.service, method.name, refused->second),
                   {},
                   {}});
   }
@@ -209,12 +210,12 @@ Outcome PortLine::receive(const idl::Method& method, rpc::Deadline deadline) {
       (void)take_mark(in, "an acknowledgement");
       return tl::unexpected(
           CallError{CallErrorKind::kProtocol,
-                    where() + " took " + method.name + " and gave no reply: it could not read the arguments",
+                    fmt::format("{} took {} and gave no reply: it could not read the arguments", where(), method.name),
                     {},
                     {}});
     }
     Outcome out = encoding_.read_reply(in, method);
-    if (!out) out.error().message = where() + ", asked for " + method.name + ": " + out.error().message;
+    if (!out) out.error().message = fmt::format("{}, asked for {}: {}", where(), method.name, out.error().message);
     if (confirms) {
       ++acknowledgements_owed_;
       if (in.buffered() >= kMarkSize) take_acknowledgements(deadline);
@@ -224,7 +225,8 @@ Outcome PortLine::receive(const idl::Method& method, rpc::Deadline deadline) {
     drop();
     if (e.status == StreamStatus::kLate) return tl::unexpected(late("no reply to " + method.name));
     if (e.status == StreamStatus::kClosed) return tl::unexpected(unreachable(e.why));
-    return tl::unexpected(CallError{CallErrorKind::kProtocol, where() + " broke the protocol: " + e.why, {}, {}});
+    return tl::unexpected(
+        CallError{CallErrorKind::kProtocol, fmt::format("{} broke the protocol: {}", where(), e.why), {}, {}});
   }
 }
 

@@ -1,5 +1,7 @@
 #include "sentree/yarp/middleware.h"
 
+#include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <algorithm>
@@ -65,8 +67,8 @@ Result<std::unique_ptr<Served>> open_ports(const PortAddress& address, std::vect
   const HostPort server = registers ? name_server_of(address) : HostPort{};
   const std::string& host = registers ? address.listen : address.direct.host;
   if (insecure && problem && !host.starts_with("127.") && host != "localhost" && host != "::1") {
-    problem(to_string(address) + " listens on " + host +
-            "; whoever reaches it can do everything, YARP has no authentication");
+    problem(fmt::format("{} listens on {}; whoever reaches it can do everything, YARP has no authentication",
+                        to_string(address), host));
   }
   std::vector<std::unique_ptr<Port>> ports;
   std::unique_ptr<Registrar> registrar;
@@ -103,8 +105,8 @@ class Publishing final : public rpc::Caller {
   void call(const idl::Method& method, Value arguments, rpc::Deadline, Done done) override {
     calls_.fetch_add(1);
     if (closed_.load()) {
-      return done(tl::unexpected(
-          rpc::CallError{rpc::CallErrorKind::kUnreachable, "the port " + served_->address() + " is closed", {}, {}}));
+      return done(tl::unexpected(rpc::CallError{
+          rpc::CallErrorKind::kUnreachable, fmt::format("the port {} is closed", served_->address()), {}, {}}));
     }
     served_->port().write(method, arguments, with_name_);
     done(Value());
@@ -135,8 +137,9 @@ class Yarp final : public rpc::Middleware {
     NameClient names(server);
     constexpr std::chrono::milliseconds kPatience{300};
     const bool there = names.query("/root", steady_clock::now() + kPatience).has_value();
-    return "ports of YARP 3 and 4 by tcp, fast_tcp, text and text_ack, without authentication; name server " +
-           to_string(server) + (there ? " answers" : " does not answer (sentree run --yarp-server brings one)");
+    return fmt::format(
+        "ports of YARP 3 and 4 by tcp, fast_tcp, text and text_ack, without authentication; name server {}{}",
+        to_string(server), there ? " answers" : " does not answer (sentree run --yarp-server brings one)");
   }
 
   Result<void> check(const Address& address) const override {
@@ -153,7 +156,7 @@ class Yarp final : public rpc::Middleware {
   Address beside(const Address& address, const std::string& service, const std::string& other) const override {
     Address out = address;
     out.service = other;
-    const auto at = out.path.find("/" + service + "/");
+    const auto at = out.path.find(fmt::format("/{}/", service));
     if (at != std::string::npos) out.path.replace(at + 1, service.size(), other);
     return out;
   }
@@ -167,7 +170,8 @@ class Yarp final : public rpc::Middleware {
     const idl::Method* const data = unnamed(*parsed, *interface);
     if (is_data(*interface)) {
       if (parsed->is_source())
-        return fail("rpc.address", "\"" + to_string(address) + "\" is read from: nothing can be published there");
+        return fail("rpc.address",
+                    fmt::format("\"{}\" is read from: nothing can be published there", to_string(address)));
       if (parsed->open) {
         auto served = publisher(*parsed);
         if (!served) return tl::unexpected(std::move(served.error()));
@@ -186,10 +190,9 @@ class Yarp final : public rpc::Middleware {
     const auto parsed = PortAddress::parse(address.path);
     if (!parsed) return tl::unexpected(parsed.error());
     if (services.size() > 1 && !parsed->name.ends_with('/')) {
-      return fail("rpc.address", "\"" + to_string(address) + "\" names one port, but there are " +
-                                     std::to_string(services.size()) +
-                                     " services; give what their names begin with, such as yarp:/ for /" +
-                                     services.front().name + "/rpc:i");
+      return fail("rpc.address", fmt::format("\"{}\" names one port, but there are {} services; give what their names "
+                                             "begin with, such as yarp:/ for /{}/rpc:i",
+                                             to_string(address), services.size(), services.front().name));
     }
     std::vector<Opening> openings;
     for (rpc::NamedService& service : services)
@@ -253,9 +256,8 @@ class Yarp final : public rpc::Middleware {
 
   static Result<std::unique_ptr<rpc::Opened>> read(const PortAddress& from, PortRole role, SubscribeOptions options) {
     static std::atomic<int> number{0};
-    const std::string own = from.open ? from.name
-                                      : "/sentree/" + std::to_string(::getpid()) + "/" + std::to_string(++number) +
-                                            "/" + options.target + ":i";
+    const std::string own =
+        from.open ? from.name : fmt::format("/sentree/{}/{}/{}:i", ::getpid(), ++number, options.target);
     PortAddress here = from;
     // A sender finds us by the name server, wherever it is itself.
     if (!from.open) here.direct = {};
@@ -280,16 +282,16 @@ class Yarp final : public rpc::Middleware {
     if (at.host.empty()) {
       auto found = names.query(from.name, steady_clock::now() + kPatience);
       if (!found) return found.error().message;
-      if (!*found) return "there is no port " + from.name + " yet, from which data are to be read";
+      if (!*found) return fmt::format("there is no port {} yet, from which data are to be read", from.name);
       at = (*found)->at;
     }
-    const auto known = ask_port(at, "[list] [out] \"" + own + "\"", kPatience);
+    const auto known = ask_port(at, fmt::format("[list] [out] \"{}\"", own), kPatience);
     if (!known) return known.error().message;
     if (!known->empty()) return std::nullopt;
-    const auto added = ask_port(at, "[add] \"" + std::string(to_string(from.carrier)) + ":/" + own + "\"", kPatience);
+    const auto added = ask_port(at, fmt::format("[add] \"{}:/{}\"", to_string(from.carrier), own), kPatience);
     if (!added) return added.error().message;
     if (added->starts_with("0")) return std::nullopt;
-    return from.name + " does not send its data here: " + *added;
+    return fmt::format("{} does not send its data here: {}", from.name, *added);
   }
 
   // One port of a name serves all parts of the process that publish on it.

@@ -1,5 +1,7 @@
 #include "sentree/yarp/name_server.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <mutex>
@@ -97,7 +99,7 @@ std::string NameTable::answer(const std::string& line) {
   if (verb == "set" || verb == "get" || verb == "check") return property(words);
   if (verb == "route" && words.size() > 2) {
     if (find(words[2]) == nullptr) return end();
-    return end("port " + name + " route " + words[2] + " = tcp:/" + words[2] + "\r\n");
+    return end(fmt::format("port {} route {} = tcp:/{}\r\n", name, words[2], words[2]));
   }
   if (verb == "gc") return end("garbage collection done.\r\n");
   if (verb == "announce") return "[ok]\r\n";
@@ -117,7 +119,7 @@ std::string NameTable::enter(const std::vector<std::string>& words) {
   made.name = given(1);
   if (made.name.empty()) {
     do {
-      made.name = "/tmp/port/" + std::to_string(next_unnamed_++);
+      made.name = fmt::format("/tmp/port/{}", next_unnamed_++);
     } while (find(made.name) != nullptr);
   }
   if (made.name.size() > kNameMax || made.name == "/root") return end();
@@ -148,14 +150,14 @@ std::string NameTable::property(const std::vector<std::string>& words) {
   if (words.size() < 3) return end();
   Entry* entry = find(words[1]);
   if (entry == nullptr) return end();
-  const std::string head = "port " + words[1] + " property " + words[2];
+  const std::string head = fmt::format("port {} property {}", words[1], words[2]);
   auto slot = std::find_if(entry->properties.begin(), entry->properties.end(),
                            [&](const auto& known) { return known.first == words[2]; });
   const bool known = slot != entry->properties.end();
   if (words[0] == "check") {
     const std::string value = words.size() > 3 ? words[3] : std::string();
     const bool has = known && std::find(slot->second.begin(), slot->second.end(), value) != slot->second.end();
-    return end(head + " value " + value + " present " + (has ? "true" : "false") + "\r\n");
+    return end(fmt::format("{} value {} present {}\r\n", head, value, has ? "true" : "false"));
   }
   if (words[0] == "set") {
     std::vector<std::string> values(words.begin() + 3, words.end());
@@ -172,7 +174,7 @@ std::string NameTable::property(const std::vector<std::string>& words) {
   if (slot != entry->properties.end()) {
     for (const std::string& value : slot->second) values += " " + value;
   }
-  return end(head + " =" + values + "\r\n");
+  return end(fmt::format("{} ={}\r\n", head, values));
 }
 
 std::string NameTable::bottle(const std::vector<std::string>& words) {
@@ -235,7 +237,7 @@ class NameServer::Impl {
         std::string answer;
         if (!talks && (line.starts_with("CONNACK ") || line.starts_with("CONNECT "))) {
           talks = true;
-          answer = "Welcome " + line.substr(8) + "\r\n";
+          answer = fmt::format("Welcome {}\r\n", line.substr(8));
         } else if (talks) {
           if (line == "q") {
             (void)say(visitor, "<ACK>\r\n");
@@ -277,8 +279,9 @@ class NameServer::Impl {
 
   std::string tell(const std::string& line, const std::string& second) {
     if (line == "*") {
-      return "This is /root at tcp://" + to_string(at_) +
-             "/\r\nThere are no outgoing connections\r\nThere are no incoming connections\r\n";
+      return fmt::format(
+          "This is /root at tcp://{}/\r\nThere are no outgoing connections\r\nThere are no incoming connections\r\n",
+          to_string(at_));
     }
     const auto request = parse_text(second);
     const bool is_text = request && !request->empty() && request->front().form == Item::Form::kText;
@@ -318,8 +321,8 @@ class NameServer::Impl {
       }
     }
     for (const auto& [at, to] : wanted) {
-      const auto known = ask_port(at, "[list] [out] \"" + to + "\"", kConnectPatience);
-      if (known && known->empty()) (void)ask_port(at, "[add] \"tcp:/" + to + "\"", kConnectPatience);
+      const auto known = ask_port(at, fmt::format("[list] [out] \"{}\"", to), kConnectPatience);
+      if (known && known->empty()) (void)ask_port(at, fmt::format("[add] \"tcp:/{}\"", to), kConnectPatience);
     }
   }
 

@@ -1,5 +1,7 @@
 #include "sentree/yarp/names.h"
 
+#include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <charconv>
@@ -27,7 +29,7 @@ std::optional<HostPort> from_file(const std::filesystem::path& file) {
   std::string host;
   std::string port;
   if (!(in >> host >> port)) return std::nullopt;
-  auto parsed = parse_host_port(host + ":" + port);
+  auto parsed = parse_host_port(fmt::format("{}:{}", host, port));
   if (!parsed) return std::nullopt;
   return std::move(*parsed);
 }
@@ -63,15 +65,14 @@ std::optional<Registration> parse_registration(std::string_view line) {
 }
 
 std::string to_line(const Registration& r) {
-  return "registration name " + r.name + " ip " + r.at.host + " port " + std::to_string(r.at.port) + " type " +
-         r.carrier;
+  return fmt::format("registration name {} ip {} port {} type {}", r.name, r.at.host, r.at.port, r.carrier);
 }
 
 tl::unexpected<Diagnostic> NameClient::no_server(const std::string& why) const {
   return fail("yarp.no-name-server",
-              "no name server of YARP answers at " + to_string(server_) + " (" + why +
-                  "); start yarpserver, or sentree run --yarp-server; another place is named by yarp conf HOST PORT, "
-                  "SENTREE_YARP_SERVER or ?server=HOST:PORT");
+              fmt::format("no name server of YARP answers at {} ({}); start yarpserver, or sentree run --yarp-server; "
+                          "another place is named by yarp conf HOST PORT, SENTREE_YARP_SERVER or ?server=HOST:PORT",
+                          to_string(server_), why));
 }
 
 Result<std::vector<std::string>> NameClient::ask(const std::vector<std::string>& words, rpc::Deadline deadline) {
@@ -101,7 +102,7 @@ Result<std::vector<std::string>> NameClient::ask(const std::vector<std::string>&
   } catch (const Broken& e) {
     return no_server(e.why);
   }
-  return no_server("its answer has more than " + std::to_string(kRegistrationsMax) + " lines");
+  return no_server(fmt::format("its answer has more than {} lines", kRegistrationsMax));
 }
 
 Result<std::optional<Registration>> NameClient::query(const std::string& name, rpc::Deadline deadline) {

@@ -1,5 +1,7 @@
 #include "sentree/yarp/detail/output.h"
 
+#include <fmt/format.h>
+
 #include <system_error>
 #include <utility>
 
@@ -26,7 +28,8 @@ Result<std::unique_ptr<rpc::Stream>> connect_socket(const HostPort& at, rpc::Dea
   address.port = at.port;
   rpc::Resolver resolver;
   rpc::Connected made = rpc::connect_to(address, resolver, nullptr, deadline);
-  if (made.stream == nullptr) return fail("yarp.connect", "nobody listens at " + to_string(at) + ": " + made.why);
+  if (made.stream == nullptr)
+    return fail("yarp.connect", fmt::format("nobody listens at {}: {}", to_string(at), made.why));
   return std::move(made.stream);
 }
 
@@ -39,13 +42,13 @@ Result<std::unique_ptr<Output>> Output::open(const std::string& from, const std:
   put_greeting(greeting, carrier, from);
   std::unique_ptr<Output> out(new Output(to, carrier, std::move(*stream)));
   if (out->stream_->send(greeting.data(), greeting.size(), deadline) != rpc::StreamStatus::kOk)
-    return fail("yarp.connect", to + " takes no connection: " + out->stream_->why());
+    return fail("yarp.connect", fmt::format("{} takes no connection: {}", to, out->stream_->why()));
   try {
     out->in_.begin(deadline);
     (void)take_mark(out->in_, "the answer of a port of YARP");
     out->thread_ = std::thread([output = out.get()] { output->run(); });
   } catch (const Broken& e) {
-    return fail("yarp.connect", to + " takes no connection: " + e.why);
+    return fail("yarp.connect", fmt::format("{} takes no connection: {}", to, e.why));
   } catch (const std::system_error& e) {
     return fail("yarp.connect", std::string("no thread is left for a connection: ") + e.what());
   }
@@ -116,9 +119,10 @@ Result<std::string> ask_port(const HostPort& at, const std::string& admin_comman
   const auto deadline = steady_clock::now() + patience;
   auto stream = connect_socket(at, deadline);
   if (!stream) return tl::unexpected(std::move(stream.error()));
-  const std::string request = "CONNACK admin\r\na\r\n" + admin_command + "\r\nq\r\n";
+  const std::string request = fmt::format("CONNACK admin\r\na\r\n{}\r\nq\r\n", admin_command);
   const auto failed = [&](const std::string& why) {
-    return fail("yarp.connect", "the port at " + to_string(at) + " does not answer as a port of YARP: " + why);
+    return fail("yarp.connect",
+                fmt::format("the port at {} does not answer as a port of YARP: {}", to_string(at), why));
   };
   if ((*stream)->send(reinterpret_cast<const std::uint8_t*>(request.data()), request.size(), deadline) !=
       rpc::StreamStatus::kOk)

@@ -1,5 +1,7 @@
 #include "sentree/yarp/port.h"
 
+#include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <algorithm>
@@ -41,12 +43,12 @@ std::string carrier_shown(const std::uint8_t* head) {
     if (number == 7777) return "udp";
     if (number == 7777 + 128) return "udp with acknowledgements";
     if (number == 7777 + 1 || number == 7777 + 1 + 128) return "mcast";
-    return "number " + std::to_string(number);
+    return fmt::format("number {}", number);
   }
   if (text.starts_with("GET ") || text.starts_with("POST ")) return "http";
   std::string shown;
   for (const char c : text) shown += c >= ' ' && c < 127 ? c : '?';
-  return "\"" + shown + "\"";
+  return fmt::format("\"{}\"", shown);
 }
 
 // The answer to one call, given by whichever thread has it.
@@ -180,13 +182,13 @@ class Port::Impl {
     auto found = names.query(to, steady_clock::now() + kNameServerPatience);
     if (!found || !*found) return fail("yarp.connect", "Do not know how to connect to " + to);
     auto output = Output::open(options_.name, to, (*found)->at, carrier);
-    if (!output) return fail("yarp.connect", "Cannot connect to " + to + ": " + output.error().message);
+    if (!output) return fail("yarp.connect", fmt::format("Cannot connect to {}: {}", to, output.error().message));
     const std::lock_guard lock(mutex_);
     drop_outputs_over();
     // The same connection made again replaces the first.
     outputs_.remove_if([&](const auto& known) { return known->to() == to; });
     if (stopping_.load() || outputs_.size() >= kOutputsMax)
-      return fail("yarp.connect", "the port has " + std::to_string(kOutputsMax) + " connections already");
+      return fail("yarp.connect", fmt::format("the port has {} connections already", kOutputsMax));
     outputs_.push_back(std::move(*output));
     return {};
   }
@@ -242,7 +244,8 @@ class Port::Impl {
   void complain(const std::string& why) {
     if (stopping_.load()) return;
     peer_errors_.fetch_add(1);
-    if (options_.on_peer_error) options_.on_peer_error("a peer of yarp:" + options_.name + " was disconnected: " + why);
+    if (options_.on_peer_error)
+      options_.on_peer_error(fmt::format("a peer of yarp:{} was disconnected: {}", options_.name, why));
   }
 
   void attend(rpc::Visitor& visitor) {
@@ -265,7 +268,7 @@ class Port::Impl {
       }
       const std::string shown = carrier_shown(head);
       (void)stream.send_now(reinterpret_cast<const std::uint8_t*>(kNotFound.data()), kNotFound.size());
-      complain("it speaks the carrier " + shown + "; tcp, fast_tcp, text and text_ack are spoken here");
+      complain(fmt::format("it speaks the carrier {}; tcp, fast_tcp, text and text_ack are spoken here", shown));
     } catch (const Broken& e) {
       // Gone between messages, as peers do; tools reset their connections.
       if (e.status != StreamStatus::kClosed) complain(e.why);
@@ -279,7 +282,7 @@ class Port::Impl {
   void exchange(rpc::Visitor& visitor, Inbox& in, bool confirm) {
     const std::int32_t length = in.take_int();
     if (length < 1 || static_cast<std::size_t>(length) > kNameMax + 1)
-      throw Broken{StreamStatus::kFailed, "its name would have " + std::to_string(length) + " octets"};
+      throw Broken{StreamStatus::kFailed, fmt::format("its name would have {} octets", length)};
     std::string name(reinterpret_cast<const char*>(in.take(static_cast<std::size_t>(length))),
                      static_cast<std::size_t>(length));
     // Behind a blank stand the modifiers of the connection, which are the sender's own matter.
@@ -346,8 +349,8 @@ class Port::Impl {
       return role_.take(*got.method, std::move(got.arguments));
     peer_errors_.fetch_add(1);
     if (options_.on_peer_error)
-      options_.on_peer_error("data for yarp:" + options_.name + " are none of " + role_.interface->name +
-                             (got.asked.empty() ? "" : " (\"" + got.asked + "\")"));
+      options_.on_peer_error(fmt::format("data for yarp:{} are none of {}{}", options_.name, role_.interface->name,
+                                         got.asked.empty() ? "" : fmt::format(" (\"{}\")", got.asked)));
   }
 
   static bool conform(const idl::Method& method, Value& arguments) {
@@ -376,7 +379,7 @@ class Port::Impl {
     }
     if (answer->await(options_.message_time_max, stopping_)) return true;
     if (const std::string why = answer->why(); !why.empty())
-      complain(got.method->name + " has no result to send: " + why);
+      complain(fmt::format("{} has no result to send: {}", got.method->name, why));
     return false;
   }
 
@@ -394,7 +397,7 @@ class Port::Impl {
     } else {
       // Where the method exists, its caller waits for its result and would read nothing else.
       if (got.wrong_arguments && with_reply) {
-        complain("it called \"" + got.asked + "\" of " + interface.name + " with other arguments than that has");
+        complain(fmt::format("it called \"{}\" of {} with other arguments than that has", got.asked, interface.name));
         return false;
       }
       write_fail(out);
@@ -414,7 +417,7 @@ class Port::Impl {
              StreamStatus::kOk;
     };
     const Input input(*this, name, confirms ? "text_ack" : "text", stream);
-    if (!say("Welcome " + name + "\r\n")) return;
+    if (!say(fmt::format("Welcome {}\r\n", name))) return;
     while (!stopping_.load()) {
       visitor.idle();
       if (in.wait(rpc::kNoDeadline) != StreamStatus::kOk) return;
@@ -466,17 +469,17 @@ class Port::Impl {
   }
 
   std::string describe() {
-    std::string out = "This is " + options_.name + " at tcp://" + to_string(at_) + "/\r\n";
+    std::string out = fmt::format("This is {} at tcp://{}/\r\n", options_.name, to_string(at_));
     const std::lock_guard lock(mutex_);
     drop_outputs_over();
     for (const auto& output : outputs_) {
-      out += "There is an output connection from " + options_.name + " to " + output->to() + " using " +
-             std::string(to_string(output->carrier())) + "\r\n";
+      out += fmt::format("There is an output connection from {} to {} using {}\r\n", options_.name, output->to(),
+                         to_string(output->carrier()));
     }
     if (outputs_.empty()) out += "There are no outgoing connections\r\n";
     for (const Input* input : inputs_) {
-      out += "There is an input connection from " + input->from + " to " + options_.name + " using " + input->carrier +
-             "\r\n";
+      out += fmt::format("There is an input connection from {} to {} using {}\r\n", input->from, options_.name,
+                         input->carrier);
     }
     if (inputs_.empty()) out += "There are no incoming connections\r\n";
     return out;
@@ -485,7 +488,8 @@ class Port::Impl {
   std::string rewire(const std::string& line) {
     if (line.starts_with('/')) {
       const auto added = add_output(line, Carrier::kTcp);
-      return (added ? "Added connection from " + options_.name + " to " + line : added.error().message) + "\r\n";
+      return (added ? fmt::format("Added connection from {} to {}", options_.name, line) : added.error().message) +
+             "\r\n";
     }
     return remove(line.substr(1)).second;
   }
@@ -497,7 +501,7 @@ class Port::Impl {
     for (auto output = outputs_.begin(); output != outputs_.end(); ++output) {
       if ((*output)->to() != other) continue;
       gone.splice(gone.end(), outputs_, output);
-      return {true, "Removing connection from " + options_.name + " to " + other + "\r\n"};
+      return {true, fmt::format("Removing connection from {} to {}\r\n", options_.name, other)};
     }
     bool found = false;
     for (Input* input : inputs_) {
@@ -505,9 +509,11 @@ class Port::Impl {
       input->stream.shut_down();
       found = true;
     }
-    if (found) return {true, "Removing connection from " + other + " to " + options_.name + "\r\n"};
-    return {false, "Could not find an outgoing connection to " + other +
-                       "\r\nCould not find an incoming connection from " + other + "\r\n"};
+    if (found) return {true, fmt::format("Removing connection from {} to {}\r\n", other, options_.name)};
+    return {
+        false,
+        fmt::format("Could not find an outgoing connection to {}\r\nCould not find an incoming connection from {}\r\n",
+                    other, other)};
   }
 
   static std::vector<Item> unknown() {
@@ -536,10 +542,11 @@ class Port::Impl {
       std::string carrier = text(2).empty() ? "tcp" : text(2);
       const std::string to = port_of(text(1), carrier);
       if (carrier != "tcp" && carrier != "fast_tcp") {
-        return {Item::of(-1), Item::of("The carrier " + carrier + " is not spoken by " + options_.name + "\r\n")};
+        return {Item::of(-1), Item::of(fmt::format("The carrier {} is not spoken by {}\r\n", carrier, options_.name))};
       }
       const auto added = add_output(to, carrier == "tcp" ? Carrier::kTcp : Carrier::kFastTcp);
-      if (added) return {Item::of(0), Item::of("Added connection from " + options_.name + " to " + text(1) + "\r\n")};
+      if (added)
+        return {Item::of(0), Item::of(fmt::format("Added connection from {} to {}\r\n", options_.name, text(1)))};
       return {Item::of(-1), Item::of(added.error().message + "\r\n")};
     }
     if (is(0, "del")) {

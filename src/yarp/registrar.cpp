@@ -1,5 +1,7 @@
 #include "sentree/yarp/registrar.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace sentree::yarp {
@@ -64,8 +66,8 @@ void Registrar::run() {
       if (!known) {
         trouble = known.error().message;
       } else if (taken) {
-        trouble = "yarp:" + entry.name + " is registered at " + to_string((*known)->at) +
-                  " now: somebody has taken over its name";
+        trouble = fmt::format("yarp:{} is registered at {} now: somebody has taken over its name", entry.name,
+                              to_string((*known)->at));
       } else if (!*known) {
         if (auto entered = names.enter(entry.name, entry.at, deadline); !entered) trouble = entered.error().message;
       }

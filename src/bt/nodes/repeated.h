@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <string>
@@ -34,7 +36,7 @@ struct Repeated : AnyNode {
     std::int32_t* const mem = m.memory(n);
     if (!read_limit(m, n, mem)) {
       return m.fail(id, "bt.missing-port",
-                    std::string("needs ") + (kIsRetry ? "num_attempts" : "num_cycles") + " as a whole number");
+                    fmt::format("needs {} as a whole number", kIsRetry ? "num_attempts" : "num_cycles"));
     }
     m.set_status(id, Status::kRunning);
     return cycle(m, n, mem);

@@ -1,5 +1,7 @@
 // The shared object that carries octets over Fast DDS 2. It knows nothing of Sentree but `ros/dds.h`.
 
+#include <fmt/format.h>
+
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
@@ -100,7 +102,8 @@ std::string misfit_text(const std::string& topic, fast::QosPolicyId_t policy) {
                      : policy == fast::DEADLINE_QOS_POLICY_ID   ? "deadline"
                      : policy == fast::LIVELINESS_QOS_POLICY_ID ? "liveliness"
                                                                 : "another policy";
-  return "somebody at " + topic + " offers or wants another quality of service (" + what + "), so that nothing passes";
+  return fmt::format("somebody at {} offers or wants another quality of service ({}), so that nothing passes", topic,
+                     what);
 }
 
 // As ROS writes it: "std_msgs/msg/String" of "std_msgs::msg::dds_::String_".
@@ -263,8 +266,9 @@ class Core {
       slot.type = channel.type;
     }
     if (slot.topic == nullptr || slot.type != channel.type) {
-      error = slot.topic == nullptr ? "the topic " + channel.topic + " cannot be made"
-                                    : "the topic " + channel.topic + " is used with the type " + slot.type + " already";
+      error = slot.topic == nullptr
+                  ? fmt::format("the topic {} cannot be made", channel.topic)
+                  : fmt::format("the topic {} is used with the type {} already", channel.topic, slot.type);
       if (slot.topic == nullptr) topics_.erase(channel.topic);
       return nullptr;
     }
@@ -385,8 +389,9 @@ class Core {
   static void compare(const Watch& watch, const Endpoint& other) {
     if (other.topic != watch.topic || other.is_writer == watch.is_writer || other.type == watch.type) return;
     const std::string name = other.topic.substr(std::min(other.topic.find('/'), other.topic.size()));
-    (*watch.tell)("the types of " + name + " differ: it is " + shown_type(watch.type) + " here, and somebody " +
-                  (other.is_writer ? "publishes " : "reads ") + shown_type(other.type) + ", so that nothing passes");
+    (*watch.tell)(fmt::format("the types of {} differ: it is {} here, and somebody {}{}, so that nothing passes", name,
+                              shown_type(watch.type), other.is_writer ? "publishes " : "reads ",
+                              shown_type(other.type)));
   }
 
   std::mutex mutex_;
@@ -552,7 +557,7 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
     library.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
     eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(library);
     fast::DomainParticipantQos qos = fast::PARTICIPANT_QOS_DEFAULT;
-    const std::string data = "enclave=" + options.enclave + ";";
+    const std::string data = fmt::format("enclave={};", options.enclave);
     qos.name(options.enclave);
     qos.user_data().setValue({data.begin(), data.end()});
     qos.wire_protocol().builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
@@ -587,8 +592,8 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
       core_->subscriber = core_->participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
     }
     if (core_->subscriber != nullptr && core_->publisher != nullptr) return true;
-    error = "no participant can be made in domain " + std::to_string(options.domain) + "; are there more than " +
-            std::to_string(kLocalPeersMax) + " on this machine already?";
+    error = fmt::format("no participant can be made in domain {}; are there more than {} on this machine already?",
+                        options.domain, kLocalPeersMax);
     return false;
   }
 
@@ -600,7 +605,7 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
     if (topic == nullptr) return nullptr;
     auto out = std::make_unique<FastReader>(core_, channel, std::move(on_sample), std::move(on_change));
     if (out->open(topic, channel)) return out;
-    error = "no reader of " + channel.topic + " can be made";
+    error = fmt::format("no reader of {} can be made", channel.topic);
     return nullptr;
   }
   std::unique_ptr<Writer> write(const Channel& channel, OnChange on_change, std::string& error) override {
@@ -608,7 +613,7 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
     if (topic == nullptr) return nullptr;
     auto out = std::make_unique<FastWriter>(core_, channel, std::move(on_change));
     if (out->open(topic, channel)) return out;
-    error = "no writer of " + channel.topic + " can be made";
+    error = fmt::format("no writer of {} can be made", channel.topic);
     return nullptr;
   }
 
