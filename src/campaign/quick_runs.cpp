@@ -136,6 +136,7 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
     if (memory_) executed_before_ += memory_->executed();
     memory_ = std::make_unique<mission::PartMemory>(plan_, false, false);
     known_.clear();
+    told_.clear();
     monitors_.forget();
   }
 
@@ -220,31 +221,36 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
     bool is_known = false;
     bool is_tick = false;
     bool is_answer = false;
-    bool is_heard = false;
-    Message message;  // what is told of it, if it is heard; of an answer and a tick with what is told at present
+    Message* told = nullptr;  // if it is heard; of an answer and a tick with what is told at present
+    Value* varies = nullptr;  // of these, in `told`: the result, and the number
   };
 
   void observed(std::uint32_t number, TimePoint, const Message& message) override {
     ++observations_;
-    for (std::size_t next = known_.size(); next <= number; ++next) known_.emplace_back();
+    if (number >= known_.size()) known_.resize(number + 1);
     Known& known = known_[number];
     if (!known.is_known) {
       known.is_known = true;
       known.is_tick = message.name == "mission.tick";
       known.is_answer = memory_->is_answer(number);
-      known.is_heard = monitors_.hears(message.name);
-      if (known.is_heard) known.message = message;
+      if (monitors_.hears(message.name)) {
+        known.told = &told_.emplace_back(message);
+        if (known.is_answer || known.is_tick)
+          known.varies = known.told->data.as_map()->find(known.is_tick ? "tick" : "result");
+      }
     }
     if (known.is_tick) {
       ++tick_;
       look();
     }
-    if (!known.is_heard) return;
-    if (known.is_tick) known.message.data = Map{{"tick", static_cast<std::int64_t>(tick_)}};
-    const Value* const result = known.is_answer ? memory_->result() : nullptr;
-    if (result != nullptr) *known.message.data.as_map()->find("result") = *result;
-    // One that is true or false comes as it came before.
-    observe(number, known.message, result != nullptr && result->as_bool() == nullptr);
+    if (known.told == nullptr) return;
+    if (known.is_tick) *known.varies = static_cast<std::int64_t>(tick_);
+    Value* const result = known.is_answer ? memory_->result() : nullptr;
+    if (result == nullptr) return observe(number, *known.told, false);
+    // Lent for as long as it is looked at. One that is true or false comes as it came before.
+    std::swap(*known.varies, *result);
+    observe(number, *known.told, known.varies->as_bool() == nullptr);
+    std::swap(*known.varies, *result);
   }
   std::uint64_t choose(std::uint32_t, const mission::Choice&) override {
     goes_well_ = false;
@@ -275,7 +281,8 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
   const project::Deadlines deadlines_;
   std::unique_ptr<mission::PartMemory> memory_;
   std::uint64_t executed_before_ = 0;
-  std::deque<Known> known_;  // by the number of an observation
+  std::vector<Known> known_;  // by the number of an observation
+  std::deque<Message> told_;
   QuickMonitors monitors_;
   sim::PlanMemo plans_;
 

@@ -119,7 +119,9 @@ std::uint32_t PartMemory::arrived(std::uint32_t what) {
   const auto exactly = [&] { return intern({leaf, SkillDelivery(Outcome{call, outcome})}, run_->now); };
   if (!outcome.ok) return exactly();
   const std::uint32_t state = aged(run_->parts[leaf], run_->now - run_->as_of[leaf]);
-  auto& known = tables_->stand_ins[std::uint64_t{state} << 32U | what];
+  const auto [place, is_new] = tables_->number_of_stand_ins.try_emplace(
+      std::uint64_t{state} << 32U | what, static_cast<std::uint32_t>(tables_->stand_ins.size()));
+  auto& known = is_new ? tables_->stand_ins.emplace_back() : tables_->stand_ins[*place];
   for (const StandIn& one : known) {
     if (!one.enabled && one.result == outcome.result) {
       result_ = std::move(outcome.result);

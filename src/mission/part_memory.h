@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -130,8 +131,8 @@ class PartMemory final : private Ground {
   void step(Run& run, Outside& outside);
   Result<void> inject(Run& run, const project::Intervention& what, Outside& outside);
   /// While it is told of an observation, or of a transition: the result that has come from outside, which is that of an
-  /// observation that `is_answer`. Null: none has.
-  [[nodiscard]] const Value* result() const { return result_ ? &*result_ : nullptr; }
+  /// observation that `is_answer`. Null: none has. It may be taken, and must be put back.
+  [[nodiscard]] Value* result() { return result_ ? &*result_ : nullptr; }
   [[nodiscard]] bool is_answer(std::uint32_t observation) const { return tables_->messages[observation].is_answer; }
   [[nodiscard]] bt::Status root(const Run& run) const {
     return std::get<TreeState>(*tables_->kept[run.parts.back()].state).root;
@@ -335,10 +336,11 @@ class PartMemory final : private Ground {
     std::vector<Veto> vetoes;  // an answer says which, from 1
     std::vector<Diagnostic> refusals;
     std::vector<Node> nodes;
-    FlatMap<std::uint64_t, WordHash> steps;                             // nodes by state and delivery
-    std::unordered_map<std::uint64_t, std::vector<StandIn>> stand_ins;  // likewise
-    std::vector<ReplyLook> looks;                                       // by leaf
-    std::unordered_map<std::string, std::uint32_t> injections;          // nodes by what is injected into what stands
+    FlatMap<std::uint64_t, WordHash> steps;                // nodes by state and delivery
+    FlatMap<std::uint64_t, WordHash> number_of_stand_ins;  // likewise
+    std::deque<std::vector<StandIn>> stand_ins;
+    std::vector<ReplyLook> looks;                               // by leaf
+    std::unordered_map<std::string, std::uint32_t> injections;  // nodes by what is injected into what stands
   };
 
   /// Reads the tables of another one.
