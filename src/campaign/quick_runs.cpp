@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -137,6 +138,7 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
     memory_ = std::make_unique<mission::PartMemory>(plan_, false, false);
     known_.clear();
     told_.clear();
+    served_.clear();
     monitors_.forget();
   }
 
@@ -262,18 +264,23 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
   void problem(const std::string&) override { goes_well_ = false; }
   void refused(const Diagnostic&) override { goes_well_ = false; }
   mission::CallOutcome serve(std::size_t, const mission::Call& call) override {
-    const project::ServicePlan& service = plan_.services.at(call.service);
+    Served& served = served_[&call];
+    if (served.service == nullptr) served.service = &plan_.services.at(call.service);
+    const project::ServicePlan& service = *served.service;
     static const Map kNone;
     const Map* args = call.args.as_map();
     auto result = sim::call_uncast(*world_, state_,
                                    {.service = service.interface,
                                     .method = call.method,
                                     .args = args != nullptr ? *args : kNone,
-                                    .robot = service.robot},
+                                    .robot = service.robot,
+                                    .former = std::exchange(served.former, Value())},
                                    now_);
     if (!result) return {.ok = false, .result = {}, .kind = "exception", .message = result.error().message};
     return {.ok = true, .result = std::move(*result), .kind = {}, .message = {}};
   }
+
+  void served(const mission::Call& call, Value&& result) override { served_[&call].former = std::move(result); }
 
   bool goes_well() const { return goes_well_ && monitors_.go_well(); }
 
@@ -283,6 +290,11 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
   std::uint64_t executed_before_ = 0;
   std::vector<Known> known_;  // by the number of an observation
   std::deque<Message> told_;
+  struct Served {
+    const project::ServicePlan* service = nullptr;
+    Value former;  // what was answered last
+  };
+  std::unordered_map<const mission::Call*, Served> served_;  // calls that the memory has
   QuickMonitors monitors_;
   sim::PlanMemo plans_;
 

@@ -63,6 +63,8 @@ class PartMemory final : private Ground {
     [[nodiscard]] virtual CallOutcome serve(std::size_t /*leaf*/, const Call& /*call*/) {
       return {.ok = false, .result = {}, .kind = "unreachable", .message = "nobody serves it"};
     }
+    /// Gets back what it has served, when nobody looks at it any more.
+    virtual void served(const Call& /*call*/, Value&& /*result*/) {}
   };
 
   /// A run between two deliveries. A plain value.
@@ -369,6 +371,7 @@ class PartMemory final : private Ground {
   std::vector<std::uint32_t> first_;
   std::vector<std::size_t> due_;
   std::optional<Value> result_;
+  const Call* answered_ = nullptr;  // with `result_`
 };
 
 }  // namespace sentree::mission
