@@ -249,10 +249,18 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
     if (known.is_tick) *known.varies = static_cast<std::int64_t>(tick_);
     Value* const result = known.is_answer ? memory_->result() : nullptr;
     if (result == nullptr) return observe(number, *known.told, false);
-    // Lent for as long as it is looked at. One that is true or false comes as it came before.
-    std::swap(*known.varies, *result);
-    observe(number, *known.told, known.varies->as_bool() == nullptr);
-    std::swap(*known.varies, *result);
+    // One that is true or false comes as it came before. Others are lent for as long as they are looked at.
+    if (result->as_bool() != nullptr) return observe(number, *known.told, false);
+    lend(*known.varies, *result);
+    observe(number, *known.told, true);
+    lend(*known.varies, *result);
+  }
+  // Most are maps, which change places more quickly than values do.
+  static void lend(Value& a, Value& b) {
+    if (a.as_map() != nullptr && b.as_map() != nullptr)
+      std::swap(*a.as_map(), *b.as_map());
+    else
+      std::swap(a, b);
   }
   std::uint64_t choose(std::uint32_t, const mission::Choice&) override {
     goes_well_ = false;
