@@ -20,7 +20,7 @@ PATIENCE_S = 240
 
 class Test:
     def __init__(self, sentree, source, work):
-        self.sentree, self.work = sentree, work
+        self.sentree, self.source, self.work = sentree, source, work
         shutil.rmtree(work, ignore_errors=True)
         os.makedirs(work)
         # Sockets want short names.
@@ -113,6 +113,38 @@ duration: 60 min
         process.send_signal(signal.SIGKILL)
         process.wait()
         process.stdout.close()
+
+    def replace(self):
+        """Another project takes over: with its scenario of the same name, and told where it has none."""
+        old, new = os.path.join(self.work, "old"), os.path.join(self.work, "new")
+        recharge = os.path.join(self.source, "examples", "recharge")
+        shutil.copytree(recharge, old)
+        shutil.copytree(recharge, new)
+        with open(os.path.join(new, "skills", "WaitForUser.scxml"), "r+", encoding="utf-8") as file:
+            text = file.read().replace("</scxml>", "  <state id=\"served\"/>\n</scxml>")
+            file.seek(0)
+            file.write(text)
+        for ends in (True, False):
+            run = self.start(old, "--scenario", "recharge", "--clock", "real", "--factor", "50", "--durable")
+            try:
+                self.until(run, "getNavigationState.reply", 20)
+                self.kill(run)
+                run = self.start("--resume", "--project", new)
+                if ends:
+                    self.until(run, "recharge: mission SUCCESS")
+                    run.communicate(timeout=PATIENCE_S)
+                    assert run.returncode == 0, run.returncode
+                else:
+                    self.until(run, "what was still to come of the timeline of recharge does not come")
+            finally:
+                if run.poll() is None:
+                    self.kill(run)
+            if ends:
+                os.remove(os.path.join(new, "scenarios", "recharge.yaml"))
+        print("✓ another project takes over, with what is still to come of its scenario of that name, or without")
+        for name in os.listdir(self.runs):
+            if name.endswith((".mcap", ".journal")):
+                os.remove(os.path.join(self.runs, name))
 
     def run(self):
         run = self.start(self.scenario, "--durable")
@@ -231,4 +263,6 @@ duration: 60 min
 
 
 if __name__ == "__main__":
-    Test(*(os.path.abspath(path) for path in sys.argv[1:4])).run()
+    test = Test(*(os.path.abspath(path) for path in sys.argv[1:4]))
+    test.replace()
+    test.run()

@@ -6,6 +6,8 @@
 #include <array>
 #include <mutex>
 #include <set>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "sentree/runtime/inside.h"
@@ -37,12 +39,25 @@ Thing state_thing(const scxml::Chart& chart, scxml::StateIndex index) {
   return {Kind::kState, chart.file(), state.id.empty() ? at : state.id, at};
 }
 
+// A condition may be written over several lines.
+std::string in_one_line(std::string_view text) {
+  std::string line;
+  for (const char c : text) {
+    const bool is_space = c == ' ' || c == '\t' || c == '\n' || c == '\r';
+    if (!is_space)
+      line += c;
+    else if (!line.empty() && line.back() != ' ')
+      line += ' ';
+  }
+  return line;
+}
+
 Thing transition_thing(const scxml::Chart& chart, scxml::TransitionIndex index) {
   const scxml::Transition& transition = chart.transitions()[index];
   std::string what = chart.states()[transition.source].id;
   for (const std::string& event : transition.events)
     what += (&event == &transition.events.front() ? " on " : " ") + event;
-  if (!transition.condition.empty()) what += " if " + transition.condition;
+  if (!transition.condition.empty()) what += " if " + in_one_line(transition.condition);
   for (const scxml::StateIndex target : transition.targets) what += " → " + chart.states()[target].id;
   return {Kind::kTransition, chart.file(), std::move(what), place(chart.span(transition.place))};
 }

@@ -4,8 +4,6 @@
 #include <string_view>
 #include <utility>
 
-#include "sentree/monitor/quick.h"
-
 namespace sentree::campaign {
 
 namespace {
@@ -53,6 +51,7 @@ void QuickMonitors::forget() {
   routes_.clear();
   kept_.clear();
   number_of_core_.clear();
+  number_of_steps_ = {};
   steps_.clear();
 }
 
@@ -62,63 +61,84 @@ bool QuickMonitors::hears(const std::string& observation) const {
 }
 
 QuickMonitors::Route QuickMonitors::route_of(const Message& message) const {
-  Route route{.is_known = true, .monitors = {}, .projection = {}};
+  std::vector<std::uint32_t> monitors;
+  std::vector<monitor::Model> models;
+  monitor::Projection projection;
   for (std::uint32_t i = 0; i < monitors_.size(); ++i) {
     if (!monitors_[i].model.listens_to(message.name)) continue;
     const auto only = monitors_[i].model.listens_to_only(message.name);
     if (only && std::find(only->begin(), only->end(), message.source) == only->end()) continue;
-    route.monitors.push_back(i);
-    route.projection.add(monitors_[i].projection);
+    monitors.push_back(i);
+    models.push_back(monitors_[i].model);
+    projection.add(monitors_[i].projection);
   }
-  return route;
+  return {std::move(monitors), std::move(projection), monitor::Listeners(std::move(models), message.name)};
 }
 
 void QuickMonitors::observe(std::uint32_t number, const Message& message, bool varies) {
-  Route once;
-  if (number == kOnce)
-    once = route_of(message);
-  else if (number >= routes_.size())
-    routes_.resize(number + 1);
-  Route& route = number == kOnce ? once : routes_[number];
-  if (!route.is_known) route = route_of(message);
-  if (route.monitors.empty()) return;
-  Varying varying{message, route.projection, {}};
-  for (const std::uint32_t i : route.monitors) observe(i, number, message, varies ? &varying : nullptr);
+  const auto hear = [&](Route& route) {
+    if (route.monitors.empty()) return;
+    route.listeners.hear(message);
+    Heard heard{.number = number, .message = message, .varies = varies, .route = route, .made = {}};
+    for (std::size_t which = 0; which < route.monitors.size(); ++which) observe(which, heard);
+  };
+  if (number == kOnce) {
+    Route once = route_of(message);
+    return hear(once);
+  }
+  if (number >= routes_.size()) routes_.resize(number + 1);
+  if (!routes_[number]) routes_[number] = std::make_unique<Route>(route_of(message));
+  hear(*routes_[number]);
 }
 
-// @param varying  Of an observation that varies.
-void QuickMonitors::observe(std::uint32_t i, std::uint32_t number, const Message& message, Varying* varying) {
+std::vector<QuickMonitors::Step>& QuickMonitors::steps_of(std::uint32_t core, std::uint32_t number) {
+  const auto [place, is_new] =
+      number_of_steps_.try_emplace(std::uint64_t{core} << 32U | number, static_cast<std::uint32_t>(steps_.size()));
+  return is_new ? steps_.emplace_back() : steps_[*place];
+}
+
+// What an observation that varies enables. Nothing: it must be looked at more closely.
+std::optional<std::vector<scxml::TransitionIndex>> QuickMonitors::enabled(std::size_t which, Heard& heard) {
+  const std::uint32_t i = heard.route.monitors[which];
+  const Of& of = monitors_[i];
+  if (of.reads.elsewhere()) return std::nullopt;
+  const monitor::Core& core = *kept_[*watches_[i].core];
+  std::optional<std::vector<scxml::TransitionIndex>> enabled;
+  enabled = heard.route.listeners.enabled(which, core);
+  if (!enabled) enabled = scxml::enabled_by(of.model.chart(), core.session, heard.event(), heard.message.time);
+  const auto in_content = [&](scxml::TransitionIndex t) { return of.reads.in_content(t); };
+  if (enabled && std::any_of(enabled->begin(), enabled->end(), in_content)) enabled.reset();
+  return enabled;
+}
+
+void QuickMonitors::observe(std::size_t which, Heard& heard) {
+  const std::uint32_t i = heard.route.monitors[which];
   Watch& watch = watches_[i];
   if (watch.verdict != monitor::Verdict::kUndecided) return;
-  Of& of = monitors_[i];
   watch.seen = true;
   if (!watch.core) {
-    step_as_it_is(watch, of.model, message);
-    watch.core = intern(i, watch.state, message.time);
+    step_as_it_is(which, heard, watch);
+    watch.core = intern(i, watch.state, heard.message.time);
     return;
   }
-  if (number == kOnce) return execute(i, message, nullptr, std::nullopt);
-  auto& known = steps_[std::uint64_t{*watch.core} << 32U | number];
-  std::optional<std::vector<scxml::TransitionIndex>> enabled;
-  if (varying != nullptr) {
-    if (!of.reads.elsewhere()) {
-      const monitor::Core& core = *kept_[*watch.core];
-      enabled = monitor::enabled_plainly(of.model, core, message);
-      if (!enabled) enabled = scxml::enabled_by(of.model.chart(), core.session, varying->event(), message.time);
-    }
-    if (!enabled || std::any_of(enabled->begin(), enabled->end(),
-                                [&](scxml::TransitionIndex t) { return of.reads.in_content(t); })) {
+  if (heard.number == kOnce) return execute(which, heard, nullptr, std::nullopt);
+  std::optional<std::vector<scxml::TransitionIndex>> enables;
+  if (heard.varies) {
+    enables = enabled(which, heard);
+    if (!enables) {
       const std::size_t before = kept_.size();
-      execute(i, message, nullptr, std::nullopt);
+      execute(which, heard, nullptr, std::nullopt);
       // Of one that keeps what it sees, hardly a state comes again.
       constexpr std::uint64_t kTriedMin = 500;
+      Of& of = monitors_[i];
       of.fresh += kept_.size() - before;
       if (++of.once > kTriedMin && of.fresh * 2 > of.once) of.remembers = false;
       return;
     }
   }
+  std::vector<Step>& known = steps_of(*watch.core, heard.number);
   for (const Step& step : known) {
-    if (step.enabled != enabled) continue;
+    if (step.enabled != enables) continue;
     watch.core = step.next;
     watch.tested = watch.tested || step.tests;
     if (step.verdict == monitor::Verdict::kUndecided) return;
@@ -126,19 +146,20 @@ void QuickMonitors::observe(std::uint32_t i, std::uint32_t number, const Message
     ++decided_;
     return;
   }
-  execute(i, message, &known, std::move(enabled));
+  execute(which, heard, &known, std::move(enables));
 }
 
 // @param known  Where the step is kept; null: nowhere.
-void QuickMonitors::execute(std::uint32_t i, const Message& message, std::vector<Step>* known,
+void QuickMonitors::execute(std::size_t which, Heard& heard, std::vector<Step>* known,
                             std::optional<std::vector<scxml::TransitionIndex>> enabled) {
+  const std::uint32_t i = heard.route.monitors[which];
   Watch& watch = watches_[i];
   Watch stepped;
   stepped.state = state_of(i, *kept_[*watch.core]);
   // What is known may come in a run in which it is what puts the monitor to the test.
   stepped.tested = watch.tested && known == nullptr;
-  step_as_it_is(stepped, monitors_[i].model, message);
-  const auto next = intern(i, stepped.state, message.time);
+  step_as_it_is(which, heard, stepped);
+  const auto next = intern(i, stepped.state, heard.message.time);
   if (next && known != nullptr && go_well_)
     known->push_back({std::move(enabled), *next, stepped.tested, stepped.verdict});
   watch.tested = watch.tested || stepped.tested;
@@ -148,17 +169,19 @@ void QuickMonitors::execute(std::uint32_t i, const Message& message, std::vector
 }
 
 // Without its trail, which explains, once nobody asks any more whether it was put to the test.
-void QuickMonitors::step_as_it_is(Watch& watch, const monitor::Model& model, const Message& message) {
+void QuickMonitors::step_as_it_is(std::size_t which, Heard& heard, Watch& watch) {
+  const monitor::Model& model = monitors_[heard.route.monitors[which]].model;
+  monitor::Listeners& listeners = heard.route.listeners;
   if (watch.tested) {
     monitor::Core& core = watch.state;
     monitor::Stepped stepped;
-    if (monitor::next_timer(model, core) < message.time)
-      stepped = monitor::step_timers(model, core, message.time - Duration(1));
-    if (stepped.verdict == monitor::Verdict::kUndecided) stepped = monitor::step(model, core, message);
+    if (core.session.next_timer() < heard.message.time)
+      stepped = monitor::step_timers(model, core, heard.message.time - Duration(1));
+    if (stepped.verdict == monitor::Verdict::kUndecided && core.session.running())
+      stepped = listeners.step(which, core);
     decide(watch, stepped.verdict);
   } else {
-    for (const monitor::Decision& decision : monitor::observe(model, watch.state, message))
-      decide(watch, decision.verdict);
+    for (const monitor::Decision& decision : listeners.observe(which, watch.state)) decide(watch, decision.verdict);
     watch.tested = monitor::was_tested(model, watch.state);
   }
   if (watch.state.failure()) go_well_ = false;

@@ -1,14 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "sentree/base/flat_map.h"
 #include "sentree/monitor/monitor.h"
 #include "sentree/monitor/projection.h"
+#include "sentree/monitor/quick.h"
 #include "sentree/runtime/run.h"
 #include "sentree/scxml/enabled.h"
 
@@ -69,29 +72,33 @@ class QuickMonitors {
     bool tests = false;
     monitor::Verdict verdict = monitor::Verdict::kUndecided;
   };
+  // Where observations of one number go.
   struct Route {
-    bool is_known = false;
     std::vector<std::uint32_t> monitors;
     monitor::Projection projection;
+    monitor::Listeners listeners;
   };
-
-  // An observation that varies, and the event that it is when somebody needs it.
-  struct Varying {
+  // An observation on its way, and the event that it is when somebody needs it.
+  struct Heard {
+    std::uint32_t number;
     const Message& message;
-    const monitor::Projection& projection;
+    bool varies;
+    Route& route;
     std::optional<scxml::Event> made;
     [[nodiscard]] const scxml::Event& event() {
-      if (!made) made = {.name = message.name, .data = projection.data(message)};
+      if (!made) made = {.name = message.name, .data = route.projection.data(message)};
       return *made;
     }
   };
 
   Route route_of(const Message& message) const;
-  void observe(std::uint32_t i, std::uint32_t number, const Message& message, Varying* varying);
-  void execute(std::uint32_t i, const Message& message, std::vector<Step>* known,
+  void observe(std::size_t which, Heard& heard);
+  [[nodiscard]] std::optional<std::vector<scxml::TransitionIndex>> enabled(std::size_t which, Heard& heard);
+  void execute(std::size_t which, Heard& heard, std::vector<Step>* known,
                std::optional<std::vector<scxml::TransitionIndex>> enabled);
-  void step_as_it_is(Watch& watch, const monitor::Model& model, const Message& message);
+  void step_as_it_is(std::size_t which, Heard& heard, Watch& watch);
   void decide(Watch& watch, monitor::Verdict verdict);
+  [[nodiscard]] std::vector<Step>& steps_of(std::uint32_t core, std::uint32_t number);
   [[nodiscard]] std::optional<std::uint32_t> intern(std::uint32_t i, const monitor::Core& core, TimePoint now);
   [[nodiscard]] monitor::State state_of(std::uint32_t i, const monitor::Core& core) const;
 
@@ -99,10 +106,11 @@ class QuickMonitors {
   std::vector<Watch> watches_;
   bool go_well_ = true;
   std::uint64_t decided_ = 0;
-  std::vector<Route> routes_;  // by observation
+  std::vector<std::unique_ptr<Route>> routes_;  // by observation
   std::vector<std::unique_ptr<const monitor::Core>> kept_;
   std::unordered_map<std::string, std::uint32_t> number_of_core_;
-  std::unordered_map<std::uint64_t, std::vector<Step>> steps_;  // by state and observation
+  std::deque<std::vector<Step>> steps_;
+  FlatMap<std::uint64_t, WordHash> number_of_steps_;  // by state and observation
 };
 
 }  // namespace sentree::campaign

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -136,6 +137,8 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
     if (memory_) executed_before_ += memory_->executed();
     memory_ = std::make_unique<mission::PartMemory>(plan_, false, false);
     known_.clear();
+    told_.clear();
+    served_.clear();
     monitors_.forget();
   }
 
@@ -220,31 +223,44 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
     bool is_known = false;
     bool is_tick = false;
     bool is_answer = false;
-    bool is_heard = false;
-    Message message;  // what is told of it, if it is heard; of an answer and a tick with what is told at present
+    Message* told = nullptr;  // if it is heard; of an answer and a tick with what is told at present
+    Value* varies = nullptr;  // of these, in `told`: the result, and the number
   };
 
   void observed(std::uint32_t number, TimePoint, const Message& message) override {
     ++observations_;
-    for (std::size_t next = known_.size(); next <= number; ++next) known_.emplace_back();
+    if (number >= known_.size()) known_.resize(number + 1);
     Known& known = known_[number];
     if (!known.is_known) {
       known.is_known = true;
       known.is_tick = message.name == "mission.tick";
       known.is_answer = memory_->is_answer(number);
-      known.is_heard = monitors_.hears(message.name);
-      if (known.is_heard) known.message = message;
+      if (monitors_.hears(message.name)) {
+        known.told = &told_.emplace_back(message);
+        if (known.is_answer || known.is_tick)
+          known.varies = known.told->data.as_map()->find(known.is_tick ? "tick" : "result");
+      }
     }
     if (known.is_tick) {
       ++tick_;
       look();
     }
-    if (!known.is_heard) return;
-    if (known.is_tick) known.message.data = Map{{"tick", static_cast<std::int64_t>(tick_)}};
-    const Value* const result = known.is_answer ? memory_->result() : nullptr;
-    if (result != nullptr) *known.message.data.as_map()->find("result") = *result;
-    // One that is true or false comes as it came before.
-    observe(number, known.message, result != nullptr && result->as_bool() == nullptr);
+    if (known.told == nullptr) return;
+    if (known.is_tick) *known.varies = static_cast<std::int64_t>(tick_);
+    Value* const result = known.is_answer ? memory_->result() : nullptr;
+    if (result == nullptr) return observe(number, *known.told, false);
+    // One that is true or false comes as it came before. Others are lent for as long as they are looked at.
+    if (result->as_bool() != nullptr) return observe(number, *known.told, false);
+    lend(*known.varies, *result);
+    observe(number, *known.told, true);
+    lend(*known.varies, *result);
+  }
+  // Most are maps, which change places more quickly than values do.
+  static void lend(Value& a, Value& b) {
+    if (a.as_map() != nullptr && b.as_map() != nullptr)
+      std::swap(*a.as_map(), *b.as_map());
+    else
+      std::swap(a, b);
   }
   std::uint64_t choose(std::uint32_t, const mission::Choice&) override {
     goes_well_ = false;
@@ -256,18 +272,23 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
   void problem(const std::string&) override { goes_well_ = false; }
   void refused(const Diagnostic&) override { goes_well_ = false; }
   mission::CallOutcome serve(std::size_t, const mission::Call& call) override {
-    const project::ServicePlan& service = plan_.services.at(call.service);
+    Served& served = served_[&call];
+    if (served.service == nullptr) served.service = &plan_.services.at(call.service);
+    const project::ServicePlan& service = *served.service;
     static const Map kNone;
     const Map* args = call.args.as_map();
     auto result = sim::call_uncast(*world_, state_,
                                    {.service = service.interface,
                                     .method = call.method,
                                     .args = args != nullptr ? *args : kNone,
-                                    .robot = service.robot},
+                                    .robot = service.robot,
+                                    .former = std::exchange(served.former, Value())},
                                    now_);
     if (!result) return {.ok = false, .result = {}, .kind = "exception", .message = result.error().message};
     return {.ok = true, .result = std::move(*result), .kind = {}, .message = {}};
   }
+
+  void served(const mission::Call& call, Value&& result) override { served_[&call].former = std::move(result); }
 
   bool goes_well() const { return goes_well_ && monitors_.go_well(); }
 
@@ -275,7 +296,13 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
   const project::Deadlines deadlines_;
   std::unique_ptr<mission::PartMemory> memory_;
   std::uint64_t executed_before_ = 0;
-  std::deque<Known> known_;  // by the number of an observation
+  std::vector<Known> known_;  // by the number of an observation
+  std::deque<Message> told_;
+  struct Served {
+    const project::ServicePlan* service = nullptr;
+    Value former;  // what was answered last
+  };
+  std::unordered_map<const mission::Call*, Served> served_;  // calls that the memory has
   QuickMonitors monitors_;
   sim::PlanMemo plans_;
 

@@ -254,6 +254,17 @@ bool wants_journal(const RunCommand& command, const project::Project& project,
   return true;
 }
 
+// What was still to come of the scenario that the run had, and does not come in the one that it goes on with.
+void tell_timeline(const project::Scenario& before, const project::Scenario& after, TimePoint reached) {
+  const auto to_come = [&](const project::Scenario& scenario) {
+    return std::count_if(scenario.timeline.begin(), scenario.timeline.end(),
+                         [&](const project::Injection& injection) { return injection.at > reached; });
+  };
+  if (to_come(before) == 0 || to_come(after) > 0) return;
+  say("what was still to come of the timeline of " + before.name + " does not come, since " + after.name +
+      " has none (--project takes a scenario file as well)");
+}
+
 // `again` is set where the page asked for it; `run` then does so.
 int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewers& viewers) {
   std::optional<text::ReadLog> files;
@@ -305,6 +316,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
       return invalid(replaced.diagnostics);
     }
     for (const std::string& change : replaced.value->changes) say(change);
+    tell_timeline(before.value->scenario, plan.value->scenario, resumption->journaled.reached);
     resumption->journaled = std::move(replaced.value->journaled);
     untold = std::move(replaced.value->untold);
   } else if (resumption && resumption->recorded && (!plan.ok() || !is_plan_of(*plan.value, resumption->journaled))) {
@@ -411,6 +423,8 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
       say("a durable run is recorded: leave --no-record out, or say with --record FILE where");
       return kUsage;
     }
+    // Whoever finds the journal finds out from the recording what that continues.
+    recording->recorder().flush();
     options.durable = runtime::DurableOptions{
         .journal = journal_of(recording->path()),
         .sync = *sync,

@@ -393,13 +393,13 @@ const CLI::App* add_campaign(CLI::App& app, CampaignCommand& command) {
             ->excludes(precision)
             ->excludes(expect)})
     of_all->excludes(shard)->excludes(mpi)->excludes(resume);
-  sub->add_flag("--no-shrink", command.no_shrink, "Write no least scenarios");
   auto* merge = sub->add_subcommand("merge", "The result of a campaign's shards");
   merge->add_option("folder", command.merged, "Folders of the shards")->required();
   for (CLI::App* with : {sub, merge}) {
     with->add_option("--confidence", command.confidence, "Of intervals and decisions")->capture_default_str();
     with->add_option("--out", command.out, "Folder of what is written (default: campaign/ in the project)");
     with->add_flag("--json", command.json, "Print the result as JSON");
+    with->add_flag("--no-shrink", command.no_shrink, "Write no least scenarios");
   }
   return merge;
 }

@@ -117,7 +117,17 @@ Loaded<project::Scenario> Resumption::scenario(bool from_recording) const {
 }
 
 Loaded<project::Scenario> Resumption::scenario_of(const std::string& project) const {
-  Loaded<project::Scenario> loaded = load(project, "");
+  // A run of a scenario goes on with the other project's scenario of that name: what is still to come of its timeline.
+  const std::string name = fs::path(text_of(journaled.note, "source")).stem().string();
+  bool has_that = false;
+  if (fs::is_directory(project)) {
+    if (const auto other = project::load_project(project); other.ok()) {
+      const std::vector<fs::path> scenarios = project::scenario_files(*other.value);
+      has_that =
+          std::any_of(scenarios.begin(), scenarios.end(), [&](const fs::path& file) { return file.stem() == name; });
+    }
+  }
+  Loaded<project::Scenario> loaded = load(project, has_that ? name : std::string());
   if (loaded.value) set_pace(*loaded.value);
   return loaded;
 }

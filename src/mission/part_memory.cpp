@@ -101,6 +101,7 @@ void PartMemory::step(Run& run, Outside& outside) {
     trace_->steps.push_back({.part = part, .when = next.when, .rank = next.rank, .put_by = next.put_by});
   steps_one_ = trace_ != nullptr;
   take(part, tables_->deliveries[next.what].served ? arrived(next.what) : next.what);
+  if (result_) outside.served(*answered_, std::move(*result_));
   result_.reset();
   if (steps_one_) {
     trace_->steps.back().puts = static_cast<std::uint32_t>(trace_->puts.size());
@@ -118,10 +119,13 @@ std::uint32_t PartMemory::arrived(std::uint32_t what) {
   run_->served.erase(run_->served.begin());
   const std::size_t leaf = tables_->deliveries[what].part;
   const auto call = std::get<Outcome>(std::get<SkillDelivery>(tables_->deliveries[what].what.what)).call;
+  answered_ = &*call;
   const auto exactly = [&] { return intern({leaf, SkillDelivery(Outcome{call, outcome})}, run_->now); };
   if (!outcome.ok) return exactly();
   const std::uint32_t state = aged(run_->parts[leaf], run_->now - run_->as_of[leaf]);
-  auto& known = tables_->stand_ins[std::uint64_t{state} << 32U | what];
+  const auto [place, is_new] = tables_->number_of_stand_ins.try_emplace(
+      std::uint64_t{state} << 32U | what, static_cast<std::uint32_t>(tables_->stand_ins.size()));
+  auto& known = is_new ? tables_->stand_ins.emplace_back() : tables_->stand_ins[*place];
   for (const StandIn& one : known) {
     if (!one.enabled && one.result == outcome.result) {
       result_ = std::move(outcome.result);
@@ -150,41 +154,46 @@ std::uint32_t PartMemory::arrived(std::uint32_t what) {
 }
 
 void PartMemory::take(std::uint32_t part, std::uint32_t what) {
-  const std::uint32_t state = aged(run_->parts[part], run_->now - run_->as_of[part]);
-  run_->parts[part] = state;
-  run_->as_of[part] = run_->now;
+  Tables& tables = *tables_;
+  Run& run = *run_;
+  const std::uint32_t before = run.parts[part];
+  const std::uint32_t state = tables.kept[before].timeless ? before : aged(before, run.now - run.as_of[part]);
+  run.parts[part] = state;
+  run.as_of[part] = run.now;
   const std::uint64_t key = std::uint64_t{state} << 32U | what;
-  std::uint32_t node = tables_->steps.find(key);
-  if (node == kNone) {
+  std::uint32_t place = tables.steps.find(key);
+  if (place == kNone) {
     if (reads_) return void(miss());
-    tables_->steps.try_emplace(key, node = new_node());
+    tables.steps.try_emplace(key, place = new_node());
   }
   script_.clear();
   for (;;) {
-    for (std::size_t i = 0; i < tables_->nodes[node].ops.size(); ++i) perform(tables_->nodes[node].ops[i]);
+    // Nothing that is done makes nodes.
+    const Node& node = tables.nodes[place];
+    for (const Op& op : node.ops) perform(op);
     if (missed_) return;
-    if (tables_->nodes[node].result != kNone) {
-      if (!reads_) ++tables_->looked_up;
-      run_->parts[part] = tables_->nodes[node].result;
+    if (node.result != kNone) {
+      if (!reads_) ++tables.looked_up;
+      run.parts[part] = node.result;
       return;
     }
-    if (tables_->nodes[node].query.kind == Query::Kind::kNothing) break;
-    const std::int64_t answer = ask(tables_->nodes[node].query);
+    if (node.query.kind == Query::Kind::kNothing) break;
+    const std::int64_t answer = ask(node.query);
     script_.push_back(answer);
-    const auto& next = tables_->nodes[node].next;
+    const auto& next = node.next;
     const auto known = std::find_if(next.begin(), next.end(), [&](const auto& one) { return one.first == answer; });
     if (known != next.end()) {
-      node = known->second;
+      place = known->second;
       continue;
     }
     if (reads_) break;
     const std::uint32_t to = new_node();
-    tables_->nodes[node].next.emplace_back(answer, to);
-    node = to;
+    tables.nodes[place].next.emplace_back(answer, to);
+    place = to;
     break;
   }
   if (reads_) return void(miss());
-  execute(state, what, node);
+  execute(state, what, place);
 }
 
 // From where what is known ends. What was done and answered before is done and answered already.

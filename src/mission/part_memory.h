@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -62,6 +63,8 @@ class PartMemory final : private Ground {
     [[nodiscard]] virtual CallOutcome serve(std::size_t /*leaf*/, const Call& /*call*/) {
       return {.ok = false, .result = {}, .kind = "unreachable", .message = "nobody serves it"};
     }
+    /// Gets back what it has served, when nobody looks at it any more.
+    virtual void served(const Call& /*call*/, Value&& /*result*/) {}
   };
 
   /// A run between two deliveries. A plain value.
@@ -130,8 +133,8 @@ class PartMemory final : private Ground {
   void step(Run& run, Outside& outside);
   Result<void> inject(Run& run, const project::Intervention& what, Outside& outside);
   /// While it is told of an observation, or of a transition: the result that has come from outside, which is that of an
-  /// observation that `is_answer`. Null: none has.
-  [[nodiscard]] const Value* result() const { return result_ ? &*result_ : nullptr; }
+  /// observation that `is_answer`. Null: none has. It may be taken, and must be put back.
+  [[nodiscard]] Value* result() { return result_ ? &*result_ : nullptr; }
   [[nodiscard]] bool is_answer(std::uint32_t observation) const { return tables_->messages[observation].is_answer; }
   [[nodiscard]] bt::Status root(const Run& run) const {
     return std::get<TreeState>(*tables_->kept[run.parts.back()].state).root;
@@ -335,10 +338,11 @@ class PartMemory final : private Ground {
     std::vector<Veto> vetoes;  // an answer says which, from 1
     std::vector<Diagnostic> refusals;
     std::vector<Node> nodes;
-    FlatMap<std::uint64_t, WordHash> steps;                             // nodes by state and delivery
-    std::unordered_map<std::uint64_t, std::vector<StandIn>> stand_ins;  // likewise
-    std::vector<ReplyLook> looks;                                       // by leaf
-    std::unordered_map<std::string, std::uint32_t> injections;          // nodes by what is injected into what stands
+    FlatMap<std::uint64_t, WordHash> steps;                // nodes by state and delivery
+    FlatMap<std::uint64_t, WordHash> number_of_stand_ins;  // likewise
+    std::deque<std::vector<StandIn>> stand_ins;
+    std::vector<ReplyLook> looks;                               // by leaf
+    std::unordered_map<std::string, std::uint32_t> injections;  // nodes by what is injected into what stands
   };
 
   /// Reads the tables of another one.
@@ -367,6 +371,7 @@ class PartMemory final : private Ground {
   std::vector<std::uint32_t> first_;
   std::vector<std::size_t> due_;
   std::optional<Value> result_;
+  const Call* answered_ = nullptr;  // with `result_`
 };
 
 }  // namespace sentree::mission

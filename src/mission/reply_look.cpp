@@ -52,7 +52,7 @@ ReplyLook::Method& ReplyLook::of(const Call& call) {
     return one.method == call.method && one.service == call.service;
   });
   if (known != methods_.end()) return *known;
-  Method& method = methods_.emplace_back(Method{call.service, call.method, {}, {}});
+  Method& method = methods_.emplace_back(Method{call.service, call.method, {}, {}, {}});
   scxml::PlainPaths read;
   method.plan = scxml::PlainPlan::make(chart_, reply_name(call), read);
   method.paths = read.members();
@@ -60,17 +60,19 @@ ReplyLook::Method& ReplyLook::of(const Call& call) {
   for (std::vector<std::string>& path : method.paths) {
     if (path.front() != "result") method.plan.reset();
     path.erase(path.begin());
+    method.hints.emplace_back(path.size());
   }
   return method;
 }
 
-std::optional<std::vector<scxml::TransitionIndex>> ReplyLook::plainly(const Method& method, const Value& result,
+std::optional<std::vector<scxml::TransitionIndex>> ReplyLook::plainly(Method& method, const Value& result,
                                                                       const scxml::Session& session) {
   if (!method.plan) return std::nullopt;
   std::array<scxml::PlainValue, kReplyMembersMax> members;
   auto* member = members.data();
-  for (const std::vector<std::string>& path : method.paths) {
-    *member = path.empty() ? scxml::PlainValue::of(result) : scxml::plain_member(&result, path, nullptr);
+  for (std::size_t i = 0; i < method.paths.size(); ++i) {
+    const std::vector<std::string>& path = method.paths[i];
+    *member = path.empty() ? scxml::PlainValue::of(result) : scxml::plain_member(&result, path, method.hints[i].data());
     // Scripts are given integers that a double cannot hold as texts.
     if (member->kind == scxml::PlainValue::Kind::kNumber &&
         !(std::abs(member->number) < static_cast<double>(idl::kExactInDouble)))

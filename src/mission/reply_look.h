@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,11 +32,12 @@ class ReplyLook {
   struct Method {
     std::string service;
     std::string method;
-    std::optional<scxml::PlainPlan> plan;         // nothing: only the event itself tells
-    std::vector<std::vector<std::string>> paths;  // that the plan reads, within the result
+    std::optional<scxml::PlainPlan> plan;           // nothing: only the event itself tells
+    std::vector<std::vector<std::string>> paths;    // that the plan reads, within the result
+    std::vector<std::vector<std::uint32_t>> hints;  // where they were
   };
   Method& of(const Call& call);
-  static std::optional<std::vector<scxml::TransitionIndex>> plainly(const Method& method, const Value& result,
+  static std::optional<std::vector<scxml::TransitionIndex>> plainly(Method& method, const Value& result,
                                                                     const scxml::Session& session);
 
   scxml::Chart chart_;

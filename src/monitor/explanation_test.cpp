@@ -96,6 +96,28 @@ TEST(Explanation, TellsOfSilence) {
   EXPECT_EQ(value.find("trigger")->find("name")->text(), "s.ask.request");
 }
 
+TEST(Explanation, TellsWhatWasObservedWhereNothingIsRemembered) {
+  Recording r;
+  r.add(10, "s.ask.request", Map{{"args", Map()}}).add(20, "s.ask.reply", Map{{"result", 1}});
+  r.add(30, "s.ask.request", Map{{"args", Map()}}).add(40, "s.ask.reply", Map{{"result", 1}});
+  const Model events = explained_model("again: whenever event(ask), not event(answer) for 15 ms.");
+  const auto answered = evaluate({events}, r.messages, TimePoint{}, TimePoint(milliseconds(50)));
+  ASSERT_EQ(answered.size(), 1U);
+  const auto by_events = *explain(events, answered[0].decision, {});
+  ASSERT_EQ(by_events.steps.size(), 2U);
+  EXPECT_THAT(by_events.steps[0].set, ElementsAre("ask"));
+  EXPECT_TRUE(by_events.steps[0].is_trigger);
+  EXPECT_THAT(by_events.steps[1].set, ElementsAre("answer"));
+
+  const Model values = explained_model("level_held (re-arming): always level >= 20.");
+  Recording low;
+  low.level(10, 0.9).level(20, 0.15).level(30, 0.14).level(40, 0.5).level(50, 0.1);
+  const auto decided = evaluate({values}, low.messages, TimePoint{}, TimePoint(milliseconds(60)));
+  ASSERT_EQ(decided.size(), 2U);
+  EXPECT_THAT(explain(values, decided[0].decision, {})->steps.back().set, ElementsAre("battery_percentage = 0.15"));
+  EXPECT_THAT(explain(values, decided[1].decision, {})->steps.back().set, ElementsAre("battery_percentage = 0.1"));
+}
+
 TEST(Explanation, OfALongRunNeedsOnlyWhatStillMatters) {
   // Hours of readings, then the violation: what led there is found although nothing else is remembered.
   Recording r;

@@ -248,13 +248,6 @@ Stepped step_alone(const Model& model, Core& core, const Message& message, const
   return step(model, core, message, nullptr, plainly, tracing, watch);
 }
 
-std::optional<std::vector<scxml::TransitionIndex>> enabled_plainly(const Model& model, const Core& core,
-                                                                   const Message& message) {
-  PlainMembers members;
-  const PlainWay way = plain_way(model, message, members);
-  return way.plan != nullptr ? way.plan->enabled(core.session, way.members) : std::nullopt;
-}
-
 Stepped step_timers(const Model& model, Core& core, TimePoint until, const Tracing& tracing,
                     scxml::ExecutionWatch* watch) {
   Stepped stepped;
@@ -356,6 +349,37 @@ Decisions advance(const Model& model, State& state, TimePoint now, scxml::Execut
   Decisions decisions;
   advance_into(model, state, now, decisions, watch);
   return decisions;
+}
+
+Listeners::Listeners(std::vector<Model> models, const std::string& observation) {
+  scxml::PlainPaths paths;
+  for (Model& model : models) {
+    const Model::Parts& parts = Access::parts(model);
+    auto plan = parts.renaming ? std::nullopt : scxml::PlainPlan::make(parts.spec.chart, observation, paths);
+    listeners_.push_back({std::move(model), std::move(plan)});
+  }
+  reader_ = Reader(paths);
+}
+
+std::optional<std::vector<scxml::TransitionIndex>> Listeners::enabled(std::size_t which, const Core& core) {
+  const auto& plan = listeners_[which].plan;
+  return plan ? plan->enabled(core.session, members()) : std::nullopt;
+}
+
+Stepped Listeners::step(std::size_t which, Core& core) {
+  const auto& [model, plan] = listeners_[which];
+  PlainWay plainly;
+  if (plan) plainly = {&*plan, members()};
+  return monitor::step(model, core, *message_, nullptr, plainly, {}, nullptr);
+}
+
+Decisions Listeners::observe(std::size_t which, State& state) {
+  const auto& [model, plan] = listeners_[which];
+  PlainWay plainly;
+  if (plan) plainly = {&*plan, members()};
+  const Observation observation =
+      keeps_observations(model) ? std::make_shared<const Message>(*message_) : Observation(Observation(), message_);
+  return monitor::observe(model, state, observation, nullptr, plainly, nullptr);
 }
 
 std::optional<std::string> veto(const Model& model, const Core& core, const Message& message,

@@ -100,6 +100,18 @@ Js js_not(const Js& a) {
   return {"!" + in(a, kUnary), kUnary};
 }
 
+bool reads(const Js& js, std::string_view name) {
+  const auto is_part = [&](std::size_t at) {
+    const char c = at < js.text.size() ? js.text[at] : ' ';
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  };
+  for (std::size_t at = js.text.find(name); at != std::string::npos; at = js.text.find(name, at + 1)) {
+    const bool is_member = at > 0 && (is_part(at - 1) || js.text[at - 1] == '.');
+    if (!is_member && !is_part(at + name.size())) return true;
+  }
+  return false;
+}
+
 std::string slug(const Condition& condition, std::size_t length_max) {
   std::string text;
   const std::string written = to_text(condition);
@@ -123,7 +135,8 @@ std::string slug(const Condition& condition, std::size_t length_max) {
   return name;
 }
 
-Script::Script(const Requirement& requirement, const Typing& typing) : typing_(typing) {
+Script::Script(const Requirement& requirement, const Typing& typing, std::string_view present)
+    : requirement_(requirement), typing_(typing), present_(present) {
   for (const char* name : {"in_scope", "ticks", "observations", "count", "watching", "violated", "satisfied"})
     taken_.emplace_back(name);
   for (const ConditionPtr* condition : {&requirement.p, &requirement.q, &requirement.r, &requirement.scope.open,
@@ -189,23 +202,23 @@ std::string Script::raw(const Condition& value, bool guarded) const {
   return fmt::format("{}typeof {} === '{}' ? {} : undefined", guard, place, type, place);
 }
 
-const std::string& Script::variable(const Condition& value, std::string_view name) {
+const Script::Variable& Script::variable(const Condition& value, std::string_view name) {
   const std::string key = to_text(value);
-  if (const auto known = known_.find(key); known != known_.end()) return variables_[known->second].name;
+  if (const auto known = known_.find(key); known != known_.end()) return variables_[known->second];
   known_[key] = variables_.size();
   variables_.push_back({.name = unique(std::string(name)),
                         .shown = key,
                         .assigned = raw(value, type_of(value).may_be_absent),
                         .sources = {*value.source}});
-  return variables_.back().name;
+  return variables_.back();
 }
 
 // A number that is computed from one observation is computed when that comes. Null: it is no such thing.
-const std::string* Script::merged(const Condition& defined) {
+const Script::Variable* Script::merged(const Condition& defined) {
   const Condition& content = *defined.operands[0];
   if (content.kind < Kind::kNegate) return nullptr;
   const std::string key = "= " + defined.text;
-  if (const auto known = known_.find(key); known != known_.end()) return &variables_[known->second].name;
+  if (const auto known = known_.find(key); known != known_.end()) return &variables_[known->second];
   std::vector<Source> sources;
   collect_sources(content, sources);
   if (sources.size() != 1) return nullptr;
@@ -233,18 +246,18 @@ const std::string* Script::merged(const Condition& defined) {
                         .shown = to_text(content),
                         .assigned = js.text,
                         .sources = std::move(sources)});
-  return &variables_.back().name;
+  return &variables_.back();
 }
 
-const std::string& Script::flag(const Condition& event, std::string_view name) {
+const Script::Variable& Script::flag(const Condition& event, std::string_view name) {
   const std::string key = "! " + to_text(event);
-  if (const auto known = known_.find(key); known != known_.end()) return variables_[known->second].name;
+  if (const auto known = known_.find(key); known != known_.end()) return variables_[known->second];
   std::vector<Source> sources;
   collect_sources(event, sources);
   known_[key] = variables_.size();
   variables_.push_back(
       {.name = unique(std::string(name)), .shown = to_text(event), .assigned = "", .sources = sources});
-  return variables_.back().name;
+  return variables_.back();
 }
 
 Js Script::before(const Condition& condition, bool wanted) {
@@ -281,20 +294,59 @@ Js Script::filter(const Source& source) {
   return result;
 }
 
+Js Script::is_meant(const std::string& observation) {
+  std::vector<std::string> filters;
+  Js any = js_false();
+  for (const Source& source : sources_of(requirement_)) {
+    if (source.observation != observation) continue;
+    const Js one = filter(source);
+    if (std::find(filters.begin(), filters.end(), one.text) != filters.end()) continue;
+    filters.push_back(one.text);
+    any = js_or(any, one);
+  }
+  return any;
+}
+
+Js Script::is_set(const Variable& variable, const std::string& observation) {
+  Js set = js_false();
+  for (const Source& source : variable.sources) {
+    if (source.observation == observation) set = js_or(set, filter(source));
+  }
+  return set.text == is_meant(observation).text ? js_true() : set;
+}
+
+// What the present observation says; what another one said is the variable's.
+Js Script::at_present(const Variable& variable, const Js& expression) {
+  return !present_.empty() && is_true(is_set(variable, present_)) ? expression : Js{variable.name, kPrimary};
+}
+
+// Whether the present observation has the values in an expression: variables are undefined where theirs did not.
+Js Script::is_there(const Condition& c) const {
+  if (present_.empty()) return js_true();
+  Js there = js_true();
+  if (c.kind == Kind::kValue && type_of(c).may_be_absent) {
+    const std::string guarded = raw(c, true);
+    there = {guarded.substr(0, guarded.rfind(" ? ")), kAnd};
+  }
+  if (c.kind != Kind::kDefined && c.kind < Kind::kNegate) return there;
+  for (const ConditionPtr& operand : c.operands) there = js_and(there, is_there(*operand));
+  return there;
+}
+
 Js Script::value(const Condition& c) {
   switch (c.kind) {
     case Kind::kNumber: return {plain_decimal(c.number), kPrimary};
     case Kind::kText: return {script_text(c.text), kPrimary};
     case Kind::kTruth: return c.number != 0 ? js_true() : js_false();
     case Kind::kDefined:
-      if (const std::string* name = merged(c)) return {*name, kPrimary};
+      if (const Variable* one = merged(c)) return at_present(*one, {one->assigned, one->binding});
       return value(*c.operands[0]);
     case Kind::kMember: return {raw(c, false), kPrimary};
     case Kind::kValue: {
       std::string name = c.source->service.empty() ? c.source->observation : c.source->service + "_" + c.source->method;
       if (!c.path.empty()) name = (c.source->service.empty() ? name : c.source->service) + "_" + c.path.back();
       if (c.source->kind == Source::Kind::kNode) name = c.source->from + "_status";
-      return {variable(c, identifier(name)), kPrimary};
+      return at_present(variable(c, identifier(name)), {raw(c, false), kPrimary});
     }
     case Kind::kNegate: return {"-" + in(value(*c.operands[0]), kPrimary), kUnary};
     case Kind::kAdd: return infix(value(*c.operands[0]), "+", value(*c.operands[1]), kSum);
@@ -310,7 +362,7 @@ Js Script::truth(const Condition& c, bool wanted) {
     case Kind::kTruth: return (c.number != 0) == wanted ? js_true() : js_false();
     case Kind::kDefined: return truth(*c.operands[0], wanted);
     case Kind::kValue:
-    case Kind::kMember: return {value(c).text + (wanted ? " === true" : " === false"), kEquality};
+    case Kind::kMember: return js_and(is_there(c), {value(c).text + (wanted ? " === true" : " === false"), kEquality});
     case Kind::kEvent:
     case Kind::kUpdated: {
       std::string name;
@@ -320,7 +372,8 @@ Js Script::truth(const Condition& c, bool wanted) {
         const Condition& what = *c.operands[0];
         name = (what.kind == Kind::kDefined ? identifier(what.text) : slug(what, 30)) + "_updated";
       }
-      const Js js{flag(c, name), kPrimary};
+      const Variable& raised = flag(c, name);
+      const Js js = present_.empty() ? Js{raised.name, kPrimary} : is_set(raised, present_);
       return wanted ? js : js_not(js);
     }
     case Kind::kRises:
@@ -357,7 +410,8 @@ Js Script::compare(const Condition& c, bool wanted) {
     case Kind::kGreaterEqual: op = wanted ? ">=" : "<"; break;
     default: return js_false();  // refused by the check: no condition
   }
-  return infix(value(*c.operands[0]), op, value(*c.operands[1]), kRelation);
+  return js_and(js_and(is_there(*c.operands[0]), is_there(*c.operands[1])),
+                infix(value(*c.operands[0]), op, value(*c.operands[1]), kRelation));
 }
 
 Js Script::equal(const Condition& c, bool wanted) {
@@ -365,14 +419,15 @@ Js Script::equal(const Condition& c, bool wanted) {
   const Condition& right = *c.operands[1];
   const Js a = value(left);
   const Js b = value(right);
+  const Js there = js_and(is_there(left), is_there(right));
   Type type = type_of(left).kind;
   if (type == Type::kUnknown) type = type_of(right).kind;
   if (type == Type::kNumber) {
     // Of what is no number (undefined, 0/0) neither holds.
-    if (wanted) return infix(a, "===", b, kEquality);
-    return js_or(infix(a, "<", b, kRelation), infix(a, ">", b, kRelation));
+    if (wanted) return js_and(there, infix(a, "===", b, kEquality));
+    return js_and(there, js_or(infix(a, "<", b, kRelation), infix(a, ">", b, kRelation)));
   }
-  Js set = js_true();
+  Js set = there;
   for (const Condition* side : {&left, &right}) {
     const Condition& inner = inside(*side);
     if (inner.kind != Kind::kValue && inner.kind != Kind::kMember) continue;

@@ -24,6 +24,9 @@ struct Js {
 [[nodiscard]] bool is_true(const Js& js);
 [[nodiscard]] bool is_false(const Js& js);
 
+/// Whether it reads the datum of that name. (Or a text has that word.)
+[[nodiscard]] bool reads(const Js& js, std::string_view name);
+
 /// Words of a condition as a name: "level < 30" is level_below_30.
 [[nodiscard]] std::string slug(const Condition& condition, std::size_t length_max = 40);
 
@@ -38,6 +41,7 @@ class Script {
     std::string name;
     std::string shown;            ///< What it is in the requirement's words.
     std::string assigned;         ///< Expression over _event.data; empty: a flag.
+    int binding = 9;              ///< Of that expression.
     std::vector<Source> sources;  ///< Which set it; of a flag: which raise it.
     [[nodiscard]] bool is_flag() const { return assigned.empty(); }
   };
@@ -48,7 +52,9 @@ class Script {
     std::string shown;
   };
 
-  Script(const Requirement& requirement, const Typing& typing);
+  /// @param present  The name of an observation. If any, expressions are over that itself: of an observation of that
+  ///                 name that is one of the requirement's (`present`), values and events are looked at in its data.
+  Script(const Requirement& requirement, const Typing& typing, std::string_view present = {});
 
   [[nodiscard]] Js holds(const ConditionPtr& condition) { return truth(*condition, true); }
   [[nodiscard]] Js fails(const ConditionPtr& condition) { return truth(*condition, false); }
@@ -56,6 +62,10 @@ class Script {
   [[nodiscard]] Js held_before(const ConditionPtr& condition);
   /// Which observations of its name the source means.
   [[nodiscard]] Js filter(const Source& source);
+  /// Whether an observation of that name is one of the requirement's.
+  [[nodiscard]] Js is_meant(const std::string& observation);
+  /// Whether the variable's sources are among the observations of that name, of which it is known that they are meant.
+  [[nodiscard]] Js is_set(const Variable& variable, const std::string& observation);
   /// A name that nothing else in the chart has.
   [[nodiscard]] std::string unique(std::string name);
 
@@ -68,14 +78,18 @@ class Script {
   [[nodiscard]] Js compare(const Condition& condition, bool wanted);
   [[nodiscard]] Js equal(const Condition& condition, bool wanted);
   [[nodiscard]] Js value(const Condition& condition);
-  [[nodiscard]] const std::string& variable(const Condition& value, std::string_view name);
-  [[nodiscard]] const std::string* merged(const Condition& defined);
-  [[nodiscard]] const std::string& flag(const Condition& event, std::string_view name);
+  [[nodiscard]] const Variable& variable(const Condition& value, std::string_view name);
+  [[nodiscard]] const Variable* merged(const Condition& defined);
+  [[nodiscard]] const Variable& flag(const Condition& event, std::string_view name);
   [[nodiscard]] Js before(const Condition& condition, bool wanted);
   [[nodiscard]] DataType type_of(const Condition& condition) const;
   [[nodiscard]] std::string raw(const Condition& value, bool guarded) const;
+  [[nodiscard]] Js at_present(const Variable& variable, const Js& expression);
+  [[nodiscard]] Js is_there(const Condition& c) const;
 
+  const Requirement& requirement_;
   const Typing& typing_;
+  const std::string present_;
   std::vector<Variable> variables_;
   std::vector<Before> before_;
   std::map<std::string, std::size_t> known_;  // variable by what it stands for

@@ -1,6 +1,7 @@
 #include "sentree/monitor/synthesis.h"
 
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -52,30 +53,109 @@ std::string delay(Duration time) {
 
 class Synthesizer {
  public:
-  Synthesizer(const Requirement& requirement, const Typing& typing)
-      : r_(requirement), script_(requirement, typing), ticks_only_count_(in_ticks() && !speaks_of_ticks()) {}
+  // @param present  If any, states are planned for observations of that name, as if there were no others.
+  Synthesizer(const Requirement& requirement, const Typing& typing, std::string_view present = {})
+      : r_(requirement),
+        typing_(typing),
+        script_(requirement, typing, present),
+        ticks_only_count_(in_ticks() && !speaks_of_ticks()),
+        present_(present) {}
 
   Synthesis run() {
+    plan();
+    if (auto simpler = without_memory()) return *std::move(simpler);
+    return result();
+  }
+
+ private:
+  // Where nothing has to be remembered, the conditions are at the observations, as one would draw it. Nothing:
+  // something has to be.
+  [[nodiscard]] std::optional<Synthesis> without_memory() const {
+    if (in_ticks() || in_events()) return std::nullopt;
+    std::optional<Synthesizer> whole;
+    std::vector<std::string> names;
+    for (const Source& source : sources_of(r_)) {
+      const std::string& name = source.observation;
+      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+      names.push_back(name);
+      Synthesizer one(r_, typing_, name);
+      one.plan();
+      // Of an observation alone a condition may be constant, on which states depend.
+      if (one.has_memory() || !one.has_states_of(*this) || !one.look_at(name)) return std::nullopt;
+      if (whole)
+        whole->take_edges(one, name);
+      else
+        whole.emplace(std::move(one));
+    }
+    if (!whole) return std::nullopt;
+    return whole->result();
+  }
+
+  void plan() {
     p_ = script_.holds(r_.p);
     if (r_.assuming) broken_ = script_.fails(r_.assuming);
     scope();
     active_ = js_and(in_scope_, js_not(broken_));
     body();
+    if (initial_.empty()) initial_ = states_.front().id;
+    if (restart_.empty()) restart_ = initial_;
+  }
+
+  [[nodiscard]] bool has_memory() const {
+    return !script_.before().empty() || !data_.empty() || !scope_update_.text.empty();
+  }
+  [[nodiscard]] bool has_states_of(const Synthesizer& other) const {
+    return initial_ == other.initial_ && restart_ == other.restart_ &&
+           std::equal(states_.begin(), states_.end(), other.states_.begin(), other.states_.end(),
+                      [](const ChartState& a, const ChartState& b) { return a.id == b.id; });
+  }
+  // Its edges are taken at observations of that name. Data are for whoever explains what was decided. False: some edge
+  // needs what another observation said.
+  [[nodiscard]] bool look_at(const std::string& name) {
+    const Js meant = script_.is_meant(name);
+    std::vector<std::string> notes;
+    for (const Script::Variable& variable : script_.variables()) {
+      const Js set = script_.is_set(variable, name);
+      if (variable.is_flag())
+        notes.push_back(assign(variable.name, set.text));
+      else if (is_true(set))
+        notes.push_back(assign(variable.name, variable.assigned));
+    }
+    for (ChartState& state : states_) {
+      for (Edge& edge : state.edges) {
+        if (edge.event != "observed") continue;
+        const auto is_read = [&](const Script::Variable& variable) { return reads(edge.condition, variable.name); };
+        if (std::any_of(script_.variables().begin(), script_.variables().end(), is_read)) return false;
+        edge.event = name;
+        edge.condition = js_and(meant, edge.condition);
+        edge.actions = notes;
+      }
+    }
+    return true;
+  }
+  void take_edges(const Synthesizer& other, const std::string& name) {
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      for (const Edge& edge : other.states_[i].edges) {
+        if (edge.event == name) states_[i].edges.push_back(edge);
+      }
+    }
+  }
+
+  Synthesis result() {
     Synthesis result;
     result.chart = write();
     for (const ChartState& state : states_) result.situations.push_back({state.id, state.role, state.says});
     for (const Script::Variable& v : script_.variables()) {
       result.data.push_back({v.name, v.shown, v.is_flag()});
-      if (v.is_flag() && !is_remembered(v.name)) result.overwritten.push_back(v.name);
+      if (!present_.empty() || (v.is_flag() && !is_remembered(v.name))) result.overwritten.push_back(v.name);
     }
     for (const Script::Before& b : script_.before()) {
       if (!is_remembered(b.name)) result.overwritten.push_back(b.name);
     }
-    result.forgets = forgets();
+    result.forgets = !present_.empty() || forgets();
     return result;
   }
 
- private:
   // Nothing is counted or remembered, and all values come with one and the same observation.
   [[nodiscard]] bool forgets() {
     if (in_ticks() || in_events() || !data_.empty() || !scope_update_.text.empty() || !script_.before().empty())
@@ -427,8 +507,6 @@ class Synthesizer {
   // ---- Writing ----
 
   std::string write() {
-    if (initial_.empty()) initial_ = states_.front().id;
-    if (restart_.empty()) restart_ = initial_;
     if (r_.scope.kind == Scope::Kind::kBetween) {
       ChartState breached{kBreached, Role::kBreached, "is broken, if its scope ends", false, {}, {}};
       breached.edges.push_back({"observed", js_not(in_scope_), kViolated, {}});
@@ -440,7 +518,7 @@ class Synthesizer {
             text::xml_escape(r_.name) + "\" initial=\"watching\">\n";
     datamodel();
     out_ += "  <state id=\"watching\" initial=\"" + initial_ + "\">\n";
-    observations();
+    if (present_.empty()) observations();
     for (const ChartState& state : states_) write_state(state);
     out_ += "  </state>\n\n";
     if (r_.re_arming)
@@ -475,9 +553,12 @@ class Synthesizer {
     };
     if (!r_.prose.empty()) line("\"" + r_.prose + "\"");
     line(r_.text());
-    out_ +=
-        "\n  Written from the requirement: change that, not this chart. Data are undefined until an observation sets\n"
-        "  them, and then every comparison with them is false: what has not been seen decides nothing.\n-->\n";
+    out_ += "\n  Written from the requirement: change that, not this chart. ";
+    out_ += present_.empty() ? "Data are undefined until an observation sets\n"
+                               "  them, and then every comparison with them is false: what has not been seen decides "
+                               "nothing.\n-->\n"
+                             : "Data are what was observed when its state changed\n"
+                               "  last; they decide nothing.\n-->\n";
   }
 
   void datamodel() {
@@ -510,24 +591,15 @@ class Synthesizer {
       if (std::find(names.begin(), names.end(), source.observation) == names.end()) names.push_back(source.observation);
     }
     for (const std::string& name : names) {
-      std::vector<std::string> filters;
-      Js any = js_false();
-      for (const Source& source : sources) {
-        if (source.observation != name) continue;
-        const Js filter = script_.filter(source);
-        if (std::find(filters.begin(), filters.end(), filter.text) != filters.end()) continue;
-        filters.push_back(filter.text);
-        any = js_or(any, filter);
-      }
-      out_ += "    <transition event=\"" + name + "\"" + condition_attribute(any) + ">\n";
-      note(name, any);
+      out_ += "    <transition event=\"" + name + "\"" + condition_attribute(script_.is_meant(name)) + ">\n";
+      note(name);
       out_ += "    </transition>\n";
     }
     if (forgets_)
       out_ += "    <transition event=\"forget\">\n      " + assign("count", "count - 1") + "\n    </transition>\n";
   }
 
-  void note(const std::string& name, const Js& any) {
+  void note(const std::string& name) {
     const auto line = [&](const std::string& text) { out_ += "      " + text + "\n"; };
     const bool is_tick = name == "mission.tick" && in_ticks();
     if (is_tick && ticks_only_count_) {
@@ -537,19 +609,13 @@ class Synthesizer {
     }
     for (const Script::Before& before : script_.before()) line(assign(before.name, before.expression));
     for (const Script::Variable& variable : script_.variables()) {
-      Js filter = js_false();
-      for (const Source& source : variable.sources) {
-        if (source.observation == name) filter = js_or(filter, script_.filter(source));
-      }
-      if (variable.is_flag()) {
-        line(assign(variable.name, filter.text == any.text ? "true" : filter.text));
-      } else if (!is_false(filter)) {
-        const std::string text = assign(variable.name, variable.assigned);
-        if (filter.text == any.text)
-          line(text);
-        else
-          line("<if cond=\"" + text::xml_escape(filter.text) + "\">" + text + "</if>");
-      }
+      const Js set = script_.is_set(variable, name);
+      if (variable.is_flag())
+        line(assign(variable.name, set.text));
+      else if (is_true(set))
+        line(assign(variable.name, variable.assigned));
+      else if (!is_false(set))
+        line("<if cond=\"" + text::xml_escape(set.text) + "\">" + assign(variable.name, variable.assigned) + "</if>");
     }
     if (is_tick || in_events()) line(count(is_tick ? "ticks" : "observations"));
     if (!scope_update_.text.empty()) line(assign("in_scope", scope_update_.text));
@@ -611,6 +677,7 @@ class Synthesizer {
   };
 
   const Requirement& r_;
+  const Typing& typing_;
   Script script_;
   const bool ticks_only_count_;
   Js p_;
@@ -618,6 +685,7 @@ class Synthesizer {
   Js broken_ = js_false();  // the assumption
   Js active_ = js_true();
   Js scope_update_;
+  const std::string present_;
   std::vector<ChartState> states_;
   std::vector<ExtraData> data_;
   std::string initial_;

@@ -334,6 +334,44 @@ TEST(Chart, KeepsNamesApart) {
   EXPECT_THAT(model.value->chart().source(), HasSubstr("<data id=\"delete_value\"/>"));
 }
 
+TEST(Chart, LooksAtTheObservationItselfWhereNothingHasToBeRemembered) {
+  const auto chart = [](const char* text) { return Model::make(requirement(text)).value->chart().source(); };
+  for (const char* text :
+       {"always level >= 20.", "never level < 20.", "level >= 20 at least every 1 s.",
+        "while level < 50, always level >= 20.", "whenever level < 30, level >= 30 within 10 s.",
+        "whenever event(ask), event(answer) within 1 s.", "whenever level < 30, event(answer) within 1 s.",
+        "event(ask) precedes event(answer) by at most 1 s.", "always level < 90 assuming level > 50."}) {
+    EXPECT_THAT(chart(text), Not(HasSubstr("observed\""))) << text;
+  }
+  // A value of another observation, of before, or what is counted has to be.
+  for (const char* text :
+       {"whenever event(ask), level >= 20 immediately.", "always level >= 20 or ok.",
+        "whenever rises(level < 30), event(answer) within 1 s.", "whenever event(ask), event(answer) within 3 ticks.",
+        "after event(ask), always level >= 20.", "event(ask) at most 3 times."}) {
+    EXPECT_THAT(chart(text), HasSubstr("<raise event=\"observed\"/>")) << text;
+  }
+  // What a message may come without is no text that is compared with a number.
+  EXPECT_THAT(chart("always level >= 20."),
+              HasSubstr("cond=\"typeof _event.data.result === 'number' &amp;&amp; _event.data.result &lt; 20\""));
+}
+
+TEST(Core, OfOneThatRemembersNothingIsTheSameWhateverWasObserved) {
+  const Model m = *Model::make(requirement("whenever level < 30, level >= 30 within 1 s.")).value;
+  Message message;
+  message.name = "battery.level.reply";
+  const auto after = [&](std::initializer_list<int> levels) {
+    Core core = begin(m, at(0));
+    for (const int level : levels) {
+      message.data = Map{{"result", level}};
+      EXPECT_EQ(step(m, core, message).verdict, Verdict::kUndecided);
+    }
+    return encoded(m, core, at(0));
+  };
+  EXPECT_EQ(after({20}), after({25, 24}));
+  EXPECT_EQ(after({90}), after({20, 70}));
+  EXPECT_NE(after({90}), after({20}));
+}
+
 // ---- What was never put to the test ----
 
 TEST(Vacuity, TellsAMonitorThatGotNoEvent) {

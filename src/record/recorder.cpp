@@ -135,7 +135,7 @@ bool Recorder::await_written(std::unique_lock<std::mutex>& lock) {
 
 void Recorder::flush() {
   std::unique_lock lock(mutex_);
-  (void)await_written(lock);
+  if (await_written(lock)) room_.wait(lock, [&] { return unwritten_ == 0 || report_.failed; });
 }
 
 Result<std::uint32_t> Recorder::follow(std::function<void(TimePoint, RunRecord)> tap) {
@@ -149,12 +149,16 @@ Result<std::uint32_t> Recorder::follow(std::function<void(TimePoint, RunRecord)>
 
 void Recorder::attach(Attachment attachment) {
   const std::lock_guard lock(mutex_);
-  if (!closing_ && !report_.failed) push(std::move(attachment));
+  if (closing_ || report_.failed) return;
+  ++unwritten_;
+  push(std::move(attachment));
 }
 
 void Recorder::add(Metadata metadata) {
   const std::lock_guard lock(mutex_);
-  if (!closing_ && !report_.failed) push(std::move(metadata));
+  if (closing_ || report_.failed) return;
+  ++unwritten_;
+  push(std::move(metadata));
 }
 
 Result<void> Recorder::write(const Item& item) {
@@ -244,6 +248,10 @@ void Recorder::work() {
         room_.notify_all();
       }
       if (spare_.size() < kWaitingBatchesMax) spare_.push_back(std::move(*batch));
+    } else {
+      const std::lock_guard lock(mutex_);
+      --unwritten_;
+      room_.notify_all();
     }
   }
   (void)check(writer_.end(schemas_, channels_));

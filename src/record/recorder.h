@@ -99,7 +99,7 @@ class Recorder {
   /// Error: record.ended, if nothing is recorded any more; the tap is then gone.
   [[nodiscard]] Result<std::uint32_t> follow(std::function<void(TimePoint, RunRecord)> tap);
 
-  /// Returns when all messages so far are in the sink, or nothing is recorded any more.
+  /// Returns when all messages, attachments and metadata so far are in the sink, or nothing is recorded any more.
   void flush();
 
   void attach(Attachment attachment);
@@ -172,6 +172,7 @@ class Recorder {
   ChannelId gaps_ = 0;
   std::uint32_t sequence_ = 0;
   std::uint32_t written_ = 0;   // the last sequence number that is in the sink
+  std::size_t unwritten_ = 0;   // attachments and metadata that are not
   std::uint64_t lost_now_ = 0;  // in the gap that is open
   TimePoint lost_from_{};
   TimePoint lost_to_{};

@@ -189,6 +189,15 @@ TEST(Recorder, IsFollowedFromAnyMessageOnWhenAllBeforeAreWritten) {
   EXPECT_EQ(late.error().code, "record.ended");
 }
 
+TEST(Recorder, HasHandedOnFilesAndFactsWhenItIsFlushed) {
+  std::string file;
+  Recorder recorder(std::make_unique<StringSink>(file), {.flush_every = Duration(0), .wait_when_full = true});
+  recorder.attach({.name = "project/mission.xml", .media_type = "text/xml", .data = std::string(100'000, 'x')});
+  recorder.add({"sentree.run", {{"continues", "the-one-before.mcap"}}});
+  recorder.flush();
+  EXPECT_THAT(file, HasSubstr("the-one-before.mcap"));
+}
+
 TEST(Recorder, LosesMessagesRatherThanToWaitAndSaysSo) {
   HangingSink::Gate gate;
   std::string file;

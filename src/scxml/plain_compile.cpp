@@ -241,6 +241,25 @@ class PlainCompiler {
     return before->empty() ? name : fmt::format("{}.{}", *before, name);
   }
 
+  // The path that is read first, whatever the rest of the expression does; nothing: none is known.
+  static std::optional<std::string> first_path(const NativeCode& code, std::uint32_t at) {
+    for (;;) {
+      if (auto path = path_of(code, at)) return path;
+      const NativeCode::Node& node = code.nodes[at];
+      const bool is_operator = node.op == PlainNative::kNot || node.op == PlainNative::kTypeof ||
+                               (node.op >= PlainNative::kAdd && node.op <= PlainNative::kOr);
+      if (!is_operator) return std::nullopt;
+      at = node.a;
+    }
+  }
+  // `x && …` where what follows reads a member of `x` first: that is unknown unless `x` is an object, which is true.
+  bool is_needless(const NativeCode& code, const NativeCode::Node& both) const {
+    if (event_ != 0) return false;
+    const auto outer = path_of(code, both.a);
+    const auto inner = outer && !outer->empty() ? first_path(code, both.b) : std::nullopt;
+    return inner && inner->starts_with(*outer + ".");
+  }
+
   Operand translate(const NativeCode& code, std::uint32_t at) {
     const NativeCode::Node& node = code.nodes[at];
     switch (node.op) {
@@ -279,7 +298,8 @@ class PlainCompiler {
       case PlainNative::kNotEqual: return equality(PlainOp::kNotEqual, code, node);
       case PlainNative::kStrictEqual: return equality(PlainOp::kStrictEqual, code, node);
       case PlainNative::kStrictNotEqual: return equality(PlainOp::kStrictNotEqual, code, node);
-      case PlainNative::kAnd: return binary(PlainOp::kAnd, code, node);
+      case PlainNative::kAnd:
+        return is_needless(code, node) ? translate(code, node.b) : binary(PlainOp::kAnd, code, node);
       case PlainNative::kOr: return binary(PlainOp::kOr, code, node);
       case PlainNative::kConditional: {
         const Operand a = translate(code, node.a);

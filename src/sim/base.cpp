@@ -20,6 +20,7 @@ Pose2 arc(const Twist2& twist, Duration dt) {
   const double length = twist.vx * s;
   // The chord of the arc; its factor sin(a)/a is 1 to double precision for small a.
   const double half = angle / 2;
+  if (half == 0.0) return {length, length * half, angle};
   const double chord = std::abs(half) < 1e-8 ? length : length * std::sin(half) / half;
   return {chord * std::cos(half), chord * std::sin(half), angle};
 }

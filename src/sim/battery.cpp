@@ -7,6 +7,17 @@ namespace sentree::sim {
 
 namespace {
 constexpr double kSecondsPerHour = 3600.0;
+
+// Of the way to the temperature at which it stays. Steps are mostly of one length.
+double settled_share(double times) {
+  thread_local double last_times = 0.0;
+  thread_local double last_share = 0.0;
+  if (times != last_times) {
+    last_times = times;
+    last_share = 1.0 - std::exp(-times);
+  }
+  return last_share;
+}
 }  // namespace
 
 Battery initial_battery(const BatterySpec& spec) {
@@ -28,7 +39,7 @@ void step_battery(const BatterySpec& spec, Battery& battery, Duration dt, double
   }
   battery.current_A = s > 0.0 ? (battery.charge - before) * spec.capacity_Ah * kSecondsPerHour / s : 0.0;
   const double settled_C = spec.ambient_C + spec.heating_K_per_A * std::abs(battery.current_A);
-  battery.temperature_C += (settled_C - battery.temperature_C) * (1.0 - std::exp(-s / seconds(spec.thermal_time)));
+  battery.temperature_C += (settled_C - battery.temperature_C) * settled_share(s / seconds(spec.thermal_time));
 }
 
 bool is_charging(const Battery& battery) { return battery.plugged && !battery.full; }

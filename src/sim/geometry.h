@@ -67,6 +67,9 @@ struct Twist2 {
 
 /// A pose given in `frame`, in the frame's parent.
 [[nodiscard]] inline Pose2 compose(const Pose2& frame, const Pose2& pose) {
+  // What stands, or turns on the spot, needs no sine. (Zeros have signs.)
+  if (pose.x == 0.0 && pose.y == 0.0 && frame.x != 0.0 && frame.y != 0.0)
+    return {frame.x, frame.y, wrap_angle(frame.theta + pose.theta)};
   const Vec2 p = transform(frame, pose.position());
   return {p.x, p.y, wrap_angle(frame.theta + pose.theta)};
 }

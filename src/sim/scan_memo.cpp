@@ -1,6 +1,7 @@
 #include "sentree/sim/scan_memo.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace sentree::sim {
 
@@ -22,6 +23,19 @@ void ScanMemo::keep(std::size_t robot, const Pose2& laser, std::span<const Shape
   seen.laser = laser;
   seen.shapes.assign(shapes.begin(), shapes.end());
   seen.ranges = ranges;
+}
+
+const std::vector<double>* ScanMemo::recall_near(std::size_t robot, const Pose2& laser, double range_m) const {
+  if (robot >= near_.size()) return nullptr;
+  const Near& near = near_[robot];
+  return near.range_m >= range_m && near.laser == laser ? &near.ranges : nullptr;
+}
+
+const std::vector<double>& ScanMemo::keep_near(std::size_t robot, const Pose2& laser, double range_m,
+                                               std::vector<double>&& ranges) {
+  if (robot >= near_.size()) near_.resize(robot + 1);
+  near_[robot] = {laser, range_m, std::move(ranges)};
+  return near_[robot].ranges;
 }
 
 }  // namespace sentree::sim

@@ -37,5 +37,17 @@ TEST(ScanMemo, RecallsWhatWasSeenFromTheSamePlaceAmongTheSameShapes) {
   EXPECT_FALSE(memo.recall(1, pose, std::vector<Shape>{Shape::disc({3.0, 2.0}, 0.3)}, ranges));
 }
 
+TEST(ScanMemo, RecallsWhatIsNearFromTheSamePlaceAsFarAsItWasLooked) {
+  ScanMemo memo;
+  const Pose2 pose{1.0, 2.0, 0.5};
+  EXPECT_EQ(memo.recall_near(1, pose, 0.5), nullptr);
+  EXPECT_EQ(memo.keep_near(1, pose, 0.6, {0.4, kInfinity}), (std::vector<double>{0.4, kInfinity}));
+  ASSERT_NE(memo.recall_near(1, pose, 0.6), nullptr);
+  EXPECT_EQ(*memo.recall_near(1, pose, 0.5), (std::vector<double>{0.4, kInfinity}));
+  EXPECT_EQ(memo.recall_near(1, pose, 0.61), nullptr);
+  EXPECT_EQ(memo.recall_near(1, {1.0, 2.0, 0.6}, 0.5), nullptr);
+  EXPECT_EQ(memo.recall_near(0, pose, 0.5), nullptr);
+}
+
 }  // namespace
 }  // namespace sentree::sim

@@ -19,6 +19,7 @@ struct Context {
   std::size_t robot_index;
   Arguments& args;
   TimePoint now;  ///< Of the run.
+  Value& former;  ///< An answer to the same call that nobody needs any more, or null: the next may be made of it.
 
   [[nodiscard]] RobotState& robot() const { return state.robots[robot_index]; }
   [[nodiscard]] const RobotSpec& spec() const { return world.robots[robot_index]; }

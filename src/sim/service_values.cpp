@@ -81,12 +81,43 @@ Value to_value(BatteryWarning warning) {
   return {};
 }
 
+void put_header(Value& out, const State& state, std::string_view frame) {
+  Record record(out, 2);
+  record.set("stamp", seconds(state.time));
+  record.set("frame_id", frame);
+}
+
+void put_location(Value& out, const World& world, const Pose2& pose, std::string_view description) {
+  Record record(out, 3);
+  record.set("map_id", std::string_view(world.map_id));
+  {
+    Record place(record.entry("pose"), 3);
+    place.set("x", pose.x);
+    place.set("y", pose.y);
+    place.set("theta", pose.theta);
+  }
+  record.set("description", description);
+}
+
 Value header(const State& state, std::string_view frame) {
-  return record("stamp", seconds(state.time), "frame_id", frame);
+  Value value;
+  put_header(value, state, frame);
+  return value;
 }
 
 Value location(const World& world, const Pose2& pose, std::string_view description) {
-  return record("map_id", world.map_id, "pose", to_value(pose), "description", description);
+  Value value;
+  put_location(value, world, pose, description);
+  return value;
+}
+
+void Record::cut() {
+  Map kept;
+  for (std::size_t i = 0; i < next_; ++i) {
+    auto& [name, value] = *(map_->begin() + static_cast<std::ptrdiff_t>(i));
+    kept.append(std::move(name), std::move(value));
+  }
+  *map_ = std::move(kept);
 }
 
 Value area(const World& world, const NamedArea& area) {

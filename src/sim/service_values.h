@@ -33,6 +33,56 @@ template <class... Rest>
   return map;
 }
 
+/// The same into a value that may be a former answer: entries that it has already are used again.
+class Record {
+ public:
+  Record(Value& out, std::size_t entries) {
+    if (out.as_map() == nullptr) {
+      out = Map();
+      out.as_map()->reserve(entries);
+    }
+    map_ = out.as_map();
+  }
+  ~Record() {
+    if (next_ < map_->size()) cut();
+  }
+  Record(const Record&) = delete;
+  Record& operator=(const Record&) = delete;
+
+  /// The next entry, with what it was.
+  Value& entry(std::string_view name) {
+    if (next_ < map_->size()) {
+      auto& [known, value] = *(map_->begin() + static_cast<std::ptrdiff_t>(next_));
+      if (known == name) {
+        ++next_;
+        return value;
+      }
+      cut();
+    }
+    map_->append(std::string(name), Value());
+    return (map_->begin() + static_cast<std::ptrdiff_t>(next_++))->second;
+  }
+  void set(std::string_view name, Value value) { entry(name) = std::move(value); }
+  void set(std::string_view name, double number) {
+    Value& value = entry(name);
+    // In place: most are numbers again.
+    if (const double* const before = value.as_double())
+      *const_cast<double*>(before) = number;
+    else
+      value = number;
+  }
+  void set(std::string_view name, std::string_view text) {
+    Value& value = entry(name);
+    if (value.as_string() == nullptr || *value.as_string() != text) value = text;
+  }
+
+ private:
+  void cut();  // what is behind the last entry
+
+  Map* map_ = nullptr;
+  std::size_t next_ = 0;
+};
+
 [[nodiscard]] Value return_code(std::string_view name);  ///< "OK", "ERROR", …
 [[nodiscard]] Value to_value(const Pose2& pose);
 [[nodiscard]] Value to_value(Vec2 point);
@@ -44,6 +94,8 @@ template <class... Rest>
 [[nodiscard]] Value to_value(BatteryWarning warning);
 [[nodiscard]] Value header(const State& state, std::string_view frame = "map");
 [[nodiscard]] Value location(const World& world, const Pose2& pose, std::string_view description = {});
+void put_header(Value& out, const State& state, std::string_view frame = "map");
+void put_location(Value& out, const World& world, const Pose2& pose, std::string_view description = {});
 [[nodiscard]] Value area(const World& world, const NamedArea& area);
 [[nodiscard]] Value odometry(const State& state, const Pose2& pose, const Twist2& twist, std::string_view frame);
 

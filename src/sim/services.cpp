@@ -1,6 +1,7 @@
 #include "sentree/sim/services.h"
 
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -53,13 +54,13 @@ const ServiceInfo* find_service(std::string_view name) {
   return nullptr;
 }
 
-Result<Value> call(const World& world, State& state, const Call& call, TimePoint now) {
-  auto result = call_uncast(world, state, call, now);
+Result<Value> call(const World& world, State& state, Call call, TimePoint now) {
+  auto result = call_uncast(world, state, std::move(call), now);
   cast_scans(world, state);
   return result;
 }
 
-Result<Value> call_uncast(const World& world, State& state, const Call& call, TimePoint now) {
+Result<Value> call_uncast(const World& world, State& state, Call call, TimePoint now) {
   const auto robot = world.robot(call.robot);
   if (!robot) {
     std::vector<std::string> names;
@@ -74,7 +75,7 @@ Result<Value> call_uncast(const World& world, State& state, const Call& call, Ti
       advance_uncast(world, state, now);
       if (service.looks_at_scans) cast_scans(world, state);
       Arguments arguments(call.args);
-      Value result = method.handler({world, state, *robot, arguments, now});
+      Value result = method.handler({world, state, *robot, arguments, now, call.former});
       if (arguments.problem().empty()) return result;
       return fail("sim.bad-argument", fmt::format("{}.{}: {}", service.name, method.name, arguments.problem()));
     }

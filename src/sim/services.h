@@ -28,6 +28,7 @@ struct Call {
   std::string_view method;
   const Map& args;              ///< By name, in the shapes below.
   std::string_view robot = {};  ///< Empty: the first.
+  Value former = {};            ///< An answer to the same call that nobody needs any more: the next is made of it.
 };
 
 /// Advances the world to `now` of the run and serves the call.
@@ -36,9 +37,9 @@ struct Call {
 /// i32 and i64 ints, a double a double (an int is taken), binary bytes; a method without result gives null.
 /// What the interface can say (an unknown location, say) is in the result, not an error.
 /// Errors: sim.unknown-robot, sim.unknown-service, sim.unknown-method, sim.bad-argument.
-[[nodiscard]] Result<Value> call(const World& world, State& state, const Call& call, TimePoint now);
+[[nodiscard]] Result<Value> call(const World& world, State& state, Call call, TimePoint now);
 
 /// The same, but where nobody has looked at the latest scan it may not have been cast (`advance_uncast`).
-[[nodiscard]] Result<Value> call_uncast(const World& world, State& state, const Call& call, TimePoint now);
+[[nodiscard]] Result<Value> call_uncast(const World& world, State& state, Call call, TimePoint now);
 
 }  // namespace sentree::sim

@@ -138,12 +138,19 @@ Value navigation_state(const Context& c) {
   const TimePoint until = is_active(n.status) ? c.state.time : n.ended;
   const double remaining =
       is_active(n.status) || n.status == NavigationStatus::kGoalReached ? n.distance_remaining_m : 0.0;
-  return record("status", to_value(n.status), "error_code", to_value(n.error), "error_msg", n.error_message, "goal_id",
-                n.goal.id, "target_name", n.goal.name, "target",
-                location(c.world, n.goal.waypoints.empty() ? Pose2{} : n.goal.waypoints.back()), "navigation_time",
-                seconds(until - n.started), "estimated_time_remaining",
-                is_active(n.status) ? remaining / c.spec().limits.speed_m_s : 0.0, "distance_remaining", remaining,
-                "number_of_recoveries", n.recoveries);
+  Value answer = std::move(c.former);
+  Record record(answer, 10);
+  record.set("status", to_value(n.status));
+  record.set("error_code", to_value(n.error));
+  record.set("error_msg", std::string_view(n.error_message));
+  record.set("goal_id", Value(n.goal.id));
+  record.set("target_name", std::string_view(n.goal.name));
+  put_location(record.entry("target"), c.world, n.goal.waypoints.empty() ? Pose2{} : n.goal.waypoints.back());
+  record.set("navigation_time", seconds(until - n.started));
+  record.set("estimated_time_remaining", is_active(n.status) ? remaining / c.spec().limits.speed_m_s : 0.0);
+  record.set("distance_remaining", remaining);
+  record.set("number_of_recoveries", Value(n.recoveries));
+  return answer;
 }
 
 Value navigation_status(const Context& c) { return to_value(c.robot().navigator.status); }

@@ -18,10 +18,17 @@ namespace {
 Value battery_state(const Context& c) {
   const Battery& battery = c.robot().battery;
   const BatterySpec& spec = c.spec().battery;
-  return record("header", header(c.state, "base_link"), "voltage", voltage_V(spec, battery), "current",
-                battery.current_A, "percentage", battery.charge, "temperature", battery.temperature_C,
-                "power_supply_status", to_value(status(battery)), "warning", to_value(warning(spec, battery)),
-                "present", true);
+  Value answer = std::move(c.former);
+  Record record(answer, 8);
+  put_header(record.entry("header"), c.state, "base_link");
+  record.set("voltage", voltage_V(spec, battery));
+  record.set("current", battery.current_A);
+  record.set("percentage", battery.charge);
+  record.set("temperature", battery.temperature_C);
+  record.set("power_supply_status", to_value(status(battery)));
+  record.set("warning", to_value(warning(spec, battery)));
+  record.set("present", Value(true));
+  return answer;
 }
 
 Value battery_charge(const Context& c) { return c.robot().battery.charge * 100.0; }

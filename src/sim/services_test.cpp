@@ -302,6 +302,27 @@ TEST_F(Services, RobotsSeeEachOtherAndDoNotDriveThroughEachOther) {
   EXPECT_LT(between, 2 * second.radius_m + 0.02);
 }
 
+TEST_F(Services, AnswersMadeOfFormerOnesAreAsOthers) {
+  const Map other{{"status", "IDLE"}, {"goal_id", 3}};
+  for (const auto& [service, method] :
+       {std::pair("Battery", "getBatteryState"), std::pair("Navigation", "getNavigationState")}) {
+    ask("Navigation", "gotoTargetByLocationName", {{"name", "kitchen"}});
+    const Value before = ask(service, method);
+    Value more = before;
+    (*more.as_map())["beyond"] = 1;
+    now_ += 3s;
+    const Value now = ask(service, method);
+    ASSERT_NE(now, before) << method;
+    const Map none;
+    for (const Value& former : {before, more, Value(other), Value(Map()), Value("text"), Value()}) {
+      const auto again =
+          call(world_, state_, {.service = service, .method = method, .args = none, .former = former}, now_);
+      ASSERT_TRUE(again) << method;
+      EXPECT_EQ(*again, now) << method << " made of " << to_json(former);
+    }
+  }
+}
+
 TEST_F(Services, SavedStatesOfAnotherWorldAreRefused) {
   Value saved = save(state_);
   EXPECT_EQ(*restore(world_, saved), state_);

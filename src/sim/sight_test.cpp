@@ -4,6 +4,8 @@
 
 #include "sentree/base/rng.h"
 #include "sentree/sim/exact_localization.h"
+#include "sentree/sim/remember.h"
+#include "sentree/sim/scan_memo.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
 
@@ -23,6 +25,7 @@ TEST(Sight, WhatNobodyLooksAtNeedsNoRays) {
     casting.robots[0].laser.dropout = 1e-300;
     constexpr std::uint64_t kSeed = 5;
     Rng rng(kSeed);
+    ScanMemo memo;
     State lazy = initial_state(world, kSeed);
     State cast = initial_state(casting, kSeed);
     TimePoint now{};
@@ -50,7 +53,10 @@ TEST(Sight, WhatNobodyLooksAtNeedsNoRays) {
         });
       }
       if (change > 30) both([](const World&, State& state) { state.obstacles.clear(); });
-      advance_uncast(world, lazy, now);
+      {
+        const Remember<ScanMemo> remembers(memo);
+        advance_uncast(world, lazy, now);
+      }
       advance(casting, cast, now);
       uncast += lazy.robots[0].uncast ? 1 : 0;
       State looked_at = lazy;

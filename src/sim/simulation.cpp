@@ -146,9 +146,16 @@ class SimulatedSight final : public Sight {
   const std::vector<double>& ranges_within(double range_m) const override {
     if (!robot_.uncast) return robot_.scan.ranges;
     LaserSpec near = laser_;
-    near.range_max_m = std::min(near.range_max_m, range_m + world_.map.resolution_m());
+    const double needed_m = std::min(near.range_max_m, range_m + world_.map.resolution_m());
+    ScanMemo* const memo = Remember<ScanMemo>::present();
+    if (memo != nullptr) {
+      if (const auto* known = memo->recall_near(index_, *robot_.uncast, needed_m)) return *known;
+    }
+    // Whoever looks again before the next scan may be faster by then, and look further.
+    constexpr double kFurther_m = 0.05;
+    near.range_max_m = memo != nullptr ? std::min(near.range_max_m, needed_m + kFurther_m) : needed_m;
     cast_scan(world_.map, world_.rays, {}, *robot_.uncast, near, near_);
-    return near_;
+    return memo != nullptr ? memo->keep_near(index_, *robot_.uncast, near.range_max_m, std::move(near_)) : near_;
   }
   bool is_clear(double range_m) const override {
     return robot_.uncast && is_roomy(world_.map, world_.distance, robot_.uncast->position(), range_m);

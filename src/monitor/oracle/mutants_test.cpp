@@ -28,7 +28,7 @@ struct Change {
   std::string to;
 };
 
-// One changed place each. Comments and the first lines are left alone.
+// One changed place each. Comments and the first lines are left alone, and data that decide nothing.
 std::vector<std::string> mutants(const std::string& chart) {
   const std::vector<Change> changes = {
       {" &lt; ", " &lt;= "},
@@ -58,11 +58,13 @@ std::vector<std::string> mutants(const std::string& chart) {
   };
   std::vector<std::string> all;
   const std::size_t body = chart.find("<state id=\"watching\"");
+  const bool only_explains = chart.find("<raise event=\"observed\"/>") == std::string::npos;
   for (const Change& change : changes) {
     for (std::size_t at = chart.find(change.from, body); at != std::string::npos;
          at = chart.find(change.from, at + 1)) {
       const std::size_t line = chart.rfind('\n', at);
-      if (chart.find("<!--", line) < chart.find('\n', line + 1)) continue;
+      const std::size_t end = chart.find('\n', line + 1);
+      if (chart.find("<!--", line) < end || (only_explains && chart.find("<assign", line) < end)) continue;
       std::string mutant = chart;
       mutant.replace(at, change.from.size(), change.to);
       if (mutant.find("id=\"satisfied\"") == std::string::npos)

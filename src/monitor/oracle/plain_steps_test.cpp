@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <map>
 
 #include "sentree/monitor/model.h"
 #include "sentree/monitor/monitor_set.h"
@@ -28,6 +29,7 @@ bool steps_alike(const Model& model, const std::vector<Message>& trace, Counts& 
   const auto& plans = Access::parts(model).plain;
   Core quick = begin(model, TimePoint{});
   Core whole = quick;
+  std::map<std::string, Listeners> listeners;
   for (const Message& message : trace) {
     const Stepped timed = step_timers(model, quick, message.time - Duration(1));
     if (timed.verdict != step_timers(model, whole, message.time - Duration(1)).verdict) return false;
@@ -39,7 +41,9 @@ bool steps_alike(const Model& model, const std::vector<Message>& trace, Counts& 
       known->second.reader.read(message, members.data());
       plainly = {&known->second.plan, members.data()};
     }
-    if (const auto told = enabled_plainly(model, quick, message)) {
+    Listeners& listener = listeners.try_emplace(message.name, std::vector<Model>{model}, message.name).first->second;
+    listener.hear(message);
+    if (const auto told = listener.enabled(0, quick)) {
       const scxml::Event event{.name = message.name, .data = Access::parts(model).projection.data(message)};
       if (told != scxml::enabled_by(model.chart(), quick.session, event, message.time)) return false;
       ++counts.told;
