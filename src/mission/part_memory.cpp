@@ -167,10 +167,17 @@ void PartMemory::take(std::uint32_t part, std::uint32_t what) {
     tables.steps.try_emplace(key, place = new_node());
   }
   script_.clear();
+  const bool only_observed = !steps_one_ && !tables.parts.has_topics();
   for (;;) {
     // Nothing that is done makes nodes.
     const Node& node = tables.nodes[place];
-    for (const Op& op : node.ops) perform(op);
+    for (const Op& op : node.ops) {
+      // Most of what is done is observed, and by nobody else.
+      if (op.kind == Op::Kind::kObserve && only_observed)
+        outside_->observed(op.a, run.now, tables.messages[op.a].message);
+      else
+        perform(op);
+    }
     if (missed_) return;
     if (node.result != kNone) {
       if (!reads_) ++tables.looked_up;
@@ -504,9 +511,9 @@ void PartMemory::insert(TimePoint when, Rank rank, std::uint32_t what, bool is_t
     trace_->puts.push_back({tables_->deliveries[what].part, when, rank, is_topic});
     put_by = static_cast<std::uint32_t>(trace_->steps.size() - 1);
   }
-  const auto later = std::upper_bound(queue.begin(), queue.end(), 0, [&](int, const Run::Waiting& waiting) {
-    return when != waiting.when ? when < waiting.when : rank < waiting.rank;
-  });
+  // A few wait, and most of what is put comes before them.
+  auto later = queue.begin();
+  while (later != queue.end() && (when != later->when ? when > later->when : rank >= later->rank)) ++later;
   queue.insert(later, {when, rank, what, put_by});
 }
 
