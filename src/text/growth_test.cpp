@@ -45,7 +45,7 @@ std::string attributes(std::size_t count) {
 }
 
 const Case kCases[] = {
-    {"elements", 1000,
+    {"elements", 8000,
      [](std::size_t n) {
        return "<a>" + repeated(n, [](const std::string& i) { return "<b c='" + i + "'/>"; }) + "</a>";
      },
