@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -55,7 +53,7 @@ struct PortAddress {
   [[nodiscard]] static Result<PortAddress> parse(std::string_view text);
   /// The port of that service.
   [[nodiscard]] std::string name_of(const std::string& service) const {
-    return name.ends_with('/') ? fmt::format("{}{}/rpc:i", name, service) : name;
+    return name.ends_with('/') ? name + service + "/rpc:i" : name;
   }
   /// A port that data are read from, not written to.
   [[nodiscard]] bool is_source() const;

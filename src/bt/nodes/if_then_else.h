@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <array>
 #include <string>
 
@@ -18,7 +16,7 @@ struct IfThenElse : AnyNode {
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
     if (n.child_count < 2 || n.child_count > 3) {
-      return m.fail(id, "bt.child-count", fmt::format("must have 2 or 3 children and has {}", n.child_count));
+      return m.fail(id, "bt.child-count", "must have 2 or 3 children and has " + std::to_string(n.child_count));
     }
     m.set_status(id, Status::kRunning);
     return Next::tick(static_cast<std::size_t>(branch(m, n)));

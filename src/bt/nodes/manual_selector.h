@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <string>
@@ -44,9 +42,9 @@ struct ManualSelector : AnyNode {
         if (choice.status == Status::kIdle || choice.status == Status::kRunning) return Next::done(Status::kRunning);
         mem[kLast] = -static_cast<std::int32_t>(choice.status);
       } else if (choice.child >= n.child_count) {
-        return m.fail(
-            id, "bt.bad-selection",
-            fmt::format("child {} is chosen and there are {}; they count from 0", choice.child, n.child_count));
+        return m.fail(id, "bt.bad-selection",
+                      "child " + std::to_string(choice.child) + " is chosen and there are " +
+                          std::to_string(n.child_count) + "; they count from 0");
       } else {
         mem[kLast] = static_cast<std::int32_t>(choice.child) + 1;
       }

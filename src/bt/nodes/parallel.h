@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <bit>
 #include <string>
 
@@ -52,7 +50,7 @@ struct Parallel : ParallelNode {
     mem[kFailureThreshold] = threshold(*failure, n.child_count);
     mem[kSkippedSucceeds] = *success < 0;
     if (possible(mem[kSuccessThreshold], mem[kFailureThreshold], n.child_count)) return true;
-    m.fail(id, "bt.threshold", fmt::format("a threshold is greater than the number of children, {}", n.child_count));
+    m.fail(id, "bt.threshold", "a threshold is greater than the number of children, " + std::to_string(n.child_count));
     return false;
   }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <bit>
 #include <string>
 
@@ -21,7 +19,7 @@ struct ParallelAll : ParallelNode {
     mem[kFailureThreshold] = threshold(*failures, n.child_count);
     if (mem[kFailureThreshold] > static_cast<std::int32_t>(n.child_count)) {
       return m.fail(id, "bt.threshold",
-                    fmt::format("max_failures is greater than the number of children, {}", n.child_count));
+                    "max_failures is greater than the number of children, " + std::to_string(n.child_count));
     }
     m.set_status(id, Status::kRunning);
     mem[kSkipped] = 0;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <string>
@@ -36,7 +34,7 @@ struct Repeated : AnyNode {
     std::int32_t* const mem = m.memory(n);
     if (!read_limit(m, n, mem)) {
       return m.fail(id, "bt.missing-port",
-                    fmt::format("needs {} as a whole number", kIsRetry ? "num_attempts" : "num_cycles"));
+                    std::string("needs ") + (kIsRetry ? "num_attempts" : "num_cycles") + " as a whole number");
     }
     m.set_status(id, Status::kRunning);
     return cycle(m, n, mem);

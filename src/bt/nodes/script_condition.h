@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <string>
 
 #include "sentree/bt/nodes/code.h"
@@ -23,8 +21,7 @@ struct ScriptCondition : AnyNode {
     ScriptValue result;
     if (!run_code(m, n, id, result)) return Next::done(Status::kIdle);
     std::string error;
-    if (!truth(result, holds, error))
-      return m.fail(id, "bt.script", fmt::format("script \"{}\": {}", *m.read_text(n, 0), error));
+    if (!truth(result, holds, error)) return m.fail(id, "bt.script", "script \"" + *m.read_text(n, 0) + "\": " + error);
     return Next::done(holds ? Status::kSuccess : Status::kFailure);
   }
 };

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <optional>
 #include <string>
 #include <utility>
@@ -39,7 +37,7 @@ struct SetBlackboard : AnyNode {
     }
     const Blackboard::Entry* source = m.blackboard().find(value->target);
     if (source == nullptr) {
-      return m.fail(id, "bt.no-entry", fmt::format("no entry {} to copy", m.model().strings[value->text]));
+      return m.fail(id, "bt.no-entry", "no entry " + m.model().strings[value->text] + " to copy");
     }
     const Datum copy = source->datum;
     const PortType* type = source->type;
@@ -50,8 +48,7 @@ struct SetBlackboard : AnyNode {
       if (entry == nullptr) return m.fail(id, "bt.entry-type", error);
       entry->datum = copy;
     } else if (!copy_into(copy, entry->datum)) {
-      return m.fail(id, "bt.entry-type",
-                    fmt::format("entry \"{}\" cannot take the value {}", *key, to_json(copy.value)));
+      return m.fail(id, "bt.entry-type", "entry \"" + *key + "\" cannot take the value " + to_json(copy.value));
     }
     m.blackboard().written(*entry);
     return Next::done(Status::kSuccess);
@@ -70,7 +67,7 @@ struct SetBlackboard : AnyNode {
     } else {
       const Blackboard::Entry* const source = m.blackboard().find(value.target);
       if (source == nullptr) {
-        return m.fail(id, "bt.no-entry", fmt::format("no entry {} to copy", m.model().strings[value.text]));
+        return m.fail(id, "bt.no-entry", "no entry " + m.model().strings[value.text] + " to copy");
       }
       out = source->datum;
       type = source->type;
@@ -86,8 +83,7 @@ struct SetBlackboard : AnyNode {
     if (entry != nullptr && text != nullptr && !(entry->type != nullptr && *entry->type == type_of<std::string>())) {
       std::optional<Value> parsed;
       if (entry->type != nullptr && !(parsed = value_of_text(m.model(), *entry->type, *text))) {
-        return m.fail(id, "bt.entry-type",
-                      fmt::format("entry \"{}\" cannot take the value {}", key, to_json(out.value)));
+        return m.fail(id, "bt.entry-type", "entry \"" + key + "\" cannot take the value " + to_json(out.value));
       }
       type = entry->type;
       out = Datum{parsed ? std::move(*parsed) : Value(), nullptr};

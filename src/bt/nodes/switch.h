@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cmath>
 #include <limits>
@@ -27,8 +25,8 @@ struct Switch : AnyNode {
     Manifests all;
     for (int cases = 2; cases <= 6; ++cases) {
       Ports ports{input<std::string>("variable")};
-      for (int i = 1; i <= cases; ++i) ports.push_back(input<std::string>(fmt::format("case_{}", i)));
-      all.push_back(both(control(fmt::format("Switch{}", cases), std::move(ports))));
+      for (int i = 1; i <= cases; ++i) ports.push_back(input<std::string>("case_" + std::to_string(i)));
+      all.push_back(both(control("Switch" + std::to_string(cases), std::move(ports))));
     }
     return all;
   }
@@ -72,9 +70,9 @@ struct Switch : AnyNode {
   }
 
   [[gnu::noinline, gnu::cold]] static Next bad_count(Machine& m, const Node& n, NodeId id, std::uint32_t cases) {
-    return m.fail(
-        id, "bt.child-count",
-        fmt::format("must have {} children (one per case, and the default) and has {}", cases + 1, n.child_count));
+    return m.fail(id, "bt.child-count",
+                  "must have " + std::to_string(cases + 1) + " children (one per case, and the default) and has " +
+                      std::to_string(n.child_count));
   }
   /// The case that the variable equals; the number of cases if there is none.
   static std::uint32_t matching(Machine& m, const Node& n, std::uint32_t cases) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <array>
 #include <string>
 #include <utility>
@@ -30,7 +28,7 @@ struct TryCatch : AnyNode {
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
     if (n.child_count < 2) {
-      return m.fail(id, "bt.child-count", fmt::format("must have at least 2 children and has {}", n.child_count));
+      return m.fail(id, "bt.child-count", "must have at least 2 children and has " + std::to_string(n.child_count));
     }
     std::int32_t* const mem = m.memory(n);
     if (m.status(id) == Status::kIdle) mem[kSkipped] = mem[kInCatch] = 0;

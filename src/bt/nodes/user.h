@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <exception>
 #include <string>
@@ -101,7 +99,8 @@ struct User : AnyNode {
       return next;
     }
     if (next.child >= n.child_count) {
-      return m.fail(id, "bt.child-count", fmt::format("ticks child {} and has {}", next.child, n.child_count));
+      return m.fail(id, "bt.child-count",
+                    "ticks child " + std::to_string(next.child) + " and has " + std::to_string(n.child_count));
     }
     m.set_status(id, Status::kRunning);
     return m.count_cycle(id) ? next : Next::done(Status::kIdle);

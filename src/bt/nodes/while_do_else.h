@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <array>
 #include <string>
 
@@ -21,8 +19,8 @@ struct WhileDoElse : AnyNode {
     const std::uint32_t least = m.format3() ? 3 : 2;
     if (n.child_count < least || n.child_count > 3) {
       return m.fail(id, "bt.child-count",
-                    fmt::format("{} and has {}", m.format3() ? "must have 3 children" : "must have 2 or 3 children",
-                                n.child_count));
+                    std::string(m.format3() ? "must have 3 children" : "must have 2 or 3 children") + " and has " +
+                        std::to_string(n.child_count));
     }
     m.set_status(id, Status::kRunning);
     current(m, n) = 0;

@@ -37,5 +37,5 @@ describe("the description of the protocol", () => {
       const check = TypeCompiler.Compile(Operations[op][1]);
       for (const { value } of answers) expect(check.Errors(value).First()).toBeUndefined();
     }
-  });
+  }, 60_000);
 });
