@@ -384,10 +384,14 @@ for json in '' --json; do
   expect 130 'up to tick [0-9]+: interrupted|"complete":false.*"ended_by":"interrupted"' timeout --foreground --preserve-status --signal INT 3 \
     "$sentree" verify examples/porter --no-memo --order virtual --out "$work/porter" $json
 done
-# In a script without an end, which comes to look at nothing, it ends when it is asked twice.
+# A script without an end is named, in whichever thread; asked twice, it ends at once.
 cp -rL examples/grasp "$work/endless" && sed -i 's/chance(0.7)/(function () { while (true) {} })()/' "$work/endless/models/hand.scxml"
 expect 130 'asked twice' bash -c "'$sentree' verify '$work/endless' & while [[ -n \$(jobs -rp) ]]; do kill -INT \$!; sleep 0.1; done
   wait \$!; code=\$?; echo asked twice; exit \$code"
+for how in '' '--no-memo' '--runs 20 --threads 2' '--mutate'; do
+  # shellcheck disable=SC2086
+  expect 3 'models/hand.scxml:[0-9]+:[0-9]+: .*this script does not end \(more than .* it is of model' "$sentree" verify "$work/endless" $how
+done
 # What no behaviour reaches is left for pages, of models too.
 expect 0 'project":"..","files".*"mission.xml":"[0-9]+".*"complete":true.*"kind":"transitions","of":"skills/' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only turns_to_station >/dev/null && cat '$work/verified/verify/reached.json'"

@@ -8,6 +8,7 @@
 
 #include "sentree/campaign/quick_monitors.h"
 #include "sentree/idl/conform.h"
+#include "sentree/mission/instant.h"
 #include "sentree/mission/part_memory.h"
 #include "sentree/project/intervention.h"
 #include "sentree/scxml/enabled.h"
@@ -24,8 +25,6 @@ namespace {
 // Of what is remembered; more is forgotten before the next run.
 constexpr std::uint64_t kMemoryMax = 64U << 20U;
 constexpr std::size_t kCoresMax = 20'000;
-// Deliveries at one instant: beyond, parts answer each other for ever.
-constexpr std::size_t kStepsPerInstantMax = 200'000;
 
 bool has_quick_parts(const project::Plan& plan) {
   const project::Scenario& scenario = plan.scenario;
@@ -99,12 +98,12 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
     for (const project::Injection& injection : scenario.timeline) timeline.push_back(&injection);
     std::stable_sort(timeline.begin(), timeline.end(), [](const auto* a, const auto* b) { return a->at < b->at; });
     std::size_t injection = 0;
-    std::size_t steps_now = 0;
+    mission::Instant instant(plan_.leaves.size() + 1);
     while (!memory_->ended(run_)) {
       const TimePoint next = mission::PartMemory::next(run_);
       if (next == kNever || next >= TimePoint(scenario.duration)) return false;
-      if (next != now_) steps_now = 0;
-      if (++steps_now > kStepsPerInstantMax) return false;
+      if (next != now_) instant.begin();
+      if (!instant.admits(run_.queue.size())) return false;
       if (injection < timeline.size() && timeline[injection]->at <= next) {
         now_ = run_.now = timeline[injection]->at;
         if (!apply(*timeline[injection++])) return false;

@@ -14,6 +14,7 @@
 #include "sentree/cli/verify_mutate.h"
 #include "sentree/cli/verify_options.h"
 #include "sentree/cli/verify_statistics.h"
+#include "sentree/cli/watched_work.h"
 #include "sentree/project/part_cache.h"
 #include "sentree/record/sink.h"
 #include "sentree/replay/recording.h"
@@ -49,7 +50,7 @@ std::string models_text(const std::vector<verify::MadeModel>& made) {
   std::string out;
   for (const verify::MadeModel& model : made) {
     out += model.file + "\n";
-    for (const std::string& line : model.tried) out += "  " + line + "\n";
+    for (const std::string& line : model.tried) out += fmt::format("  {}\n", line);
   }
   out += "to use them, in sentree.yaml:\nmodels:\n";
   for (const verify::MadeModel& model : made)
@@ -69,12 +70,13 @@ bool confirmed(const project::Plan& plan, std::unique_ptr<replay::RunRecorder> r
 
 class Verifying {
  public:
+  /// @param plan  Borrowed.
   /// @param any  Models that were made for the services without one.
   /// @param read  What the project was read from,
   /// @param parts  and its charts, interfaces and map; borrowed.
-  Verifying(const VerifyCommand& command, project::Plan plan, std::vector<verify::MadeModel> any,
+  Verifying(const VerifyCommand& command, const project::Plan& plan, std::vector<verify::MadeModel> any,
             std::vector<text::ReadFile> read, project::PartCache& parts)
-      : command_(command), plan_(std::move(plan)), any_(std::move(any)), read_(std::move(read)), parts_(parts) {}
+      : command_(command), plan_(plan), any_(std::move(any)), read_(std::move(read)), parts_(parts) {}
 
   int operator()() {
     verify::Asked asked;
@@ -82,7 +84,7 @@ class Verifying {
     const Interrupts interrupts;
     asked.explore.interrupted = is_interrupted;
     asked.explore.progress = [](std::size_t states, std::size_t edges) {
-      show_status(grouped(states) + " states, " + grouped(edges) + " periods");
+      show_status(fmt::format("{} states, {} periods", grouped(states), grouped(edges)));
     };
     result_ = verify::verify(plan_, asked);
     show_status("");
@@ -202,9 +204,10 @@ class Verifying {
                                  .on_failure = [](const std::string& what) { say("! " + what); },
                                  .story = story_without_witness});
     if (!confirmed(*plan.value, std::move(recorder))) {
-      say("internal error: the counterexample " + file.string() +
-          " does not come out so in a run; please report it with the project. Nothing is claimed of " +
-          judgement.requirement);
+      say(
+          fmt::format("internal error: the counterexample {} does not come out so in a run; please report it with the "
+                      "project. Nothing is claimed of {}",
+                      file.string(), judgement.requirement));
       return false;
     }
     if (command_.explain) story_[judgement.requirement] = story_of(*plan.value, judgement);
@@ -221,7 +224,8 @@ class Verifying {
     if (old != nullptr && present != nullptr) {
       for (const auto& [name, value] : *present) {
         const Value* was = old->find(name);
-        if (was == nullptr || !(*was == value)) text += (text.empty() ? "" : ", ") + name + " " + to_json(value);
+        if (was == nullptr || !(*was == value))
+          text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, to_json(value));
       }
     } else {
       text = to_json(result);
@@ -249,7 +253,7 @@ class Verifying {
   // Tick by tick, what is not as it was.
   static std::string story_of(const project::Plan& plan, const verify::Judgement& judgement) {
     const auto told = verify::retell(plan);
-    if (!told) return to_string(told.error()) + "\n";
+    if (!told) return fmt::format("{}\n", to_string(told.error()));
     std::string out;
     std::map<std::string, std::string> last;
     std::map<std::string, Value> results;
@@ -261,19 +265,20 @@ class Verifying {
         if (message.name.ends_with(".choice")) {
           const Value* name = message.data.find("name");
           const std::string value = to_json(*message.data.find("value"));
-          add(message.source + " chooses " + (name != nullptr ? std::string(name->text()) + " = " : "") + value +
-              others(tick, choices++, message.source, value));
+          add(fmt::format("{} chooses {}{}{}", message.source,
+                          name != nullptr ? fmt::format("{} = ", name->text()) : "", value,
+                          others(tick, choices++, message.source, value)));
         } else if (message.name == "scenario.injection") {
-          add("fault: " + std::string(message.data.find("what")->text()) + " " + message.target);
+          add(fmt::format("fault: {} {}", message.data.find("what")->text(), message.target));
         } else if (message.name.ends_with(".tick.reply")) {
           const std::string status(message.data.find("status")->text());
-          if (std::exchange(last[message.name], status) != status) add(message.source + " " + status);
+          if (std::exchange(last[message.name], status) != status) add(fmt::format("{} {}", message.source, status));
         } else if (message.kind == MessageKind::kReply && message.data.find("result") != nullptr) {
           const std::string call = message.name.substr(0, message.name.size() - 6);
           const Value* args = message.data.find("args");
           const std::string asked = args != nullptr && !args->as_map()->empty() ? to_json(*args) : "";
           const std::string changed = changed_in(results[call + asked], *message.data.find("result"));
-          if (!changed.empty()) add(call + asked + " → " + changed);
+          if (!changed.empty()) add(fmt::format("{}{} → {}", call, asked, changed));
         } else if (message.kind == MessageKind::kError) {
           add(message.name);
         }
@@ -283,8 +288,8 @@ class Verifying {
     }
     out += fmt::format(
         "    {:>20} s  {}\n", shortest_decimal(seconds(judgement.at)),
-        judgement.path->loop ? "from here on the same for ever, and " + judgement.requirement + " is owed"
-        : judgement.state == "the mission ends" ? "the mission ends, and " + judgement.requirement + " is owed"
+        judgement.path->loop ? fmt::format("from here on the same for ever, and {} is owed", judgement.requirement)
+        : judgement.state == "the mission ends" ? fmt::format("the mission ends, and {} is owed", judgement.requirement)
                                                 : judgement.requirement + " is VIOLATED");
     return out;
   }
@@ -294,7 +299,7 @@ class Verifying {
     std::ofstream out(command_.graph);
     const bool dot = command_.graph.ends_with(".dot");
     if (!dot && !command_.graph.ends_with(".aut")) {
-      say("--graph " + command_.graph + ": a file that ends in .aut or .dot");
+      say(fmt::format("--graph {}: a file that ends in .aut or .dot", command_.graph));
       return false;
     }
     const auto label = [&](const verify::Edge& edge) {
@@ -306,8 +311,8 @@ class Verifying {
             (made.kind == verify::Made::Kind::kFault && made.alternative == 0))
           continue;
         const verify::ChoicePoint& point = graph.choices[made.what];
-        text += point.model + (point.name.empty() ? " " : "." + point.name + "=") +
-                (point.function.find("fault") != std::string::npos ? point.function : point.value) + " ";
+        text += fmt::format("{}{}{} ", point.model, point.name.empty() ? " " : fmt::format(".{}=", point.name),
+                            point.function.find("fault") != std::string::npos ? point.function : point.value);
       }
       std::replace(text.begin(), text.end(), '"', '\'');
       return text.empty() ? std::string("tick") : text.substr(0, text.size() - 1);
@@ -325,7 +330,7 @@ class Verifying {
     }
     if (dot) out << "}\n";
     out.flush();
-    if (!out) say("--graph " + command_.graph + " cannot be written");
+    if (!out) say(fmt::format("--graph {} cannot be written", command_.graph));
     return static_cast<bool>(out);
   }
 
@@ -347,7 +352,7 @@ class Verifying {
       const bool is_any =
           std::any_of(any_.begin(), any_.end(), [&](const auto& m) { return "any_" + m.service == model.name; });
       models += (models.empty() ? "" : ", ") + (is_any ? serves : model.name) +
-                (is_any ? ": any reply" : " (" + serves + ")");
+                (is_any ? ": any reply" : fmt::format(" ({})", serves));
     }
     std::string out = fmt::format("models      {}   {}\n", models.empty() ? "none" : models, basis(asked));
     for (const verify::MadeModel& any : any_) {
@@ -363,10 +368,10 @@ class Verifying {
       out += fmt::format("{:<{}}   {}\n", judgement.requirement, width, told(judgement));
       if (const auto story = story_.find(judgement.requirement); story != story_.end()) out += story->second;
     }
-    for (const std::string& problem : graph.problems) out += "! " + problem + "\n";
+    for (const std::string& problem : graph.problems) out += fmt::format("! {}\n", problem);
     constexpr std::size_t kShownMax = 12;
     for (std::size_t i = 0; i < std::min(result_.not_reached.size(), kShownMax); ++i)
-      out += (i == 0 ? "not reached " : "            ") + result_.not_reached[i] + "\n";
+      out += fmt::format("{}{}\n", i == 0 ? "not reached " : "            ", result_.not_reached[i]);
     if (result_.not_reached.size() > kShownMax)
       out += fmt::format("            … and {} more (--json has all)\n", result_.not_reached.size() - kShownMax);
     return out;
@@ -396,7 +401,7 @@ class Verifying {
     }
     std::string out;
     for (std::size_t i = 0; i < std::min(all.size(), kShownMax); ++i) {
-      out += (i == 0 ? "" : ", ") + all[i].name + " = ";
+      out += fmt::format("{}{} = ", i == 0 ? "" : ", ", all[i].name);
       for (std::size_t v = 0; v < std::min(all[i].values.size(), kShownMax); ++v)
         out += (v == 0 ? "" : " | ") + all[i].values[v];
       if (all[i].values.size() > kShownMax) out += " | …";
@@ -418,7 +423,7 @@ class Verifying {
         out += ": the mission ends, and it is still owed";
       else
         out += judgement.observation.empty() ? ": time passed" : ": " + judgement.observation;
-      out += "   " + shown.scenario + " .mcap";
+      out += fmt::format("   {} .mcap", shown.scenario);
       if (const std::string what = chosen(*judgement.path); !what.empty()) out += "\n  chosen: " + what;
       if (shown.orders > 0) {
         out +=
@@ -439,7 +444,7 @@ class Verifying {
     if (!judgement.fair.empty() && judgement.finding == verify::Finding::kHolds) {
       std::string fair;
       for (const std::string& one : judgement.fair) fair += (fair.empty() ? "" : ", ") + one;
-      out += " (if fair: " + fair + ")";
+      out += fmt::format(" (if fair: {})", fair);
     }
     if (judgement.can_stay_open)
       out += fmt::format("\n  can stay open when the mission ends, at tick {}", judgement.can_stay_open->edges.size());
@@ -563,7 +568,7 @@ class Verifying {
   }
 
   const VerifyCommand& command_;
-  project::Plan plan_;
+  const project::Plan& plan_;
   std::vector<verify::MadeModel> any_;
   std::vector<text::ReadFile> read_;
   project::PartCache& parts_;
@@ -586,7 +591,9 @@ int verify(const VerifyCommand& command) {
   if (!plan.ok()) return kInvalidInput;
   std::vector<text::ReadFile> read = files->files();
   files.reset();  // one at a time
-  if (!command.against.empty()) return verify_against(command, *plan.value);
+  if (!command.against.empty()) {
+    return watched_work(*plan.value, command.json, [&] { return verify_against(command, *plan.value); });
+  }
   const fs::path folder = scenario.project.folder;
   const fs::path out = command.out.empty() ? folder / "verify" : fs::path(command.out);
   const auto any = verify::add_models(scenario, *plan.value, command.model ? folder / "models" : out / "any");
@@ -603,13 +610,15 @@ int verify(const VerifyCommand& command) {
     say(plan.diagnostics);
     if (!plan.ok()) return kInvalidInput;
   }
-  if (command.mutate) return verify_mutants(command, *plan.value);
-  if (command.runs || !command.at_least.empty() || !command.split.empty()) {
-    const Diagnostics in_the_way = verify::obstacles(*plan.value);
-    say(in_the_way);
-    return has_errors(in_the_way) ? kInvalidInput : verify_by_runs(command, *plan.value);
-  }
-  return Verifying(command, std::move(*plan.value), *any, std::move(read), parts)();
+  return watched_work(*plan.value, command.json, [&] {
+    if (command.mutate) return verify_mutants(command, *plan.value);
+    if (command.runs || !command.at_least.empty() || !command.split.empty()) {
+      const Diagnostics in_the_way = verify::obstacles(*plan.value);
+      say(in_the_way);
+      return has_errors(in_the_way) ? kInvalidInput : verify_by_runs(command, *plan.value);
+    }
+    return Verifying(command, *plan.value, *any, std::move(read), parts)();
+  });
 }
 
 }  // namespace sentree::cli

@@ -11,6 +11,7 @@
 
 #include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
+#include "sentree/cli/watched_work.h"
 #include "sentree/project/faults_file.h"
 
 namespace sentree::cli {
@@ -34,12 +35,18 @@ verify::Each in_threads(std::size_t threads) {
   if (threads <= 1) return {};
   return [threads](std::size_t count, const std::function<void(std::size_t)>& work) {
     std::atomic<std::size_t> next = 0;
+    WorkWatch* const watch = Watching::of_this_thread();
     const auto worker = [&] {
       for (std::size_t i = next++; i < count; i = next++) work(i);
     };
     std::vector<std::thread> others;
     try {
-      while (others.size() + 1 < std::min(threads, count)) others.emplace_back(worker);
+      while (others.size() + 1 < std::min(threads, count)) {
+        others.emplace_back([&] {
+          const Watching watching(watch);
+          worker();
+        });
+      }
     } catch (const std::system_error&) {
       // Those that there are do it all.
     }

@@ -130,6 +130,8 @@ class PartMemory final : private Ground {
   // As those of `VirtualHost`.
   [[nodiscard]] Run begin();
   [[nodiscard]] static TimePoint next(const Run& run) { return run.queue.empty() ? kNever : run.queue.front().when; }
+  /// What is due first.
+  [[nodiscard]] const Delivery& front(const Run& run) const { return tables_->deliveries[run.queue.front().what].what; }
   void step(Run& run, Outside& outside);
   Result<void> inject(Run& run, const project::Intervention& what, Outside& outside);
   /// While it is told of an observation, or of a transition: the result that has come from outside, which is that of an

@@ -201,8 +201,8 @@ TEST(Tree, AnythingInAnyOrderFollowsTheTable) {
       if (what < 8) {
         p.wait(milliseconds(40));
       } else if (what < 14) {
-        constexpr bt::Status kAnswers[] = {bt::Status::kRunning, bt::Status::kSuccess, bt::Status::kFailure};
-        if (!p.asked.empty()) p.answer(kAnswers[rng.below(3)]);
+        constexpr bt::Status kStatuses[] = {bt::Status::kRunning, bt::Status::kSuccess, bt::Status::kFailure};
+        if (!p.asked.empty()) p.answer(kStatuses[rng.below(3)]);
       } else if (what < 18) {
         if (p.halting.empty()) continue;
         const std::size_t leaf = p.halting.back();

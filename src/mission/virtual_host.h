@@ -65,6 +65,8 @@ class VirtualHost final : private Ground {
   [[nodiscard]] static TimePoint next(const State& state) {
     return state.queue.empty() ? kNever : state.queue.front().when;
   }
+  /// What is due first.
+  [[nodiscard]] static const Delivery& front(const State& state) { return state.queue.front().what; }
   /// Executes what is due first.
   void step(State& state, Surroundings& surroundings);
   /// What a timeline would do now: kills, restarts, and what stands.

@@ -17,7 +17,7 @@ SkillActor::SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings
       replies_(std::move(replies)),
       watched_(std::make_shared<Watched>([this](const SourceSpan& script) { give_up(script); })),
       machine_(std::move(model), &watched_->execution()),
-      actor_(scheduler_.add_actor(machine_.model().name)) {
+      actor_(scheduler_.add_actor(fmt::format("{} ({})", machine_.model().name, machine_.model().chart.file()))) {
   scheduler_.on_delivery(actor_, [this](mission::Delivery delivery) { take(std::move(delivery)); });
   if (watchdog_ != nullptr) watchdog_->watch(watched_);
   machine_.execute_elsewhere(surroundings.chart_elsewhere);

@@ -1,5 +1,7 @@
 #include "sentree/runtime/model_actor.h"
 
+#include <fmt/format.h>
+
 #include <condition_variable>
 #include <mutex>
 #include <optional>
@@ -22,7 +24,7 @@ ModelActor::ModelActor(mission::ComponentModel model, std::size_t index, Surroun
       scheduler_(surroundings_.scheduler),
       watched_(std::make_shared<Watched>([this](const SourceSpan& script) { give_up(script); })),
       machine_(std::move(model), &watched_->execution()),
-      actor_(scheduler_.add_actor(machine_.model().name)) {
+      actor_(scheduler_.add_actor(fmt::format("{} ({})", machine_.model().name, machine_.model().chart.file()))) {
   scheduler_.on_delivery(
       actor_, [this](mission::Delivery delivery) { take(std::move(std::get<mission::ModelDelivery>(delivery.what))); });
   if (surroundings_.watchdog != nullptr) surroundings_.watchdog->watch(watched_);

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "sentree/mission/instant.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/watchdog.h"
 
@@ -172,6 +173,7 @@ class VirtualScheduler final : public Scheduler {
  private:
   std::optional<std::string> work() {
     worker_ = std::this_thread::get_id();
+    mission::Instant instant(names_.size());
     std::size_t tasks_now = 0;
     while (!stopped_) {
       if (error_) return error_;
@@ -180,6 +182,7 @@ class VirtualScheduler final : public Scheduler {
       const Entry& top = queue_.front();
       if (top.when > now()) {
         now_.store(top.when, std::memory_order_relaxed);
+        instant.begin();
         tasks_now = 0;
         begun_ = false;
         if (chronicle_ != nullptr && !catching_up_) chronicle_->instant(top.when);
@@ -187,6 +190,11 @@ class VirtualScheduler final : public Scheduler {
         return fmt::format(
             "{} has been sent more than {} messages without time passing; two parts answer each other for ever",
             names_[top.actor], kTasksPerInstantMax);
+      }
+      if (const auto* delivery = std::get_if<mission::Delivery>(&things_[top.thing])) {
+        // The queue has its own bound, and much in it may be for later.
+        if (!instant.admits(0)) return instant.why();
+        if (instant.listens()) instant.tell(names_[top.actor], *delivery);
       }
       if (top.rank != mission::Rank::kInjection) begun_ = true;
       if (decide_) reorder();

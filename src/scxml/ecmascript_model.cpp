@@ -248,12 +248,15 @@ Result<ScriptHeap*> EcmaScriptModel::ready_heap(bool changes) {
 }
 
 void EcmaScriptModel::enter(ExpressionId id) {
-  if (ExecutionWatch* watch = interpreter_.host().watch)
-    watch->begin_evaluation(model_, id == kNoExpression ? Place() : model_.expressions[id].place);
+  for (ExecutionWatch* watch : {interpreter_.host().watch, WatchThread::present()}) {
+    if (watch) watch->begin_evaluation(model_, id == kNoExpression ? Place() : model_.expressions[id].place);
+  }
 }
 
 void EcmaScriptModel::leave() {
-  if (ExecutionWatch* watch = interpreter_.host().watch) watch->end_evaluation();
+  for (ExecutionWatch* watch : {WatchThread::present(), interpreter_.host().watch}) {
+    if (watch) watch->end_evaluation();
+  }
 }
 
 Result<void> EcmaScriptModel::load_heap() {

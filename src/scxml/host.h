@@ -125,6 +125,22 @@ class ExecutionWatch {
   std::atomic<int> column_{0};
 };
 
+/// While it lives, `watch` sees all steps of this thread, beside the watches of their hosts. For who steps many
+/// sessions in a row. Null: nobody does.
+class WatchThread {
+ public:
+  explicit WatchThread(ExecutionWatch* watch) : before_(watching) { watching = watch; }
+  ~WatchThread() { watching = before_; }
+  WatchThread(const WatchThread&) = delete;
+  WatchThread& operator=(const WatchThread&) = delete;
+
+  [[nodiscard]] static ExecutionWatch* present() { return watching; }
+
+ private:
+  static inline thread_local ExecutionWatch* watching = nullptr;
+  ExecutionWatch* before_;
+};
+
 /// Bounds of one session; exceeding one ends the session with an error that names the place, except where noted.
 struct Limits {
   std::uint32_t microsteps_max = 10'000;       ///< In one macrostep; events that enable nothing count.

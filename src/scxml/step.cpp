@@ -12,10 +12,12 @@ namespace {
 // Tells the watchdog that a step executes.
 class Watched {
  public:
-  explicit Watched(ExecutionWatch* watch) : watch_(watch) {
+  explicit Watched(ExecutionWatch* watch) : watch_(watch), thread_(WatchThread::present()) {
     if (watch_) watch_->begin_step();
+    if (thread_) thread_->begin_step();
   }
   ~Watched() {
+    if (thread_) thread_->end_step();
     if (watch_) watch_->end_step();
   }
   Watched(const Watched&) = delete;
@@ -23,6 +25,7 @@ class Watched {
 
  private:
   ExecutionWatch* watch_;
+  ExecutionWatch* thread_;
 };
 
 }  // namespace

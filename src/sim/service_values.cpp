@@ -177,8 +177,8 @@ std::int64_t Arguments::integer(std::string_view name) {
   const Value* value = argument(name);
   if (value != nullptr && value->as_int() != nullptr) return *value->as_int();
   // A script's numbers are doubles.
-  constexpr double kExact = 9007199254740992.0;
-  if (value != nullptr && value->as_double() != nullptr && std::abs(value->number()) <= kExact &&
+  constexpr double kWholeMax = 9007199254740992.0;
+  if (value != nullptr && value->as_double() != nullptr && std::abs(value->number()) <= kWholeMax &&
       std::floor(value->number()) == value->number()) {
     return static_cast<std::int64_t>(value->number());
   }

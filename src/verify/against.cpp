@@ -1,5 +1,7 @@
 #include "sentree/verify/against.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -180,7 +182,7 @@ class Follower final : public mission::ModelHost {
       if (given != one.given.end()) {
         const Answer answer = answer_of(given->outcome, call);
         const bool in_time = given->at >= message.time - options_.tolerance;
-        shown = answer.shown + (in_time ? "" : " at " + shortest_decimal(seconds(given->at)) + " s");
+        shown = answer.shown + (in_time ? "" : fmt::format(" at {} s", shortest_decimal(seconds(given->at))));
         if (in_time && answer.alike == recorded.alike) {
           agreeing.push_back(one);
           auto& at = agreeing.back();
@@ -282,7 +284,8 @@ class Follower final : public mission::ModelHost {
                     std::vector<Possible>& out) {
     script_.clear();
     for (std::size_t ways = 0;; ++ways) {
-      if (ways > kWaysMax) return fail("verify.choice", "model " + out_.model + " can go on in too many ways at once");
+      if (ways > kWaysMax)
+        return fail("verify.choice", fmt::format("model {} can go on in too many ways at once", out_.model));
       Possible next = from;
       next.now = std::max(next.now, at);
       stepped_ = &next;
@@ -317,7 +320,7 @@ class Follower final : public mission::ModelHost {
     return {};
   }
 
-  static std::string too_many() { return "it can be in more than " + std::to_string(kPossibleMax) + " states"; }
+  static std::string too_many() { return fmt::format("it can be in more than {} states", kPossibleMax); }
 
   Result<void> encode(const Possible& one, std::string& form) const {
     Encoder out(form);
@@ -351,8 +354,8 @@ class Follower final : public mission::ModelHost {
     if (choice.count > kAlternativesMax && !error_) {
       error_ = Diagnostic{Severity::kError,
                           "verify.choice",
-                          choice.model + ": " + choice.function + "() leaves " + std::to_string(choice.count) +
-                              " alternatives open; at most " + std::to_string(kAlternativesMax) + " can be tried",
+                          fmt::format("{}: {}() leaves {} alternatives open; at most {} can be tried", choice.model,
+                                      choice.function, choice.count, kAlternativesMax),
                           {}};
     }
     const std::uint64_t taken = made_.size() < script_.size() ? script_[made_.size()] : 0;

@@ -1,5 +1,7 @@
 #include "sentree/verify/any_reply.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -37,13 +39,16 @@ class Writer {
   std::optional<Diagnostic> operator()(const std::vector<const idl::Method*>& methods) {
     std::string transitions;
     for (const idl::Method* method : methods) transitions += transition(*method);
-    out_.chart = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!--\n  Answers every call of \"" + service_ +
-                 "\" with any reply of its type, at once. Varied is what the mission looks at:\n";
-    for (const std::string& line : out_.tried) out_.chart += "    " + comment(line) + "\n";
-    out_.chart +=
-        "  Leave out what the component never answers, and let it remember what it must.\n-->\n"
-        "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"any_" +
-        service_ + "\" initial=\"any\">\n  <state id=\"any\">\n" + transitions + "  </state>\n</scxml>\n";
+    out_.chart = fmt::format(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!--\n  Answers every call of \"{}\" with any reply of its type, "
+        "at once. Varied is what the mission looks at:\n",
+        service_);
+    for (const std::string& line : out_.tried) out_.chart += fmt::format("    {}\n", comment(line));
+    out_.chart += fmt::format(
+        "  Leave out what the component never answers, and let it remember what it must.\n-->\n<scxml "
+        "xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"any_{}\" "
+        "initial=\"any\">\n  <state id=\"any\">\n{}  </state>\n</scxml>\n",
+        service_, transitions);
     return trouble_;
   }
 
@@ -55,17 +60,19 @@ class Writer {
 
   std::string transition(const idl::Method& method) {
     method_ = method.name;
-    const std::string head = "    <transition event=\"" + service_ + "." + method.name + ".request\">\n";
-    std::string reply = "<send type=\"thrift\" target=\"" + service_ + "\" event=\"" + method.name + ".reply\"";
+    const std::string head = fmt::format("    <transition event=\"{}.{}.request\">\n", service_, method.name);
+    std::string reply = fmt::format("<send type=\"thrift\" target=\"{}\" event=\"{}.reply\"", service_, method.name);
     if (method.result->kind == idl::Kind::kVoid)
       reply += "/>";
     else
-      reply += "><param name=\"result\" expr=\"" +
-               text::xml_escape(value(*method.result, "result", method.name, 0, nullptr)) + "\"/></send>";
-    if (method.exceptions.empty()) return head + "      " + reply + "\n    </transition>\n";
-    return head + "      <if cond=\"pick('" + method.name + "', 'replies', 'throws') === 'replies'\">\n        " +
-           reply + "\n      <else/>\n        <send type=\"thrift\" target=\"" + service_ + "\" event=\"" + method.name +
-           ".error\"><param name=\"kind\" expr=\"'exception'\"/></send>\n      </if>\n    </transition>\n";
+      reply += fmt::format("><param name=\"result\" expr=\"{}\"/></send>",
+                           text::xml_escape(value(*method.result, "result", method.name, 0, nullptr)));
+    if (method.exceptions.empty()) return fmt::format("{}      {}\n    </transition>\n", head, reply);
+    return fmt::format(
+        "{}      <if cond=\"pick('{}', 'replies', 'throws') === 'replies'\">\n        {}\n      <else/>\n        <send "
+        "type=\"thrift\" target=\"{}\" event=\"{}.error\"><param name=\"kind\" expr=\"'exception'\"/></send>\n      "
+        "</if>\n    </transition>\n",
+        head, method.name, reply, service_, method.name);
   }
 
   std::string picked(const std::string& path, const std::vector<std::string>& values) {
@@ -73,9 +80,9 @@ class Writer {
     if (values.size() > kReplyValuesMax && !trouble_) {
       trouble_ = Diagnostic{Severity::kError,
                             "verify.any-reply",
-                            service_ + "." + path + " is compared with so many constants that " +
-                                std::to_string(values.size()) + " values would have to be tried, at most " +
-                                std::to_string(kReplyValuesMax) + "; write a model of the service",
+                            fmt::format("{}.{} is compared with so many constants that {} values would have to be "
+                                        "tried, at most {}; write a model of the service",
+                                        service_, path, values.size(), kReplyValuesMax),
                             {}};
     }
     std::string line = path + ": ";
@@ -130,8 +137,8 @@ class Writer {
     for (const idl::Field& field : type.fields) {
       const bool is_recursive = depth > 0 && !field.when_absent && field.type->kind == idl::Kind::kStruct;
       if (field.requiredness == idl::Requiredness::kOptional && (is_recursive || !mentioned(field, depth))) continue;
-      out += (out.size() == 2 ? "" : ", ") + field.name + ": " +
-             value(*field.type, field.name, path + "." + field.name, depth + 1, &field);
+      out += fmt::format("{}{}: {}", out.size() == 2 ? "" : ", ", field.name,
+                         value(*field.type, field.name, fmt::format("{}.{}", path, field.name), depth + 1, &field));
       if (type.kind == idl::StructKind::kUnion) break;  // exactly one is set
     }
     return out + "})";

@@ -1,5 +1,7 @@
 #include "sentree/verify/distinctions.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -95,9 +97,9 @@ class Comparisons {
     if (of_reply(left) && of_reply(right) && !uses_.trouble) {
       const scxml::Expression& expression = model_.expressions[expression_];
       uses_.trouble = Diagnostic{Severity::kError, "verify.any-reply",
-                                 tree.path(left) + " is compared with " + tree.path(right) +
-                                     ", which is no constant; which of their values differ cannot be told. Write a "
-                                     "model of the service",
+                                 fmt::format("{} is compared with {}, which is no constant; which of their values "
+                                             "differ cannot be told. Write a model of the service",
+                                             tree.path(left), tree.path(right)),
                                  chart_.span(expression.place)};
     }
   }
@@ -270,7 +272,7 @@ class Looking {
     for (const idl::Field& field : type.fields) {
       const Value* const member = value.find(field.name);
       if (member == nullptr) continue;
-      const std::string inner = path == "result" ? field.name : path + "." + field.name;
+      const std::string inner = path == "result" ? field.name : fmt::format("{}.{}", path, field.name);
       if (auto seen = (*this)(*field.type, *member, field.name, inner, depth + 1)) alike.append(field.name, *seen);
     }
     return Value(std::move(alike));
@@ -283,7 +285,7 @@ class Looking {
     if (!exact_ && name != "result" && !known_.names.contains(name)) return std::nullopt;
     List alike;
     for (std::size_t i = 0; i < list->size(); ++i) {
-      auto seen = (*this)(*type.element, (*list)[i], name, path + "[" + std::to_string(i) + "]", depth + 1);
+      auto seen = (*this)(*type.element, (*list)[i], name, fmt::format("{}[{}]", path, i), depth + 1);
       alike.push_back(seen ? std::move(*seen) : Value());
     }
     return Value(std::move(alike));

@@ -1,5 +1,7 @@
 #include "sentree/verify/explore.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
 #include <utility>
@@ -60,9 +62,8 @@ class Explorer {
 
  private:
   std::string limit(std::uint32_t depth) const {
-    if (depth >= options_.ticks) return "the limit of " + std::to_string(options_.ticks) + " ticks";
-    if (periods_.graph().nodes.size() > options_.states)
-      return "the limit of " + std::to_string(options_.states) + " states";
+    if (depth >= options_.ticks) return fmt::format("the limit of {} ticks", options_.ticks);
+    if (periods_.graph().nodes.size() > options_.states) return fmt::format("the limit of {} states", options_.states);
     return limit_now();
   }
   // What can also be reached between two ways of one state.
@@ -118,8 +119,9 @@ class Explorer {
     ways_.begin();
     for (std::size_t ways = 0;; ++ways) {
       if (ways >= kWaysMax) {
-        return fail("verify.choice", "tick " + std::to_string(graph.nodes[at].depth + 1) + " can go on in more than " +
-                                         std::to_string(kWaysMax) + " ways; leave less open at one instant");
+        return fail("verify.choice",
+                    fmt::format("tick {} can go on in more than {} ways; leave less open at one instant",
+                                graph.nodes[at].depth + 1, kWaysMax));
       }
       if (ways % 64 == 63) graph.limit = limit_now();
       if (!graph.limit.empty()) return {};
@@ -138,9 +140,10 @@ class Explorer {
     for (const Made& made : periods_.made()) {
       if (made.kind != Made::Kind::kChoice || made.count < 2) continue;
       const ChoicePoint& point = periods_.graph().choices[made.what];
-      chosen += ", " + point.model + " chooses " + (point.name.empty() ? "" : point.name + " = ") + point.value;
+      chosen +=
+          fmt::format(", {} chooses {}{}", point.model, point.name.empty() ? "" : point.name + " = ", point.value);
     }
-    error.message += " (tick " + std::to_string(tick) + chosen + ")";
+    error.message += fmt::format(" (tick {}{})", tick, chosen);
     return error;
   }
 
@@ -165,9 +168,9 @@ Diagnostics obstacles(const project::Plan& plan) {
     for (const scxml::AmbientUse& use : chart.ambient()) {
       if (use.what == scxml::Ambient::kIds) continue;
       out.push_back({Severity::kError, "verify.clock",
-                     whose + " asks for " + use.name +
-                         ", so that no state of it ever comes again; let a model decide (chance, choose), or wait by "
-                         "delayed <send>s",
+                     fmt::format("{} asks for {}, so that no state of it ever comes again; let a model decide (chance, "
+                                 "choose), or wait by delayed <send>s",
+                                 whose, use.name),
                      use.span});
     }
   };

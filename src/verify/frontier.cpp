@@ -1,5 +1,7 @@
 #include "sentree/verify/frontier.h"
 
+#include <fmt/format.h>
+
 #include <deque>
 #include <span>
 #include <string>
@@ -78,7 +80,7 @@ class Executing final : public Frontier {
     form_.clear();
     if (auto encoded = mission::encode(host_.parts(), run_, form_); !encoded) return encoded;
     for (const project::Injection& injection : plan_.scenario.timeline) {
-      if (injection.at > run_.now) form_ += std::to_string((injection.at - run_.now).count()) + ";";
+      if (injection.at > run_.now) form_ += fmt::format("{};", (injection.at - run_.now).count());
     }
     return {};
   }

@@ -1,5 +1,7 @@
 #include "sentree/verify/judge.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -134,7 +136,7 @@ class Judge {
     for (const Made& made : graph_.decisions[edge.made]) {
       if (made.kind != Made::Kind::kChoice || made.count < 2) continue;
       const ChoicePoint& point = graph_.choices[made.what];
-      if (!point.name.empty()) all.emplace_back(point.model + "." + point.name, point.value);
+      if (!point.name.empty()) all.emplace_back(fmt::format("{}.{}", point.model, point.name), point.value);
     }
     return all;
   }
@@ -144,7 +146,7 @@ class Judge {
     if (made.probability >= 0) return true;
     const ChoicePoint& point = graph_.choices[made.what];
     if (point.name.empty() || none_fair_) return false;
-    const std::string full = point.model + "." + point.name;
+    const std::string full = fmt::format("{}.{}", point.model, point.name);
     return all_fair_ || std::find(options_.fair.begin(), options_.fair.end(), full) != options_.fair.end();
   }
 
@@ -185,7 +187,8 @@ class Judge {
       all_fair_ = true;
       if (fair_component().empty()) {
         std::set<std::string> names;
-        for (const Alternative& avoided : avoided_in(found)) names.insert(avoided.first + " = " + avoided.second);
+        for (const Alternative& avoided : avoided_in(found))
+          names.insert(fmt::format("{} = {}", avoided.first, avoided.second));
         out_.avoided.assign(names.begin(), names.end());
       }
     }

@@ -1,5 +1,7 @@
 #include "sentree/verify/mutate.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -131,7 +133,7 @@ class Mutator {
       if (const std::size_t end = source_.rfind("</", node.end_offset());
           end != std::string_view::npos && node.first_child())
         edits.push_back({end + 2, end + 2 + tag.size(), std::string(other)});
-      add(node.offset(), called(node) + ": " + std::string(tag) + " → " + std::string(other), std::move(edits));
+      add(node.offset(), fmt::format("{}: {} → {}", called(node), tag, other), std::move(edits));
     }
     if (siblings > 1) add(node.offset(), called(node) + " dropped", {{node.offset(), node.end_offset(), ""}});
     ports(node);
@@ -139,7 +141,7 @@ class Mutator {
     for (std::size_t i = 0; i + 1 < children.size(); ++i) {
       const XmlElement& a = children[i];
       const XmlElement& b = children[i + 1];
-      add(a.offset(), called(a) + " and " + called(b) + " exchanged",
+      add(a.offset(), fmt::format("{} and {} exchanged", called(a), called(b)),
           {{a.offset(), a.end_offset(), text_of(b)}, {b.offset(), b.end_offset(), text_of(a)}});
     }
     for (const XmlElement& child : children) tree(child, children.size());
@@ -154,8 +156,7 @@ class Mutator {
       if (name == "name" || name == "ID" || name.starts_with('_')) continue;
       const std::size_t at = node.attribute_value_offset(name);
       const auto change = [&](const std::string& other) {
-        add(at, called(node) + ": " + std::string(name) + " " + std::string(value) + " → " + other,
-            {{at, at + value.size(), other}});
+        add(at, fmt::format("{}: {} {} → {}", called(node), name, value, other), {{at, at + value.size(), other}});
       };
       if (const auto number = number_of(value)) {
         change(as_text(*number + 1));
@@ -174,14 +175,14 @@ class Mutator {
 
   void chart(const XmlElement& element) {
     const std::string_view name = element.local_name();
-    const std::string of = "<" + std::string(name) + ">";
+    const std::string of = fmt::format("<{}>", name);
     for (const std::string_view attribute : {"cond", "expr"}) {
       if (element.attribute(attribute)) expression(element, attribute);
     }
     if (name == "transition" || name == "send" || name == "raise" || name == "assign")
       add(element.offset(),
-          of + " " + std::string(element.attribute("event").value_or(element.attribute("location").value_or(""))) +
-              " dropped",
+          fmt::format("{} {} dropped", of,
+                      element.attribute("event").value_or(element.attribute("location").value_or(""))),
           {{element.offset(), element.end_offset(), ""}});
     for (const XmlElement& child : element.children()) chart(child);
   }
@@ -191,7 +192,7 @@ class Mutator {
     const std::size_t end = std::min(source_.find(source_[begin - 1], begin), source_.size());
     const std::string_view written = source_.substr(begin, end - begin);
     const auto change = [&](std::size_t at, std::size_t size, const std::string& other) {
-      add(begin + at, std::string(attribute) + " " + std::string(written.substr(at, size)) + " → " + other,
+      add(begin + at, fmt::format("{} {} → {}", attribute, written.substr(at, size), other),
           {{begin + at, begin + at + size, other}});
     };
     for (std::size_t at = 0; at < written.size();) {

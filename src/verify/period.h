@@ -1,17 +1,23 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <string>
 
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
+#include "sentree/mission/instant.h"
 #include "sentree/project/plan.h"
 
 namespace sentree::verify {
 
-/// Deliveries in one period: beyond it parts answer each other for ever.
-inline constexpr std::size_t kDeliveriesMax = 200'000;
+/// Deliveries in one period, at all its instants together.
+inline constexpr std::size_t kDeliveriesMax = 1'000'000;
+
+/// Who gets a delivery: "robot (models/robot.scxml)".
+[[nodiscard]] std::string recipient(const project::Plan& plan, const mission::Delivery& what);
 
 /// Executes one period of a run: everything up to and including the next planned tick, the timeline of the scenario
 /// among it.
@@ -29,6 +35,7 @@ template <class Host, class Run, class Outside, class BeforeTick>
   run.begun = true;
   bool asked = !ticks;
   std::size_t delivered = 0;
+  mission::Instant instant(host.plan().leaves.size() + host.plan().models.size() + 1);
   while (!host.ended(run)) {
     const TimePoint next = host.next(run);
     if (injection != timeline.end() && injection->at <= until && injection->at <= next) {
@@ -45,9 +52,13 @@ template <class Host, class Run, class Outside, class BeforeTick>
     }
     if (next == kNever || next > until) break;
     if (++delivered > kDeliveriesMax) {
-      return fail("verify.endless", "more than " + std::to_string(kDeliveriesMax) +
-                                        " messages without a tick; two parts answer each other for ever");
+      return fail("verify.endless", fmt::format("more than {} messages between two ticks, the last for {}; let timers "
+                                                "be longer, or the mission's rate higher",
+                                                kDeliveriesMax, recipient(host.plan(), host.front(run))));
     }
+    if (next != run.now) instant.begin();
+    if (!instant.admits(run.queue.size())) return fail("verify.endless", instant.why());
+    if (instant.listens()) instant.tell(recipient(host.plan(), host.front(run)), host.front(run));
     host.step(run, outside);
   }
   if (!ticks && !host.ended(run)) run.now = until;

@@ -1,12 +1,23 @@
 #include "sentree/verify/periods.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <utility>
 
 #include "sentree/project/intervention.h"
+#include "sentree/verify/period.h"
 
 namespace sentree::verify {
+
+std::string recipient(const project::Plan& plan, const mission::Delivery& what) {
+  if (std::holds_alternative<mission::TreeDelivery>(what.what)) return "mission";
+  const bool is_model = std::holds_alternative<mission::ModelDelivery>(what.what);
+  const std::string& name = is_model ? plan.models[what.leaf].name : plan.leaves[what.leaf].name;
+  const scxml::Chart& chart = is_model ? plan.models[what.leaf].chart : *plan.leaves[what.leaf].chart;
+  return fmt::format("{} ({})", name, chart.file());
+}
 
 Periods::Periods(const project::Plan& plan, const Options& options)
     : plan_(plan), options_(options), gates_(plan), dispatch_(plan.monitors), orders_(plan.monitors.size()) {
@@ -106,7 +117,7 @@ std::string Periods::most_varied(std::size_t count) const {
     const bool is_leaf = part < plan_.leaves.size();
     const scxml::Chart& chart = is_leaf ? *plan_.leaves[part].chart : plan_.models[part - plan_.leaves.size()].chart;
     session.visit_data(chart, [&](const std::string& name, const Value& value) {
-      values[graph_.parts[part] + "." + name].insert(to_json(value));
+      values[fmt::format("{}.{}", graph_.parts[part], name)].insert(to_json(value));
     });
   });
   std::vector<std::pair<std::size_t, std::string>> most;
@@ -116,7 +127,7 @@ std::string Periods::most_varied(std::size_t count) const {
   std::stable_sort(most.begin(), most.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   if (most.size() > count) most.resize(count);
   std::string text;
-  for (const auto& [size, name] : most) text += (text.empty() ? "" : ", ") + name + " (" + std::to_string(size) + ")";
+  for (const auto& [size, name] : most) text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", name, size);
   return text;
 }
 
@@ -135,8 +146,8 @@ std::uint64_t Periods::decide_choice(const mission::Choice& choice) {
   if (choice.count > kAlternativesMax) {
     error_ = Diagnostic{Severity::kError,
                         "verify.choice",
-                        choice.model + ": " + choice.function + "() leaves " + std::to_string(choice.count) +
-                            " alternatives open; at most " + std::to_string(kAlternativesMax) + " can be tried",
+                        fmt::format("{}: {}() leaves {} alternatives open; at most {} can be tried", choice.model,
+                                    choice.function, choice.count, kAlternativesMax),
                         {}};
     return 0;
   }
@@ -367,11 +378,12 @@ void Periods::refuse_clock(const Message& message, const std::string& member) {
     monitor::Dispatch alone(std::span<const monitor::Model>(&model, 1));
     const auto& targets = alone.route(message.name).of(message.source);
     if (targets.monitors.empty() || targets.projection.data(message).find(member) == nullptr) continue;
-    error_ = Diagnostic{Severity::kError, "verify.clock",
-                        "monitor " + model.name() + " looks at the " + member + " of " + message.name +
-                            (targets.projection.is_whole() ? ", since it uses _event.data as a whole; name its members"
-                                                           : "; count ticks, or wait by delayed <send>s, instead"),
-                        SourceSpan{model.chart().name()}};
+    error_ = Diagnostic{
+        Severity::kError, "verify.clock",
+        fmt::format("monitor {} looks at the {} of {}{}", model.name(), member, message.name,
+                    targets.projection.is_whole() ? ", since it uses _event.data as a whole; name its members"
+                                                  : "; count ticks, or wait by delayed <send>s, instead"),
+        SourceSpan{model.chart().name()}};
     return;
   }
 }
@@ -381,7 +393,7 @@ void Periods::note(const mission::Choice& choice, std::uint64_t alternative) {
   const std::string value = to_json(choice.alternative(alternative));
   made_.back().what = intern_choice({choice.model, choice.function, choice.name, value});
   if (choice.probability) made_.back().probability = choice.probability(alternative);
-  if (!choice.name.empty()) graph_.values[choice.model + "." + choice.name].insert(value);
+  if (!choice.name.empty()) graph_.values[fmt::format("{}.{}", choice.model, choice.name)].insert(value);
 }
 
 // Leaves, then models, then the mission, as `Graph::parts` has them.

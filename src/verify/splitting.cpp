@@ -1,5 +1,7 @@
 #include "sentree/verify/splitting.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -32,12 +34,12 @@ Result<std::optional<Datum>> datum_of(const project::Plan& plan, const std::stri
   for (std::size_t i = 0; i < plan.models.size(); ++i) {
     const project::ModelPlan& model = plan.models[i];
     for (const scxml::Variable& variable : model.chart.model().variables) {
-      names.push_back(model.name + "." + variable.id);
+      names.push_back(fmt::format("{}.{}", model.name, variable.id));
       if (names.back() == score) return std::optional(Datum{i, variable.id});
     }
   }
-  return fail("verify.score", std::string("a score is MODEL.DATA or ") + kOwed + ", and no model has data called \"" +
-                                  score + "\"" + did_you_mean(score, names));
+  return fail("verify.score", fmt::format("a score is MODEL.DATA or {}, and no model has data called \"{}\"{}", kOwed,
+                                          score, did_you_mean(score, names)));
 }
 
 class Splitter {
@@ -69,7 +71,7 @@ class Splitter {
     std::vector<double> best;
     for (std::size_t levels = 0;; ++levels) {
       if (levels > kLevelsMax)
-        return fail("verify.score", splitting_.score + " passes more than " + std::to_string(kLevelsMax) + " levels");
+        return fail("verify.score", fmt::format("{} passes more than {} levels", splitting_.score, kLevelsMax));
       best.clear();
       for (const Trail& trail : trails) best.push_back(trail.best());
       const std::size_t last = std::max<std::size_t>(1, trails.size() / kGivenUpOneIn) - 1;

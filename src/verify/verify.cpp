@@ -1,5 +1,7 @@
 #include "sentree/verify/verify.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -24,17 +26,17 @@ std::vector<std::string> not_reached(const project::Plan& plan, const Graph& gra
     const scxml::Transition& transition = chart.transitions()[t];
     // Into the initial states leads no transition that is taken.
     if (chart.model().state_code[transition.source].initial == t || transition.place.line == 0) return;
-    out.push_back(to_string(chart.span(transition.place)) + ": " + whose + " never takes this transition");
+    out.push_back(fmt::format("{}: {} never takes this transition", to_string(chart.span(transition.place)), whose));
   };
   for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
     const project::LeafPlan& of = plan.leaves[leaf];
     const auto& statuses = graph.statuses[leaf];
     if (std::none_of(statuses.begin(), statuses.end(), [](bool b) { return b; })) {
-      out.push_back("leaf " + of.name + " is never ticked");
+      out.push_back(fmt::format("leaf {} is never ticked", of.name));
       continue;
     }
-    if (!statuses[1]) out.push_back("leaf " + of.name + " never succeeds");
-    if (!statuses[2]) out.push_back("leaf " + of.name + " never fails");
+    if (!statuses[1]) out.push_back(fmt::format("leaf {} never succeeds", of.name));
+    if (!statuses[2]) out.push_back(fmt::format("leaf {} never fails", of.name));
     const auto transitions = of.chart->transitions();
     for (std::size_t t = 0; t < transitions.size(); ++t) {
       if (!graph.taken[leaf][t]) never_takes(*of.chart, t, "leaf " + of.name);
@@ -83,9 +85,10 @@ Verification verify(const project::Plan& plan, const Asked& asked) {
   for (const monitor::Model& model : plan.monitors) names.push_back(model.name());
   for (const std::string& name : asked.only) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
-      out.errors.push_back(error(
-          "verify.unknown-requirement",
-          "the project has no requirement or monitor \"" + name + "\"" + did_you_mean(name, names), SourceSpan{file}));
+      out.errors.push_back(
+          error("verify.unknown-requirement",
+                fmt::format("the project has no requirement or monitor \"{}\"{}", name, did_you_mean(name, names)),
+                SourceSpan{file}));
     }
   }
   if (has_errors(out.errors)) return out;
@@ -103,10 +106,9 @@ Verification verify(const project::Plan& plan, const Asked& asked) {
   for (const std::string& fair : asked.judge.fair) {
     if (std::find(choices.begin(), choices.end(), fair) != choices.end()) continue;
     out.errors.push_back(error("verify.fair",
-                               "no model makes a choice called \"" + fair +
-                                   "\"; a choice gets a name by pick('NAME', …), "
-                                   "and is called MODEL.NAME" +
-                                   did_you_mean(fair, choices),
+                               fmt::format("no model makes a choice called \"{}\"; a choice gets a name by "
+                                           "pick('NAME', …), and is called MODEL.NAME{}",
+                                           fair, did_you_mean(fair, choices)),
                                plan.scenario.project.verify.fair_span));
   }
   if (has_errors(out.errors)) return out;
@@ -128,12 +130,13 @@ std::string scenario_text(const project::Scenario& example, const Judgement& jud
   const double at_s = seconds(judgement.at);
   std::string what = judgement.requirement;
   if (judgement.path->loop) {
-    what += " can be open for ever: what happens from " + shortest_decimal(at_s) + " s on comes again and again";
+    what +=
+        fmt::format(" can be open for ever: what happens from {} s on comes again and again", shortest_decimal(at_s));
   } else if (judgement.state == "the mission ends") {
-    what += " is still owed when the mission ends at " + shortest_decimal(at_s) + " s";
+    what += fmt::format(" is still owed when the mission ends at {} s", shortest_decimal(at_s));
   } else {
-    what += " is violated at " + shortest_decimal(at_s) + " s" +
-            (judgement.observation.empty() ? "" : " by " + judgement.observation);
+    what += fmt::format(" is violated at {} s{}", shortest_decimal(at_s),
+                        judgement.observation.empty() ? "" : " by " + judgement.observation);
   }
   text::set_scalar(source, "description", what);
   text::YamlNode& services = text::member(text::member(source, "override"), "services");
@@ -142,9 +145,10 @@ std::string scenario_text(const project::Scenario& example, const Judgement& jud
   }
   scenario.source = std::move(source);
   const std::string& verdict = scenario.verdicts.begin()->second;
-  return "# A behaviour that `sentree verify` found. Choices that are not listed take their first alternative.\n" +
-         project::scenario_text(scenario, {}, std::nullopt, project) + "expect:\n  monitors: {" +
-         judgement.requirement + ": " + verdict + "}\n";
+  return fmt::format(
+      "# A behaviour that `sentree verify` found. Choices that are not listed take their first "
+      "alternative.\n{}expect:\n  monitors: {{{}: {}}}\n",
+      project::scenario_text(scenario, {}, std::nullopt, project), judgement.requirement, verdict);
 }
 
 }  // namespace sentree::verify

@@ -17,6 +17,7 @@ namespace sentree::verify {
 namespace {
 
 using ::testing::_;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -299,6 +300,27 @@ TEST_F(Verify, RefusesAModelThatDoesNotComeToRest) {
   ASSERT_FALSE(found.errors.empty());
   EXPECT_EQ(found.errors.front().code, "verify.endless");
   EXPECT_THAT(to_string(found.errors.front()), HasSubstr("the model keeper was given up"));
+}
+
+TEST_F(Verify, SaysWhoAnswersWhomForEverWithoutTimePassing) {
+  requirements("small \"It says little.\": always said <= 6.\n");
+  model("1");
+  write("skills/Ask.scxml", kHead + R"(initial="asking"><state id="asking">
+  <onentry><send type="thrift" target="door" event="ask"/></onentry>
+  <transition event="door.ask.reply" cond="_event.data.result === 6" target="success"/>
+  <transition event="door.ask.reply" target="asking"/><transition event="error" target="failure"/>
+</state><final id="success"/><final id="failure"/></scxml>)");
+  for (const bool remembers : {false, true}) {
+    Asked asked;
+    asked.explore.memory_of_steps = remembers;
+    const Verification found = verify(plan(), asked);
+    ASSERT_FALSE(found.errors.empty());
+    EXPECT_EQ(found.errors.front().code, "verify.endless");
+    EXPECT_THAT(to_string(found.errors.front()),
+                AllOf(HasSubstr("skills/Ask.scxml"), HasSubstr("models/door.scxml"),
+                      HasSubstr("answer each other for ever"), HasSubstr("keeper gets door.ask.request of Ask"),
+                      HasSubstr("Ask gets door.ask.reply"), HasSubstr("a <send> with a delay")));
+  }
 }
 
 TEST_F(Verify, StopsAtItsLimits) {

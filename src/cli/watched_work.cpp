@@ -1,0 +1,109 @@
+#include "sentree/cli/watched_work.h"
+
+#include <algorithm>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "sentree/cli/commands.h"
+#include "sentree/cli/output.h"
+#include "sentree/runtime/watchdog.h"
+
+namespace sentree::cli {
+
+namespace {
+
+// "skill GoToKitchen": whose chart a file is; of several leaves with one chart all are named.
+std::string whose(const project::Plan& plan, const std::string& file) {
+  std::vector<std::string> all;
+  const auto add = [&](const scxml::Chart& chart, const std::string& name) {
+    if (chart.file() == file && std::find(all.begin(), all.end(), name) == all.end()) all.push_back(name);
+  };
+  for (const project::LeafPlan& leaf : plan.leaves) {
+    if (leaf.chart) add(*leaf.chart, "skill " + leaf.name);
+  }
+  for (const project::ModelPlan& model : plan.models) add(model.chart, "model " + model.name);
+  for (const monitor::Model& model : plan.monitors) add(model.chart(), "monitor " + model.name());
+  std::string text;
+  for (const std::string& one : all) text += (text.empty() ? "" : ", ") + one;
+  return text.empty() ? "a chart that is invoked" : text;
+}
+
+thread_local WorkWatch* watch_of_thread = nullptr;
+
+}  // namespace
+
+class WorkWatch {
+ public:
+  explicit WorkWatch(Duration script_max) : script_max_(script_max), watchdog_(script_max) {}
+
+  // Of a thread, as long as it is kept.
+  std::shared_ptr<runtime::Watched> look_on() {
+    auto watched = std::make_shared<runtime::Watched>([this](const SourceSpan& script) {
+      {
+        const std::lock_guard lock(mutex_);
+        if (!script_) script_ = script;
+      }
+      thread_.leave();
+    });
+    watched->in_this_thread();
+    watchdog_.watch(watched);
+    return watched;
+  }
+
+  // False: a script did not end.
+  bool run(std::function<void()> work) { return thread_.run(std::move(work)); }
+
+  Diagnostic endless(const project::Plan& plan) {
+    const std::lock_guard lock(mutex_);
+    return {Severity::kError, "verify.endless",
+            fmt::format("this script does not end (more than {} ms of processor time in one step); it is of {}. Bound "
+                        "its loop; a step that may take longer has deadlines: {{script: …}} in sentree.yaml",
+                        script_max_ / std::chrono::milliseconds(1), whose(plan, script_->file)),
+            *script_};
+  }
+
+ private:
+  const Duration script_max_;
+  std::mutex mutex_;
+  std::optional<SourceSpan> script_;
+  runtime::LeavableThread thread_;
+  runtime::Watchdog watchdog_;
+};
+
+struct Watching::Inside {
+  explicit Inside(WorkWatch& watch)
+      : watched(watch.look_on()), thread(&watched->execution()), before(std::exchange(watch_of_thread, &watch)) {}
+  ~Inside() { watch_of_thread = before; }
+  Inside(const Inside&) = delete;
+  Inside& operator=(const Inside&) = delete;
+
+  std::shared_ptr<runtime::Watched> watched;
+  scxml::WatchThread thread;
+  WorkWatch* before;
+};
+
+Watching::Watching(WorkWatch* watch) : inside_(watch != nullptr ? std::make_unique<Inside>(*watch) : nullptr) {}
+Watching::~Watching() = default;
+WorkWatch* Watching::of_this_thread() { return watch_of_thread; }
+
+int watched_work(const project::Plan& plan, bool json, const std::function<int()>& work) {
+  // Behind an endless script it is never destroyed.
+  auto watch = std::make_unique<WorkWatch>(plan.scenario.project.deadlines.script);
+  int code = kOk;
+  const bool done = watch->run([&, of = watch.get()] {
+    const Watching watching(of);
+    code = work();
+  });
+  if (done) return code;
+  const Diagnostics errors{watch.release()->endless(plan)};
+  show_status("");
+  if (json) print(to_json(Value(Map{{"errors", to_value(errors)}})) + "\n");
+  say(errors);
+  return leave(kInvalidInput);
+}
+
+}  // namespace sentree::cli
