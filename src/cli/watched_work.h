@@ -7,8 +7,9 @@
 
 namespace sentree::cli {
 
-/// Does `work`, which steps charts of a plan in this process, while a watchdog looks on: a script that does not end ends
-/// the command, with its place and whose it is, and nothing else can. Threads that `work` makes must be `Watching`.
+/// Does `work`, which steps charts of a plan in this process, while a watchdog looks on: a script that does not end
+/// ends the command, with its place and whose it is, and nothing else can. Threads that `work` makes must be
+/// `Watching`.
 ///
 /// @param plan  Says how long one step of a chart may take (`deadlines: {script: …}`) and whose charts there are.
 /// @param json  What is wrong is printed as JSON too.
