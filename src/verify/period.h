@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <string>
@@ -52,9 +50,9 @@ template <class Host, class Run, class Outside, class BeforeTick>
     }
     if (next == kNever || next > until) break;
     if (++delivered > kDeliveriesMax) {
-      return fail("verify.endless", fmt::format("more than {} messages between two ticks, the last for {}; let timers "
-                                                "be longer, or the mission's rate higher",
-                                                kDeliveriesMax, recipient(host.plan(), host.front(run))));
+      return fail("verify.endless",
+                  "more than " + std::to_string(kDeliveriesMax) + " messages between two ticks, the last for " +
+                      recipient(host.plan(), host.front(run)) + "; let timers be longer, or the mission's rate higher");
     }
     if (next != run.now) instant.begin();
     if (!instant.admits(run.queue.size())) return fail("verify.endless", instant.why());
