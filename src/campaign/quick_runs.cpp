@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/base/present.h"
 #include "sentree/campaign/quick_monitors.h"
 #include "sentree/idl/conform.h"
 #include "sentree/mission/instant.h"
@@ -13,7 +14,6 @@
 #include "sentree/project/intervention.h"
 #include "sentree/scxml/enabled.h"
 #include "sentree/sim/plan_memo.h"
-#include "sentree/sim/remember.h"
 #include "sentree/sim/scan_memo.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
@@ -65,8 +65,8 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
     world_ = &world;
     state_ = sim::initial_state(world, scenario.seed);
     sim::ScanMemo scans;
-    const sim::Remember<sim::ScanMemo> remembers_scans(scans);
-    const sim::Remember<sim::PlanMemo> remembers_plans(plans_);
+    const Present<sim::ScanMemo> remembers_scans(scans);
+    const Present<sim::PlanMemo> remembers_plans(plans_);
     now_ = {};
     tick_ = 0;
     observations_ = 0;

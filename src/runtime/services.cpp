@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "sentree/sim/remember.h"
+#include "sentree/base/present.h"
 #include "sentree/sim/scan_memo.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
@@ -65,7 +65,7 @@ void SimHost::keep_up(Patience patience, std::function<void(Duration)> told) {
 }
 
 void SimHost::advance() {
-  const sim::Remember<sim::ScanMemo> remembers(scans_of(world_));
+  const Present<sim::ScanMemo> remembers(scans_of(world_));
   const TimePoint now = clock_.now();
   if (!keeps_up_) return sim::advance_uncast(*world_, state_, now);
   const auto until = std::chrono::steady_clock::now() + patience_.work;
@@ -82,7 +82,7 @@ void SimHost::advance() {
 
 void SimHost::advance_whole() {
   advance();
-  const sim::Remember<sim::ScanMemo> remembers(scans_of(world_));
+  const Present<sim::ScanMemo> remembers(scans_of(world_));
   sim::cast_scans(*world_, state_);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "sentree/base/present.h"
 #include "sentree/scxml/chart.h"
 
 namespace sentree::scxml {
@@ -12,19 +13,7 @@ class GuardObserver {
   virtual void guard(const Chart& chart, TransitionIndex of, bool holds) = 0;
 };
 
-/// While it lives, `observer` sees all that this thread evaluates. Null: nobody does.
-class ObserveGuards {
- public:
-  explicit ObserveGuards(GuardObserver* observer) : before_(seeing) { seeing = observer; }
-  ~ObserveGuards() { seeing = before_; }
-  ObserveGuards(const ObserveGuards&) = delete;
-  ObserveGuards& operator=(const ObserveGuards&) = delete;
-
-  [[nodiscard]] static GuardObserver* present() { return seeing; }
-
- private:
-  static inline thread_local GuardObserver* seeing = nullptr;
-  GuardObserver* before_;
-};
+/// While it lives, an observer sees all that this thread evaluates. Null: nobody does.
+using ObserveGuards = Present<GuardObserver>;
 
 }  // namespace sentree::scxml

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "sentree/base/present.h"
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
@@ -125,21 +126,9 @@ class ExecutionWatch {
   std::atomic<int> column_{0};
 };
 
-/// While it lives, `watch` sees all steps of this thread, beside the watches of their hosts. For who steps many
-/// sessions in a row. Null: nobody does.
-class WatchThread {
- public:
-  explicit WatchThread(ExecutionWatch* watch) : before_(watching) { watching = watch; }
-  ~WatchThread() { watching = before_; }
-  WatchThread(const WatchThread&) = delete;
-  WatchThread& operator=(const WatchThread&) = delete;
-
-  [[nodiscard]] static ExecutionWatch* present() { return watching; }
-
- private:
-  static inline thread_local ExecutionWatch* watching = nullptr;
-  ExecutionWatch* before_;
-};
+/// While it lives, a watch sees all steps of this thread, beside the watches of their hosts: for who steps many
+/// sessions in a row. Null: none does.
+using WatchThread = Present<ExecutionWatch>;
 
 /// Bounds of one session; exceeding one ends the session with an error that names the place, except where noted.
 struct Limits {

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "sentree/base/present.h"
 #include "sentree/base/rng.h"
-#include "sentree/sim/remember.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
 #include "sentree/sim/test_support.h"
@@ -35,7 +35,7 @@ std::string difference(const World& world, const Life& life, Memo& memo) {
   State remembered = plain;
   const auto both = [&](auto&& change) {
     change(plain);
-    const Remember<Memo> remembers(memo);
+    const Present<Memo> remembers(memo);
     change(remembered);
   };
   TimePoint now{};

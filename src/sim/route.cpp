@@ -8,11 +8,11 @@
 
 #include <fmt/format.h>
 
+#include "sentree/base/present.h"
 #include "sentree/base/value.h"
 #include "sentree/sim/astar.h"
 #include "sentree/sim/path.h"
 #include "sentree/sim/plan_memo.h"
-#include "sentree/sim/remember.h"
 
 namespace sentree::sim {
 
@@ -83,7 +83,7 @@ Route search(const RouteModel& model, const CostGrid& grid, Vec2 start, Vec2 tar
     start = model.map.centre(from);
   }
   // What lies in the way differs from run to run; the map does not.
-  PlanMemo* const memo = &grid == &model.costs ? Remember<PlanMemo>::present() : nullptr;
+  PlanMemo* const memo = &grid == &model.costs ? Present<PlanMemo>::present() : nullptr;
   const Plan plan = memo != nullptr ? memo->path(grid, from, to, model.expansions_max)
                                     : find_path(grid, from, to, model.expansions_max);
   switch (plan.outcome) {

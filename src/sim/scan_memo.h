@@ -10,7 +10,7 @@
 namespace sentree::sim {
 
 /// What each laser of one world saw last, without noise: while nothing moves, it sees the same again.
-/// Scans that are looked up in it (Remember<ScanMemo>) must be of that world.
+/// Scans that are looked up in it (Present<ScanMemo>) must be of that world.
 class ScanMemo {
  public:
   /// True: `ranges` are what was kept of that robot, for the same pose of its laser among the same shapes.

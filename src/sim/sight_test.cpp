@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "sentree/base/present.h"
 #include "sentree/base/rng.h"
 #include "sentree/sim/exact_localization.h"
-#include "sentree/sim/remember.h"
 #include "sentree/sim/scan_memo.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
@@ -54,7 +54,7 @@ TEST(Sight, WhatNobodyLooksAtNeedsNoRays) {
       }
       if (change > 30) both([](const World&, State& state) { state.obstacles.clear(); });
       {
-        const Remember<ScanMemo> remembers(memo);
+        const Present<ScanMemo> remembers(memo);
         advance_uncast(world, lazy, now);
       }
       advance(casting, cast, now);

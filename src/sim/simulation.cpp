@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include "sentree/base/assert.h"
+#include "sentree/base/present.h"
 #include "sentree/sim/announced.h"
 #include "sentree/sim/clearance.h"
 #include "sentree/sim/exact_localization.h"
-#include "sentree/sim/remember.h"
 #include "sentree/sim/scan_memo.h"
 #include "sentree/sim/sight.h"
 
@@ -101,7 +101,7 @@ bool is_any_in_reach(std::span<const Shape> shapes, const Pose2& laser, const La
 }
 
 void cast(const World& world, std::size_t index, const Pose2& laser, std::span<const Shape> shapes, RobotState& robot) {
-  ScanMemo* const memo = Remember<ScanMemo>::present();
+  ScanMemo* const memo = Present<ScanMemo>::present();
   if (memo != nullptr && memo->recall(index, laser, shapes, robot.scan.ranges)) return;
   cast_scan(world.map, world.rays, shapes, laser, world.robots[index].laser, robot.scan.ranges);
   if (memo != nullptr) memo->keep(index, laser, shapes, robot.scan.ranges);
@@ -147,7 +147,7 @@ class SimulatedSight final : public Sight {
     if (!robot_.uncast) return robot_.scan.ranges;
     LaserSpec near = laser_;
     const double needed_m = std::min(near.range_max_m, range_m + world_.map.resolution_m());
-    ScanMemo* const memo = Remember<ScanMemo>::present();
+    ScanMemo* const memo = Present<ScanMemo>::present();
     if (memo != nullptr) {
       if (const auto* known = memo->recall_near(index_, *robot_.uncast, needed_m)) return *known;
     }

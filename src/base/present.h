@@ -1,0 +1,25 @@
+#pragma once
+
+namespace sentree {
+
+/// While it lives, one `T` is at hand to all that its thread does (`present`), and then the one before again. For what
+/// looks on or remembers, and is of no consequence to what is computed.
+template <typename T>
+class Present {
+ public:
+  /// @param one  Borrowed. Null: none is.
+  explicit Present(T* one) : before_(present_) { present_ = one; }
+  explicit Present(T& one) : Present(&one) {}
+  ~Present() { present_ = before_; }
+  Present(const Present&) = delete;
+  Present& operator=(const Present&) = delete;
+
+  /// Of the calling thread; null: none.
+  [[nodiscard]] static T* present() { return present_; }
+
+ private:
+  static inline thread_local T* present_ = nullptr;
+  T* before_;
+};
+
+}  // namespace sentree
