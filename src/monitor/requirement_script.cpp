@@ -185,21 +185,32 @@ DataType Script::type_of(const Condition& condition) const {
   }
 }
 
-// The place of a value in _event.data; guarded: undefined where the observation has nothing of that type there.
-std::string Script::raw(const Condition& value, bool guarded) const {
+// Members from _event.data on.
+std::vector<std::string> Script::path_of(const Condition& value) {
   std::vector<std::string> path = value.path;
   if (value.kind == Kind::kValue && value.source->kind == Source::Kind::kReply) path.insert(path.begin(), "result");
   if (value.kind == Kind::kValue && value.source->kind == Source::Kind::kRequest) path.insert(path.begin(), "args");
+  return path;
+}
+
+std::string Script::raw(const Condition& value) {
   std::string place = "_event.data";
+  for (const std::string& member : path_of(value)) place += "." + member;
+  return place;
+}
+
+// Whether the observation has the value.
+Js Script::guard(const Condition& value) const {
   std::string guard;
+  std::string place = "_event.data";
+  const std::vector<std::string> path = path_of(value);
   for (std::size_t i = 0; i < path.size(); ++i) {
     place += "." + path[i];
     if (i + 1 < path.size()) guard += place + " && ";
   }
-  if (!guarded) return place;
   const std::string_view type = type_name(type_of(value).kind);
-  if (type.empty()) return fmt::format("{}{} !== null ? {} : undefined", guard, place, place);
-  return fmt::format("{}typeof {} === '{}' ? {} : undefined", guard, place, type, place);
+  guard += type.empty() ? place + " !== null" : fmt::format("typeof {} === '{}'", place, type);
+  return {std::move(guard), kAnd};
 }
 
 const Script::Variable& Script::variable(const Condition& value, std::string_view name) {
@@ -208,7 +219,9 @@ const Script::Variable& Script::variable(const Condition& value, std::string_vie
   known_[key] = variables_.size();
   variables_.push_back({.name = unique(std::string(name)),
                         .shown = key,
-                        .assigned = raw(value, type_of(value).may_be_absent),
+                        .assigned = type_of(value).may_be_absent
+                                        ? fmt::format("{} ? {} : undefined", guard(value).text, raw(value))
+                                        : raw(value),
                         .sources = {*value.source}});
   return variables_.back();
 }
@@ -227,7 +240,7 @@ const Script::Variable* Script::merged(const Condition& defined) {
   const auto place = [&](const auto& self, const Condition& c) -> Js {
     if (c.kind == Kind::kValue) {
       always_there = always_there && !type_of(c).may_be_absent;
-      return {raw(c, false), kPrimary};
+      return {raw(c), kPrimary};
     }
     if (c.kind == Kind::kNumber) return {plain_decimal(c.number), kPrimary};
     if (c.kind == Kind::kDefined) return self(self, *c.operands[0]);
@@ -324,10 +337,7 @@ Js Script::at_present(const Variable& variable, const Js& expression) {
 Js Script::is_there(const Condition& c) const {
   if (present_.empty()) return js_true();
   Js there = js_true();
-  if (c.kind == Kind::kValue && type_of(c).may_be_absent) {
-    const std::string guarded = raw(c, true);
-    there = {guarded.substr(0, guarded.rfind(" ? ")), kAnd};
-  }
+  if (c.kind == Kind::kValue && type_of(c).may_be_absent) there = guard(c);
   if (c.kind != Kind::kDefined && c.kind < Kind::kNegate) return there;
   for (const ConditionPtr& operand : c.operands) there = js_and(there, is_there(*operand));
   return there;
@@ -341,12 +351,12 @@ Js Script::value(const Condition& c) {
     case Kind::kDefined:
       if (const Variable* one = merged(c)) return at_present(*one, {one->assigned, one->binding});
       return value(*c.operands[0]);
-    case Kind::kMember: return {raw(c, false), kPrimary};
+    case Kind::kMember: return {raw(c), kPrimary};
     case Kind::kValue: {
       std::string name = c.source->service.empty() ? c.source->observation : c.source->service + "_" + c.source->method;
       if (!c.path.empty()) name = (c.source->service.empty() ? name : c.source->service) + "_" + c.path.back();
       if (c.source->kind == Source::Kind::kNode) name = c.source->from + "_status";
-      return at_present(variable(c, identifier(name)), {raw(c, false), kPrimary});
+      return at_present(variable(c, identifier(name)), {raw(c), kPrimary});
     }
     case Kind::kNegate: return {"-" + in(value(*c.operands[0]), kPrimary), kUnary};
     case Kind::kAdd: return infix(value(*c.operands[0]), "+", value(*c.operands[1]), kSum);
