@@ -327,7 +327,7 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
     return likely;
   }
   if (const auto nodes = declared_.size(); options_.partial && nodes > 0 && definitions_.empty()) {
-    report(Severity::kNote, "bt.palette", fmt::format("a palette of {}{}", nodes, nodes == 1 ? " node" : " nodes"),
+    report(Severity::kNote, "bt.palette", fmt::format("a palette of {} {}", nodes, nodes == 1 ? "node" : "nodes"),
            root.span());
     return kNone;
   }

@@ -103,8 +103,7 @@ std::optional<std::vector<scxml::TransitionIndex>> QuickMonitors::enabled(std::s
   const Of& of = monitors_[i];
   if (of.reads.elsewhere()) return std::nullopt;
   const monitor::Core& core = *kept_[*watches_[i].core];
-  std::optional<std::vector<scxml::TransitionIndex>> enabled;
-  enabled = heard.route.listeners.enabled(which, core);
+  auto enabled = heard.route.listeners.enabled(which, core);
   if (!enabled) enabled = scxml::enabled_by(of.model.chart(), core.session, heard.event(), heard.message.time);
   const auto in_content = [&](scxml::TransitionIndex t) { return of.reads.in_content(t); };
   if (enabled && std::any_of(enabled->begin(), enabled->end(), in_content)) enabled.reset();

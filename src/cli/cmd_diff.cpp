@@ -70,9 +70,9 @@ Result<std::vector<bt::Difference>> diff_files(const std::string& before, const 
   if (!second) return tl::unexpected(second.error());
   const bool charts = is_chart_source(*first);
   if (charts != is_chart_source(*second)) {
-    return fail("diff.unlike", fmt::format("{}{}{}{}; what can be compared are two trees or two charts", before,
-                                           charts ? " is a state chart, " : " is no state chart, ", after,
-                                           charts ? " is none" : " is one"));
+    return fail("diff.unlike",
+                fmt::format("{} is {} state chart, {} is {}; what can be compared are two trees or two charts", before,
+                            charts ? "a" : "no", after, charts ? "none" : "one"));
   }
   return charts ? scxml::diff(*first, *second, before, after) : bt::diff(*first, *second, before, after);
 }

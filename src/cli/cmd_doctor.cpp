@@ -147,7 +147,7 @@ std::vector<HealthFinding> examine() {
       check_control_folder(),
       check_socket(
           "unix sockets",
-          fmt::format("unix:{}", (processes::control_folder() / (fmt::format("doctor-{}.sock", getpid()))).string())),
+          fmt::format("unix:{}", (processes::control_folder() / fmt::format("doctor-{}.sock", getpid())).string())),
       check_socket("loopback TCP", "tcp://127.0.0.1:0"),
       check_certificates(),
       check_groot(),

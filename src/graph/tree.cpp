@@ -95,7 +95,7 @@ draw::Tree drawing_of(const std::vector<bt::NodeModel>& models) {
   const std::size_t count = bt::node_count(models);
   draw::TreeNode root;
   root.shape = draw::TreeShape::kControl;
-  root.symbol = fmt::format("palette of {}{}", count, count == 1 ? " node" : " nodes");
+  root.symbol = fmt::format("palette of {} {}", count, count == 1 ? "node" : "nodes");
   graph.nodes.push_back(std::move(root));
   for (const bt::NodeModel& model : models) {
     if (model.category == bt::Category::kSubTree) continue;

@@ -152,7 +152,7 @@ class Resolver {
       t.name = fmt::format("map<{}, {}>", first->name, second->name);
     } else {
       t.kind = use.form == Form::kList ? Kind::kList : Kind::kSet;
-      t.name = fmt::format("{}{}>", use.form == Form::kList ? "list<" : "set<", first->name);
+      t.name = fmt::format("{}<{}>", use.form == Form::kList ? "list" : "set", first->name);
     }
     // Names grow with nesting through typedefs: list<list<…>> of a typedef of a map of itself twice would double each
     // time.

@@ -286,7 +286,7 @@ Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& d
   const std::string& part = kill ? killed->part : restarted->part;
   const auto refuse = [&] {
     return fail("steering.part-state",
-                fmt::format("\"{}{}", part, kill ? "\" is killed already" : "\" has not been killed"));
+                fmt::format("\"{}\" {}", part, kill ? "is killed already" : "has not been killed"));
   };
   for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) {
     if (parts.plan().leaves[leaf].name != part) continue;

@@ -18,11 +18,12 @@ namespace sentree::monitor {
 /// Whether observations that it is given must outlive its step.
 [[nodiscard]] bool keeps_observations(const Model& model);
 
-/// What several monitors need to step at observations of one name, found out once. Of an observation is read, once for
-/// all of them, what their steps look at.
+/// What several monitors need to step at observations of one name, found out once. What their steps look at is read
+/// once for all of them, when the first one asks. Of one thread; states stay with whoever steps.
 class Listeners {
  public:
-  /// None of them is over when it is asked to step.
+  /// @param models  A monitor is named by its place among them (`which`). None is over when it is asked to step.
+  /// @param observation  The name.
   Listeners(std::vector<Model> models, const std::string& observation);
 
   /// The present observation; borrowed until the next.
@@ -32,7 +33,7 @@ class Listeners {
   }
   /// As `scxml::enabled_by`, told from the observation where it is. Nothing: only that can tell.
   [[nodiscard]] std::optional<std::vector<scxml::TransitionIndex>> enabled(std::size_t which, const Core& core);
-  /// As the functions of these names.
+  /// As the functions of these names, at the present observation.
   Stepped step(std::size_t which, Core& core);
   Decisions observe(std::size_t which, State& state);
 

@@ -33,7 +33,7 @@ Result<idl::ServicePtr> control_interface() {
 rpc::Address socket_of(int pid) {
   rpc::Address address;
   address.kind = rpc::Address::Kind::kUnix;
-  address.path = (control_folder() / (fmt::format("{}.sock", pid))).string();
+  address.path = (control_folder() / fmt::format("{}.sock", pid)).string();
   return address;
 }
 
@@ -102,7 +102,7 @@ std::vector<int> runs() {
 std::filesystem::path control_folder() {
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
   if (runtime != nullptr && *runtime != '\0') return std::filesystem::path(runtime) / "sentree";
-  return std::filesystem::temp_directory_path() / (fmt::format("sentree-{}", getuid()));
+  return std::filesystem::temp_directory_path() / fmt::format("sentree-{}", getuid());
 }
 
 Result<std::unique_ptr<rpc::Server>> start_control(ControlHandler handler) {

@@ -67,8 +67,7 @@ fs::path new_recording(const fs::path& folder, std::string_view name) {
   stem += date;
   std::error_code error;
   fs::path path = folder / (stem + std::string(kEnding));
-  for (int number = 2; fs::exists(path, error); ++number)
-    path = folder / (fmt::format("{}-{}{}", stem, number, kEnding));
+  for (int number = 2; fs::exists(path, error); ++number) path = folder / fmt::format("{}-{}{}", stem, number, kEnding);
   return path;
 }
 

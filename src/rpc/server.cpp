@@ -156,7 +156,7 @@ class Server::Impl {
 
   std::string service_names() const {
     std::string out;
-    for (const NamedService& s : services_) out += fmt::format("{}{}\"", out.empty() ? "\"" : ", \"", s.name);
+    for (const NamedService& s : services_) out += fmt::format("{}\"{}\"", out.empty() ? "" : ", ", s.name);
     return out;
   }
 

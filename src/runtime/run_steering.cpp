@@ -292,7 +292,7 @@ Result<void> RunSteering::kill_or_restart(const std::string& part, const project
   const auto publish = [&] { run_.publish(project::injection_message(what, source, 0)); };
   const auto refuse_state = [&] {
     return fail("steering.part-state",
-                fmt::format("\"{}{}", part, kill ? "\" is killed already" : "\" has not been killed"));
+                fmt::format("\"{}\" {}", part, kill ? "is killed already" : "has not been killed"));
   };
   const auto& processes = run_.plan->scenario.processes;
   if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == part; })) {

@@ -36,7 +36,7 @@ void Loader::resolve_targets(const Reference& reference) {
       }
       const bool attribute = reference.initial && transition.place == place;
       const std::string message =
-          fmt::format("{}{}\" is not a state{}", attribute ? "initial state \"" : "transition target \"", id,
+          fmt::format("{} \"{}\" is not a state{}", attribute ? "initial state" : "transition target", id,
                       did_you_mean(id, candidates));
       const char* const code = attribute ? "scxml.unknown-initial" : "scxml.unknown-target";
       if (reference.foreign || in_parts_)
