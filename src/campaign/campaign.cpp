@@ -195,6 +195,14 @@ Result<Summary> run_campaign(Runner& runner, const Settings& settings, const Cam
     std::error_code error;
     std::filesystem::resize_file(file, table.size(), error);
     begins = error || table.size() == 0;
+  } else if (const auto before = read_settings(options.folder);
+             before && same_campaign(*before, settings) && before->shard.count > 1 &&
+             (before->shard.index != shard.index || before->shard.count != shard.count)) {
+    return fail(
+        "campaign.other-shard",
+        fmt::format("{} has the runs of shard {}/{} of this campaign, which would be lost; name a folder of its "
+                    "own for each shard, or remove that one",
+                    options.folder.string(), before->shard.index, before->shard.count));
   }
   if (auto written = text::write_file(options.folder / kSettingsName, to_json(to_value(settings)) + "\n"); !written)
     return tl::unexpected(written.error());

@@ -156,6 +156,11 @@ TEST_F(Campaign, OfShardsThatAreMergedIsTheSameAsInOne) {
     part.shard = {i, 4};
     parts.push_back(out("part" + std::to_string(i)));
     ASSERT_TRUE(run_campaign(*one, part, {.jobs = 1, .folder = parts.back()}));
+    // Where another shard's runs are they are not written over.
+    part.shard.index = i % 4 + 1;
+    const auto other = run_campaign(*one, part, {.jobs = 1, .folder = parts.back()});
+    ASSERT_FALSE(other);
+    EXPECT_EQ(other.error().code, "campaign.other-shard");
   }
   const auto merged = merge_campaign(*one, asked, parts, out("merged"));
   ASSERT_TRUE(merged) << to_string(merged.error());
