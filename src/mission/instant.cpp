@@ -81,8 +81,8 @@ std::string Instant::why() const {
       "{} {} for ever: {} without time passing; {}: {}. Let one of them wait: for the next tick, or by a <send> with a "
       "delay",
       listed(who), who.size() == 1 ? "goes on" : "answer each other",
-      delivered_ > delivered_max_ ? fmt::format("more than {} messages", delivered_max_)
-                                  : fmt::format("more than {} messages wait", waiting_max_),
+      delivered_ > kDeliveredMax ? fmt::format("more than {} messages", kDeliveredMax)
+                                 : fmt::format("more than {} messages wait", waiting_max_),
       round < last_.size() ? "again and again" : "lately", listed(what));
 }
 

@@ -12,8 +12,8 @@ namespace sentree::mission {
 /// for ever: beyond a bound that no mission comes to, it is said which parts and what they tell each other.
 class Instant {
  public:
-  /// @param parts  Of the run. The bound grows with them: each may have its say.
-  explicit Instant(std::size_t parts) : delivered_max_(20'000 + 64 * parts), waiting_max_(10'000 + 16 * parts) {}
+  /// @param parts  Of the run: each may have some messages waiting.
+  explicit Instant(std::size_t parts) : waiting_max_(10'000 + 16 * parts) {}
 
   /// Time has come to another instant.
   void begin() {
@@ -24,11 +24,11 @@ class Instant {
   /// @param waiting  All that are on their way. More than one for each that is delivered pile up.
   [[nodiscard]] bool admits(std::size_t waiting) {
     waiting_ = waiting;
-    return ++delivered_ <= delivered_max_ && waiting <= waiting_max_;
+    return ++delivered_ <= kDeliveredMax && waiting <= waiting_max_;
   }
   /// `tell` wants to know what is delivered now.
   [[nodiscard]] bool listens() const {
-    return delivered_ + kToldOf > delivered_max_ || waiting_ + kToldOf > waiting_max_;
+    return delivered_ + kToldOf > kDeliveredMax || waiting_ + kToldOf > waiting_max_;
   }
   /// @param who   Gets it: "robot (models/robot.scxml)".
   void tell(std::string who, const Delivery& what);
@@ -36,6 +36,7 @@ class Instant {
   [[nodiscard]] std::string why() const;
 
  private:
+  static constexpr std::size_t kDeliveredMax = 200'000;
   static constexpr std::size_t kToldOf = 64;
 
   struct Told {
@@ -43,7 +44,6 @@ class Instant {
     std::string what;
     friend bool operator==(const Told&, const Told&) = default;
   };
-  std::size_t delivered_max_;
   std::size_t waiting_max_;
   std::size_t delivered_ = 0;
   std::size_t waiting_ = 0;

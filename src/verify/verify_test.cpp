@@ -323,6 +323,24 @@ TEST_F(Verify, SaysWhoAnswersWhomForEverWithoutTimePassing) {
   }
 }
 
+TEST_F(Verify, LetsPartsSayMuchAtOneInstantIfTheyComeToAnEnd) {
+  requirements("small \"It says little.\": always said <= 6.\n");
+  write("models/door.scxml", kHead + R"(initial="there"><datamodel><data id="n" expr="0"/></datamodel><state id="there">
+  <transition event="door.ask.request"><assign location="n" expr="n + 1"/>
+  <send type="thrift" target="door" event="ask.reply"><param name="result" expr="n &lt; 30000 ? 1 : 6"/></send>
+  </transition></state></scxml>)");
+  write("skills/Ask.scxml", kHead + R"(initial="asking"><state id="asking">
+  <onentry><send type="thrift" target="door" event="ask"/></onentry>
+  <transition event="door.ask.reply" cond="_event.data.result === 6" target="success"/>
+  <transition event="door.ask.reply" target="asking"/><transition event="error" target="failure"/>
+</state><final id="success"/><final id="failure"/></scxml>)");
+  Asked asked;
+  asked.explore.memory_of_steps = false;
+  const Verification found = verify(plan(), asked);
+  ASSERT_THAT(found.errors, IsEmpty());
+  EXPECT_EQ(found.judgements.front().finding, Finding::kHolds);
+}
+
 TEST_F(Verify, StopsAtItsLimits) {
   tree(
       "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
