@@ -186,15 +186,15 @@ class VirtualScheduler final : public Scheduler {
         tasks_now = 0;
         begun_ = false;
         if (chronicle_ != nullptr && !catching_up_) chronicle_->instant(top.when);
-      } else if (++tasks_now > kTasksPerInstantMax) {
-        return fmt::format(
-            "{} has been sent more than {} messages without time passing; two parts answer each other for ever",
-            names_[top.actor], kTasksPerInstantMax);
       }
       if (const auto* delivery = std::get_if<mission::Delivery>(&things_[top.thing])) {
         // The queue has its own bound, and much in it may be for later.
         if (!instant.admits(0)) return instant.why();
         if (instant.listens()) instant.tell(names_[top.actor], *delivery);
+      } else if (++tasks_now > kTasksPerInstantMax) {
+        return fmt::format(
+            "{} has been sent more than {} messages without time passing; two parts answer each other for ever",
+            names_[top.actor], kTasksPerInstantMax);
       }
       if (top.rank != mission::Rank::kInjection) begun_ = true;
       if (decide_) reorder();
