@@ -8,17 +8,17 @@ template <typename T>
 class Present {
  public:
   /// @param one  Borrowed. Null: none is.
-  explicit Present(T* one) : before_(present_) { present_ = one; }
+  explicit Present(T* one) : before_(at_hand) { at_hand = one; }
   explicit Present(T& one) : Present(&one) {}
-  ~Present() { present_ = before_; }
+  ~Present() { at_hand = before_; }
   Present(const Present&) = delete;
   Present& operator=(const Present&) = delete;
 
   /// Of the calling thread; null: none.
-  [[nodiscard]] static T* present() { return present_; }
+  [[nodiscard]] static T* present() { return at_hand; }
 
  private:
-  static inline thread_local T* present_ = nullptr;
+  static inline thread_local T* at_hand = nullptr;
   T* before_;
 };
 
