@@ -21,7 +21,8 @@ constexpr std::uint64_t kRowsAheadMax = 4096;
 Diagnostic changed(const std::filesystem::path& folder, const std::string& what) {
   return {Severity::kError,
           "campaign.changed",
-          (folder / kSettingsName).string() + ": " + what + "; give another folder with --out, or leave --resume out",
+          fmt::format("{}: {}; give another folder with --out, or leave --resume out",
+                      (folder / kSettingsName).string(), what),
           {}};
 }
 
@@ -51,7 +52,7 @@ class Table {
     if (!std::getline(in_, line) || in_.eof()) return std::nullopt;
     auto row = parse_csv_line(line, requirements_);
     if (!row) {
-      row.error().message = file_.string() + ": " + row.error().message;
+      row.error().message = fmt::format("{}: {}", file_.string(), row.error().message);
       return tl::unexpected(row.error());
     }
     size_ += line.size() + 1;
@@ -77,7 +78,7 @@ constexpr char kReachedEnd = '|';
 
 std::string reached_text(const std::vector<std::uint32_t>& reached) {
   std::string out;
-  for (const std::uint32_t thing : reached) out += std::to_string(thing) + " ";
+  for (const std::uint32_t thing : reached) out += fmt::format("{} ", thing);
   return out + kReachedEnd;
 }
 

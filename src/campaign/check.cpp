@@ -1,5 +1,7 @@
 #include "sentree/campaign/check.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <string>
@@ -21,7 +23,7 @@ bool has_one_of(const fs::path& file, std::initializer_list<std::string_view> ke
   const auto source = text::read_file(file);
   if (!source) return false;
   const std::string text = "\n" + *source;
-  const auto has = [&](std::string_view key) { return text.find("\n" + std::string(key) + ":") != std::string::npos; };
+  const auto has = [&](std::string_view key) { return text.find(fmt::format("\n{}:", key)) != std::string::npos; };
   return !has("mission") && std::any_of(keys.begin(), keys.end(), has);
 }
 

@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, 6> kKindNames{"nodes",  "states",  "trans
 constexpr std::size_t kShownMax = 12;
 
 std::string place(const SourceSpan& span) {
-  return span.line > 0 ? span.file + ":" + std::to_string(span.line) : std::string();
+  return span.line > 0 ? fmt::format("{}:{}", span.file, span.line) : std::string();
 }
 
 bool is_a_place_to_be(const scxml::State& state) {
@@ -119,7 +119,7 @@ void Coverage::add(const project::Plan& plan) {
       const idl::Method* method = service->second.service->find(*send.event);
       if (method == nullptr || method->oneway) continue;
       for (const std::string_view outcome : kCallOutcomes)
-        can({Kind::kMethod, *send.target + "." + *send.event, std::string(outcome), ""});
+        can({Kind::kMethod, fmt::format("{}.{}", *send.target, *send.event), std::string(outcome), ""});
     }
   }
   for (const monitor::Model& model : plan.monitors) can(requirement_thing(model));
@@ -241,9 +241,9 @@ std::string Coverage::to_text() const {
     for (const auto& [thing, reached] : things_) {
       if (reached || thing.kind != static_cast<Kind>(i)) continue;
       if (++shown > kShownMax) continue;
-      out +=
-          fmt::format("  never {}{}{}\n", thing.kind == Kind::kRequirement ? thing.of + " put to the test" : thing.of,
-                      thing.what.empty() ? "" : ": " + thing.what, thing.at.empty() ? "" : "   (" + thing.at + ")");
+      out += fmt::format(
+          "  never {}{}{}\n", thing.kind == Kind::kRequirement ? thing.of + " put to the test" : thing.of,
+          thing.what.empty() ? "" : ": " + thing.what, thing.at.empty() ? "" : fmt::format("   ({})", thing.at));
     }
     if (shown > kShownMax) out += fmt::format("  … and {} more (--json has all)\n", shown - kShownMax);
   }

@@ -63,7 +63,7 @@ std::string bin_name(const Factor& factor, std::size_t bin) {
   if (factor.may_be_absent && bin == 0) return factor.bins[0];
   const bool is_first = bin == (factor.may_be_absent ? 1U : 0U);
   if (bin + 1 == factor.bins.size()) return "from " + factor.bins[bin - 1];
-  return is_first ? "below " + factor.bins[bin] : factor.bins[bin - 1] + " to " + factor.bins[bin];
+  return is_first ? "below " + factor.bins[bin] : fmt::format("{} to {}", factor.bins[bin - 1], factor.bins[bin]);
 }
 
 // The outcome by the level of a factor.
@@ -101,9 +101,10 @@ std::string effect_svg(const Summary& summary, std::size_t outcome, std::size_t 
 
 std::string to_page(const Summary& summary, const std::string& title, const std::string& again,
                     const std::map<std::string, std::string>& minimal) {
-  std::string out = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
-                    text::xml_escape(title) + "</title><meta name=\"viewport\" content=\"width=device-width\"><style>" +
-                    kStyle + "</style></head><body>\n";
+  std::string out = fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{}</title><meta name=\"viewport\" "
+      "content=\"width=device-width\"><style>{}</style></head><body>\n",
+      text::xml_escape(title), kStyle);
   const double counted = std::max<double>(1.0, static_cast<double>(summary.counted()));
   out += fmt::format(
       "<h1>{}</h1>\n<p>{} runs, seed {}, {} of them counted; intervals of {} (Clopper–Pearson).{}</p>\n<p "
@@ -111,7 +112,7 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
       "run again: <code>{}</code></p>\n",
       text::xml_escape(title), summary.runs(), summary.asked().seed, summary.counted(),
       short_percent(summary.asked().confidence),
-      summary.ended_by().empty() ? "" : " Ended early: " + text::xml_escape(summary.ended_by()) + ".",
+      summary.ended_by().empty() ? "" : fmt::format(" Ended early: {}.", text::xml_escape(summary.ended_by())),
       text::xml_escape(again));
   const auto rate_row = [&](const std::string& name, const std::string& what, std::uint64_t hits, bool bad) {
     const auto known = summary.rate(hits).interval;
@@ -122,7 +123,7 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
         "{}</td><td>{}</td><td>{}</td></tr>\n",
         text::xml_escape(name), what, hits, short_percent(rate), short_percent(known.low), short_percent(known.high),
         rate_svg(rate, known, bad),
-        bad && file != minimal.end() ? "<code>" + text::xml_escape(file->second) + "</code>" : "");
+        bad && file != minimal.end() ? fmt::format("<code>{}</code>", text::xml_escape(file->second)) : "");
   };
   out +=
       "<h2>Rates</h2>\n<table><tr><th></th><th></th><th>runs</th><th>rate</th><th>interval</th><th></th><th>least "
@@ -146,9 +147,10 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
     }
     out += "</table>\n";
   }
-  out += "<div class=\"plots\"><div><h2>Time to goal</h2>" + histogram_svg(summary.time_to_goal(), 1, "s") +
-         "</div><div><h2>Least charge of the battery</h2>" + histogram_svg(summary.battery(), 100, "%") +
-         "</div></div>\n";
+  out += fmt::format(
+      "<div class=\"plots\"><div><h2>Time to goal</h2>{}</div><div><h2>Least charge of the "
+      "battery</h2>{}</div></div>\n",
+      histogram_svg(summary.time_to_goal(), 1, "s"), histogram_svg(summary.battery(), 100, "%"));
   out +=
       "<h2>What matters</h2>\n<p class=\"soft\">Share of an outcome's variance that a factor explains alone, where "
       "that is "
@@ -156,7 +158,7 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
   for (std::size_t outcome = 0; outcome < summary.outcomes(); ++outcome) {
     const auto causes = summary.causes(outcome);
     if (causes.empty()) continue;
-    out += "<h3>" + text::xml_escape(summary.outcome_name(outcome)) + "</h3>\n<div class=\"plots\">";
+    out += fmt::format("<h3>{}</h3>\n<div class=\"plots\">", text::xml_escape(summary.outcome_name(outcome)));
     for (const auto& cause : causes) {
       out += fmt::format("<div><b>{}</b> {:.1f} %<br>{}</div>", text::xml_escape(summary.factors()[cause.factor].name),
                          cause.influence.share * 100, effect_svg(summary, outcome, cause.factor));

@@ -1,5 +1,7 @@
 #include "sentree/campaign/pool.h"
 
+#include <fmt/format.h>
+
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -179,10 +181,9 @@ class Pool {
     if (died && !child.given.empty()) {
       const std::uint64_t what = child.given.front();
       child.given.pop_front();
-      task_.lost(what, WIFSIGNALED(status)
-                           ? std::string("its process was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" +
-                                 strsignal(WTERMSIG(status)) + ")"
-                           : "its process ended with code " + std::to_string(WEXITSTATUS(status)));
+      task_.lost(what, WIFSIGNALED(status) ? fmt::format("its process was ended by signal {} ({})", WTERMSIG(status),
+                                                         strsignal(WTERMSIG(status)))
+                                           : fmt::format("its process ended with code {}", WEXITSTATUS(status)));
     }
     again_.insert(again_.begin(), child.given.begin(), child.given.end());
   }

@@ -1,5 +1,7 @@
 #include "sentree/campaign/quick_monitors.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string_view>
 #include <utility>
@@ -196,7 +198,7 @@ void QuickMonitors::decide(Watch& watch, monitor::Verdict verdict) {
 // Nothing: time decides something, or the chart asks for more than what is observed.
 std::optional<std::uint32_t> QuickMonitors::intern(std::uint32_t i, const monitor::Core& core, TimePoint now) {
   if (!monitors_[i].remembers || core.failure() || core.session.next_timer() != kNever) return std::nullopt;
-  std::string form = std::to_string(i) + "\n";
+  std::string form = fmt::format("{}\n", i);
   if (!monitor::encode(monitors_[i].model, core, now, form)) return std::nullopt;
   const auto [found, is_new] = number_of_core_.try_emplace(std::move(form), static_cast<std::uint32_t>(kept_.size()));
   if (is_new) kept_.push_back(std::make_unique<const monitor::Core>(core));

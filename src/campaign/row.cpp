@@ -1,5 +1,7 @@
 #include "sentree/campaign/row.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <charconv>
 
@@ -103,8 +105,8 @@ Result<Row> parse_csv_line(std::string_view line, std::size_t requirements) {
   const std::vector<std::string> cells = cells_of(line);
   constexpr std::size_t kFixed = 7;
   const auto wrong = [&](std::size_t column) {
-    return fail("campaign.table", "\"" + (column < cells.size() ? cells[column] : std::string()) + "\" in column " +
-                                      std::to_string(column + 1) + " is not what a table of runs has there");
+    return fail("campaign.table", fmt::format("\"{}\" in column {} is not what a table of runs has there",
+                                              column < cells.size() ? cells[column] : std::string(), column + 1));
   };
   if (cells.size() < kFixed + 2 * requirements) return wrong(cells.size());
   Row row;

@@ -1,5 +1,7 @@
 #include "sentree/campaign/runner.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -21,17 +23,18 @@ void check_alone(const project::Plan& plan, Diagnostics& diagnostics) {
   };
   for (const project::ServiceEntry& entry : plan.scenario.project.services) {
     if (entry.at != "sim" && entry.at != "model" && entry.at != "topics")
-      elsewhere("service \"" + entry.name + "\"", entry.span);
+      elsewhere(fmt::format("service \"{}\"", entry.name), entry.span);
   }
   for (const project::SkillEntry& entry : plan.scenario.project.skills) {
-    if (!entry.at.empty()) elsewhere("skill \"" + entry.leaf + "\"", entry.span);
+    if (!entry.at.empty()) elsewhere(fmt::format("skill \"{}\"", entry.leaf), entry.span);
   }
   for (const project::ObserverEntry& entry : plan.scenario.project.observers)
-    elsewhere("observer \"" + entry.name + "\"", entry.span);
+    elsewhere(fmt::format("observer \"{}\"", entry.name), entry.span);
   for (const project::MonitorEntry& entry : plan.scenario.project.monitors) {
-    if (!entry.at.empty()) elsewhere("monitor \"" + entry.name + "\"", entry.span);
+    if (!entry.at.empty()) elsewhere(fmt::format("monitor \"{}\"", entry.name), entry.span);
   }
-  for (const project::ProcessEntry& entry : plan.scenario.processes) elsewhere("\"" + entry.name + "\"", entry.span);
+  for (const project::ProcessEntry& entry : plan.scenario.processes)
+    elsewhere(fmt::format("\"{}\"", entry.name), entry.span);
 }
 
 void check_areas(const Vary& vary, const sim::World* world, Diagnostics& diagnostics) {
@@ -45,14 +48,14 @@ void check_areas(const Vary& vary, const sim::World* world, Diagnostics& diagnos
       diagnostics.push_back(
           {Severity::kError, "campaign.area", what + " is a pose, and the project has no world", from.span});
     else if (!from.area.empty() && std::find(names.begin(), names.end(), from.area) == names.end())
-      diagnostics.push_back(
-          {Severity::kError, "campaign.area",
-           what + " lies in \"" + from.area + "\", which is no area of the world" + did_you_mean(from.area, names),
-           from.span});
+      diagnostics.push_back({Severity::kError, "campaign.area",
+                             fmt::format("{} lies in \"{}\", which is no area of the world{}", what, from.area,
+                                         did_you_mean(from.area, names)),
+                             from.span});
   };
-  for (const Parameter& parameter : vary.parameters) check(parameter.from, "\"" + parameter.name + "\"");
+  for (const Parameter& parameter : vary.parameters) check(parameter.from, fmt::format("\"{}\"", parameter.name));
   for (const Event& event : vary.events) {
-    for (const Event::Part& part : event.parts) check(part.from, "\"" + event.name + "\"");
+    for (const Event::Part& part : event.parts) check(part.from, fmt::format("\"{}\"", event.name));
   }
 }
 

@@ -132,8 +132,8 @@ std::string to_text(const Search& search, const Summary& summary, const std::map
   }
   if (summary.counted() < summary.runs())
     out += fmt::format("{} runs could not be run, or not to their end\n", summary.runs() - summary.counted());
-  return out + search.coverage().to_text() +
-         "Runs were looked for, not drawn: they say nothing about how often something happens.\n";
+  return fmt::format("{}{}Runs were looked for, not drawn: they say nothing about how often something happens.\n", out,
+                     search.coverage().to_text());
 }
 
 }  // namespace sentree::campaign

@@ -1,5 +1,7 @@
 #include "sentree/campaign/statistics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/math/distributions/binomial.hpp>
@@ -119,19 +121,20 @@ Result<Expectation> parse_expectation(const std::string& text, const std::vector
   std::erase(rest, ' ');
   if (rest == "%") out.rate /= 100;
   const auto wrong = [&](const std::string& why) {
-    return fail("campaign.expect",
-                "\"" + text + "\": " + why + "; write \"REQUIREMENT violated < 1e-3\" or \"mission SUCCESS > 95 %\"");
+    return fail(
+        "campaign.expect",
+        fmt::format("\"{}\": {}; write \"REQUIREMENT violated < 1e-3\" or \"mission SUCCESS > 95 %\"", text, why));
   };
   static const std::vector<std::string> kOutcomes{"SUCCESS", "FAILURE", "RUNNING"};
   static const std::vector<std::string> kVerdicts{"violated", "satisfied"};
   std::vector<std::string> subjects = requirements;
   subjects.emplace_back("mission");
   if (std::find(subjects.begin(), subjects.end(), out.subject) == subjects.end())
-    return wrong("the project has no requirement or monitor \"" + out.subject + "\"" +
-                 did_you_mean(out.subject, subjects));
+    return wrong(fmt::format("the project has no requirement or monitor \"{}\"{}", out.subject,
+                             did_you_mean(out.subject, subjects)));
   const auto& whats = out.subject == "mission" ? kOutcomes : kVerdicts;
   if (std::find(whats.begin(), whats.end(), out.what) == whats.end())
-    return wrong("there is no \"" + out.what + "\" of it" + did_you_mean(out.what, whats));
+    return wrong(fmt::format("there is no \"{}\" of it{}", out.what, did_you_mean(out.what, whats)));
   if (sign != "<" && sign != ">") return wrong("it needs < or >");
   out.below = sign == "<";
   if (end == begin || !(rest.empty() || rest == "%") || !(out.rate > 0.0 && out.rate < 1.0))

@@ -62,7 +62,8 @@ std::string to_text(const Summary& summary, const std::map<std::string, std::str
   for (const auto& [reason, count] : summary.reasons())
     out += line("", fmt::format("  {} × {}", grouped(count), reason.empty() ? "no reason given" : reason));
   for (const auto& requirement : summary.requirements()) {
-    out += line(requirement.name, "violated  " + rate_text(summary, requirement.violated) + file(requirement.name));
+    out += line(requirement.name,
+                fmt::format("violated  {}{}", rate_text(summary, requirement.violated), file(requirement.name)));
     if (requirement.untested > 0)
       out += line("", fmt::format("not put to the test in {}", requirement.untested == summary.counted()
                                                                    ? "any run"
@@ -80,7 +81,7 @@ std::string to_text(const Summary& summary, const std::map<std::string, std::str
       causes += fmt::format("{}{} {:.0f} %", causes.empty() ? "" : ", ", summary.factors()[cause.factor].name,
                             cause.influence.share * 100);
     }
-    if (!causes.empty()) out += line("what matters", summary.outcome_name(outcome) + ": " + causes);
+    if (!causes.empty()) out += line("what matters", fmt::format("{}: {}", summary.outcome_name(outcome), causes));
   }
   std::size_t shown = 0;
   for (const Row& row : summary.worst()) {

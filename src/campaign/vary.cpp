@@ -47,7 +47,7 @@ YamlNode scalar_node(std::string text) {
 // Six digits, which a scenario file has as they are.
 std::string number_text(double number, const std::string& unit) {
   std::string text = fmt::format("{:.6g}", number == 0.0 ? 0.0 : number);
-  return unit.empty() ? text : text + " " + unit;
+  return unit.empty() ? text : fmt::format("{} {}", text, unit);
 }
 
 std::optional<DrawnKind> kind_of(const YamlNode& node) {
@@ -72,7 +72,7 @@ class Reader {
       std::string words;
       for (const auto& [word, known] : kKinds) words += (words.empty() ? "" : ", ") + std::string(word);
       error(node.span, "distribution",
-            what + " needs what it is drawn from, e.g. {uniform: [20 %, 100 %]}; there are " + words);
+            fmt::format("{} needs what it is drawn from, e.g. {{uniform: [20 %, 100 %]}}; there are {}", what, words));
       return std::nullopt;
     }
     Distribution from;
@@ -113,7 +113,7 @@ class Reader {
       has_unit_ = true;
     } else if (unit != from.unit) {
       error(node.span, "distribution",
-            what + " mixes the units \"" + from.unit + "\" and \"" + unit + "\"; write all numbers in one");
+            fmt::format("{} mixes the units \"{}\" and \"{}\"; write all numbers in one", what, from.unit, unit));
       return std::nullopt;
     }
     return number;
@@ -214,7 +214,8 @@ void find_parts(const YamlNode& node, std::vector<std::string> path, Reader& rea
   if (kind_of(node)) {
     std::string name = event.name;
     for (const std::string& key : path) name += "." + key;
-    if (auto from = reader.distribution(node, "\"" + name + "\"")) event.parts.push_back({std::move(path), *from});
+    if (auto from = reader.distribution(node, fmt::format("\"{}\"", name)))
+      event.parts.push_back({std::move(path), *from});
     return;
   }
   for (const auto& [key, member] : node.entries) {
@@ -230,9 +231,9 @@ std::string default_name(const YamlNode& entry) {
   for (const std::string& word : kWords) {
     const YamlNode* what = entry.find(word);
     if (what == nullptr) continue;
-    if (what->is_scalar()) return word + " " + what->scalar;
+    if (what->is_scalar()) return fmt::format("{} {}", word, what->scalar);
     for (const char* key : {"message", "call", "leaf"}) {
-      if (const YamlNode* target = what->find(key)) return word + " " + target->scalar;
+      if (const YamlNode* target = what->find(key)) return fmt::format("{} {}", word, target->scalar);
     }
     return word;
   }
@@ -297,14 +298,13 @@ void read_parameters(const YamlNode& node, Reader& reader, Vary& vary) {
   for (const auto& [key, value] : node.entries) {
     const std::vector<std::string> path = split(key.scalar);
     if (path.size() < 2 || std::find(kSections.begin(), kSections.end(), path.front()) == kSections.end()) {
-      reader.error(
-          key.span, "parameter",
-          "parameter \"" + key.scalar +
-              "\" names no place in a scenario's `override:`, such as world.battery.initial or deadlines.call" +
-              did_you_mean(path.front(), kSections));
+      reader.error(key.span, "parameter",
+                   fmt::format("parameter \"{}\" names no place in a scenario's `override:`, such as "
+                               "world.battery.initial or deadlines.call{}",
+                               key.scalar, did_you_mean(path.front(), kSections)));
       continue;
     }
-    if (auto from = reader.distribution(value, "parameter \"" + key.scalar + "\""))
+    if (auto from = reader.distribution(value, fmt::format("parameter \"{}\"", key.scalar)))
       vary.parameters.push_back({key.scalar, std::move(*from)});
   }
 }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <time.h>
 
 #include <map>
@@ -63,14 +65,13 @@ Result<void> to_csv(replay::RecordedRun& run, Output& output) {
   output.text() += "time_s,sequence,tick,kind,source,target,name,call,data\r\n";
   return run.each([&](const Message& message) {
     std::string& out = output.text();
-    out += shortest_decimal(seconds(message.time)) + "," + std::to_string(message.sequence) + "," +
-           std::to_string(message.tick) + ",";
+    out += fmt::format("{},{},{},", shortest_decimal(seconds(message.time)), message.sequence, message.tick);
     out += to_string(message.kind);
     for (const std::string* field : {&message.source, &message.target, &message.name}) {
       out += ',';
       append_csv(out, *field);
     }
-    out += "," + std::to_string(message.call) + ",";
+    out += fmt::format(",{},", message.call);
     append_csv(out, message.data.is_null() ? std::string() : to_json(message.data));
     out += "\r\n";
     return true;
@@ -86,7 +87,7 @@ Result<void> to_ndjson(replay::RecordedRun& run, Output& output) {
     std::string& out = output.text();
     out += "{\"topic\":";
     append_json_string(out, channel.topic);
-    out += ",\"time_ns\":" + std::to_string(message.log_time) + ",\"data\":";
+    out += fmt::format(",\"time_ns\":{},\"data\":", message.log_time);
     out += message.data;
     out += "}\n";
     return true;

@@ -108,7 +108,7 @@ std::string coverage(const project::Plan& plan, const Facts& facts) {
     const auto& counts = facts.counts[node];
     std::string line;
     for (const auto& [status, count] : counts)
-      line += (line.empty() ? "" : ", ") + status + " " + std::to_string(count);
+      line += fmt::format("{}{} {}", line.empty() ? "" : ", ", status, count);
     reached += counts.empty() ? 0 : 1;
     picture.nodes[node].lines.push_back(counts.empty() ? "never ticked" : line);
     if (!counts.empty()) {
@@ -117,9 +117,8 @@ std::string coverage(const project::Plan& plan, const Facts& facts) {
                                                                 : draw::TreeStatus::kRunning;
     }
   }
-  return fmt::format("<div class=\"card\"><p>{} of {} nodes were ticked.</p>\n<div class=\"scroll tree\">", reached,
-                     picture.nodes.size()) +
-         draw::to_svg(picture) + "</div></div>\n";
+  return fmt::format("{}{}</div></div>\n", fmt::format("<div class=\"card\"><p>{} of {} nodes were ticked.</p>\n<div class=\"scroll tree\">", reached,
+                     picture.nodes.size()), draw::to_svg(picture));
 }
 
 struct WitnessRow {
@@ -137,7 +136,7 @@ std::string witness_table(const std::vector<WitnessRow>& rows) {
     while (is_plain_tick(rows[i]) && last + 1 < rows.size() && is_plain_tick(rows[last + 1])) ++last;
     const WitnessRow& row = rows[i];
     std::string time = fmt::format("{:.3f}", seconds(row.message->time));
-    std::string name = "<code>" + text::xml_escape(row.message->name) + "</code>";
+    std::string name = fmt::format("<code>{}</code>", text::xml_escape(row.message->name));
     std::string what = row.what;
     if (last > i) {
       time += fmt::format(" – {:.3f}", seconds(rows[last].message->time));
@@ -163,19 +162,19 @@ std::string verdicts(const project::Plan& plan, const Facts& facts) {
                                                                           : "",
                         text::xml_escape(monitor.name), verdict, verdict);
     if (const monitor::Origin* origin = plan.monitors[i].origin()) {
-      if (!origin->requirement.prose.empty()) html += "<p>" + text::xml_escape(origin->requirement.prose) + "</p>\n";
-      html += "<p class=soft><code>" + text::xml_escape(origin->requirement.text()) + "</code></p>\n";
+      if (!origin->requirement.prose.empty()) html += fmt::format("<p>{}</p>\n", text::xml_escape(origin->requirement.prose));
+      html += fmt::format("<p class=soft><code>{}</code></p>\n", text::xml_escape(origin->requirement.text()));
     }
-    if (!monitor.standing.empty()) html += "<p class=soft>" + text::xml_escape(monitor.standing) + "</p>\n";
-    if (!monitor.vacuity.empty()) html += "<p>It " + text::xml_escape(monitor.vacuity) + ".</p>\n";
-    if (!monitor.failure.empty()) html += "<p class=violated>given up: " + text::xml_escape(monitor.failure) + "</p>\n";
+    if (!monitor.standing.empty()) html += fmt::format("<p class=soft>{}</p>\n", text::xml_escape(monitor.standing));
+    if (!monitor.vacuity.empty()) html += fmt::format("<p>It {}.</p>\n", text::xml_escape(monitor.vacuity));
+    if (!monitor.failure.empty()) html += fmt::format("<p class=violated>given up: {}</p>\n", text::xml_escape(monitor.failure));
     if (!monitor.decision) {
       html += "</div>\n";
       continue;
     }
     const auto& explanation = monitor.explanation;
     html += fmt::format("<p>Decided at <b>{:.3f} s</b>", seconds(monitor.decision->at));
-    if (!monitor.leaf.empty()) html += " while <b>" + text::xml_escape(monitor.leaf) + "</b> was at work";
+    if (!monitor.leaf.empty()) html += fmt::format(" while <b>{}</b> was at work", text::xml_escape(monitor.leaf));
     if (explanation && explanation->triggered)
       html += fmt::format(", owed since {:.3f} s", seconds(*explanation->triggered));
     html += monitor.decision->deciding ? ".</p>\n" : "; nothing was observed then: a deadline passed.</p>\n";
@@ -210,7 +209,7 @@ std::string intervention(const Value& data) {
   std::string text(what->text());
   for (const auto& [name, value] : *members) {
     if (name == "what" || (value.as_map() != nullptr && value.as_map()->size() == 0)) continue;
-    text += (name == "args" ? " " : " " + name + " ") + to_json(value);
+    text += (name == "args" ? " " : fmt::format(" {} ", name)) + to_json(value);
   }
   return text;
 }
@@ -219,12 +218,12 @@ std::string page(const ReportCommand& command, replay::RecordedRun& run, const p
                  const Facts& facts) {
   std::string html =
       "<!doctype html>\n<html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\n";
-  html += "<title>" + text::xml_escape(run.fact("scenario")) + "</title>\n<style>" + std::string(kStyle) + "</style>\n";
-  html += "<h1>" + text::xml_escape(run.fact("scenario")) + "</h1>\n<div class=card><dl class=facts>\n";
+  html += fmt::format("<title>{}</title>\n<style>{}</style>\n", text::xml_escape(run.fact("scenario")), kStyle);
+  html += fmt::format("<h1>{}</h1>\n<div class=card><dl class=facts>\n", text::xml_escape(run.fact("scenario")));
   const auto row = [&](std::string_view name, const std::string& value) {
     if (!value.empty()) html += fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", name, text::xml_escape(value));
   };
-  row("Mission", run.fact("mission") + (run.fact("reason").empty() ? "" : " (" + run.fact("reason") + ")"));
+  row("Mission", run.fact("mission") + (run.fact("reason").empty() ? "" : fmt::format(" ({})", run.fact("reason"))));
   row("Ended by", run.reader().complete() ? run.fact("ended_by") : "nothing: the recording was cut off");
   row("Run time", fmt::format("{:.3f} s, {} time, seed {}", seconds(run.ended()), run.fact("clock"), run.fact("seed")));
   row("Started", run.fact("started"));
@@ -238,7 +237,7 @@ std::string page(const ReportCommand& command, replay::RecordedRun& run, const p
                           text::xml_escape(message.source), text::xml_escape(intervention(message.data)));
     html += "</table></div></div>\n";
   }
-  return html + "<h2>Tree coverage</h2>\n" + coverage(plan, facts) + coverage_section(command, plan) + "</html>\n";
+  return fmt::format("{}<h2>Tree coverage</h2>\n{}{}</html>\n", html, coverage(plan, facts), coverage_section(command, plan));
 }
 
 }  // namespace

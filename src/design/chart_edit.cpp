@@ -1,5 +1,7 @@
 #include "sentree/design/chart_edit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <map>
@@ -95,7 +97,7 @@ class ChartEditor {
     if (!state) return tl::unexpected(state.error());
     if (auto ok = check_id(rename.id, false); !ok) return tl::unexpected(ok.error());
     if (auto renamed = edit_.rename_state(*state, rename.id); !renamed) return tl::unexpected(renamed.error());
-    return "rename " + rename.state + " to " + rename.id;
+    return fmt::format("rename {} to {}", rename.state, rename.id);
   }
 
   Result<std::string> operator()(const AddState& add) {
@@ -105,8 +107,9 @@ class ChartEditor {
     const XmlElement inside = elements_.of_state(*parent);
     if (!is_history_kind(add.kind)) {
       if (auto ok = check_kind(add.kind, {"state", "parallel", "final"}); !ok) return tl::unexpected(ok.error());
-      moves_.put(inside, inside.children().size(), "<" + tag(add.kind) + text::xml_attribute("id", add.id) + "/>");
-      return "add " + add.kind + " " + add.id;
+      moves_.put(inside, inside.children().size(),
+                 fmt::format("<{}{}/>", tag(add.kind), text::xml_attribute("id", add.id)));
+      return fmt::format("add {} {}", add.kind, add.id);
     }
     const auto& beside = chart_.states()[*parent].children;
     const auto first = std::find_if(beside.begin(), beside.end(), [&](StateIndex state) {
@@ -115,9 +118,9 @@ class ChartEditor {
     if (*parent == 0 || first == beside.end())
       return fail("design.arity", "a history stands in a state that has others inside, which it remembers");
     moves_.put(inside, inside.children().size(),
-               "<" + tag("history") + text::xml_attribute("id", add.id) +
-                   (add.kind == "deep-history" ? text::xml_attribute("type", "deep") : "") + "><" + tag("transition") +
-                   text::xml_attribute("target", chart_.states()[*first].id) + "/></" + tag("history") + ">");
+               fmt::format("<{}{}{}><{}{}/></{}>", tag("history"), text::xml_attribute("id", add.id),
+                           add.kind == "deep-history" ? text::xml_attribute("type", "deep") : "", tag("transition"),
+                           text::xml_attribute("target", chart_.states()[*first].id), tag("history")));
     return "add history " + add.id;
   }
 
@@ -126,9 +129,9 @@ class ChartEditor {
     if (!state) return tl::unexpected(state.error());
     const auto count = forget(*state);
     moves_.take_out(elements_.of_state(*state));
-    return "delete state " + remove.state +
-           (count == 0 ? ""
-                       : " with " + std::to_string(count) + (count == 1 ? " transition" : " transitions") + " to it");
+    return fmt::format(
+        "delete state {}{}", remove.state,
+        count == 0 ? "" : fmt::format(" with {}{} to it", count, count == 1 ? " transition" : " transitions"));
   }
 
   Result<std::string> operator()(const MoveState& move) {
@@ -145,7 +148,8 @@ class ChartEditor {
     const XmlElement inside = elements_.of_state(*parent);
     moves_.put_copy(inside, inside.children().size(), elements_.of_state(*state));
     moves_.take_out(elements_.of_state(*state));
-    return "move " + move.state + (*parent == 0 ? std::string(" to the top level") : " into " + move.parent);
+    return fmt::format("move {}{}", move.state,
+                       *parent == 0 ? std::string(" to the top level") : " into " + move.parent);
   }
 
   Result<std::string> operator()(const WrapState& wrap) {
@@ -155,9 +159,9 @@ class ChartEditor {
     if (auto ok = check_kind(wrap.kind, {"state", "parallel"}); !ok) return tl::unexpected(ok.error());
     if (chart_.states()[*state].is_history())
       return fail("design.arity", wrap.state + " is a history: it stands beside what it remembers");
-    moves_.wrap(elements_.of_state(*state), "<" + tag(wrap.kind) + text::xml_attribute("id", wrap.id) + ">",
-                "</" + tag(wrap.kind) + ">");
-    return "put " + wrap.state + " into the new " + wrap.kind + " " + wrap.id;
+    moves_.wrap(elements_.of_state(*state), fmt::format("<{}{}>", tag(wrap.kind), text::xml_attribute("id", wrap.id)),
+                fmt::format("</{}>", tag(wrap.kind)));
+    return fmt::format("put {} into the new {} {}", wrap.state, wrap.kind, wrap.id);
   }
 
   Result<std::string> operator()(const SetKind& set) {
@@ -180,13 +184,14 @@ class ChartEditor {
         if (moot)
           moves_.take_out(child);
         else if (!fits)
-          return fail("design.arity", set.state + " holds <" + std::string(name) + ">, which " +
-                                          (set.kind == "final" ? "a final state has not" : "only a final state has"));
+          return fail("design.arity",
+                      fmt::format("{} holds <{}>, which {}", set.state, name,
+                                  set.kind == "final" ? "a final state has not" : "only a final state has"));
       }
       edit_.remove_attribute(element, "initial");
       moves_.rename(element, tag(set.kind));
     }
-    return "make " + set.state + " a " + set.kind;
+    return fmt::format("make {} a {}", set.state, set.kind);
   }
 
   Result<std::string> operator()(const SetInitial& set) {
@@ -194,7 +199,7 @@ class ChartEditor {
     if (!state) return tl::unexpected(state.error());
     const StateIndex parent = chart_.states()[*state].parent;
     if (chart_.states()[parent].kind == scxml::StateKind::kParallel)
-      return fail("design.arity", "all that is in the parallel " + chart_.states()[parent].id + " is entered");
+      return fail("design.arity", fmt::format("all that is in the parallel {} is entered", chart_.states()[parent].id));
     set_initial(parent, set.state);
     return "begin with " + set.state;
   }
@@ -211,7 +216,7 @@ class ChartEditor {
     }
     const XmlElement state = elements_.of_state(*source);
     moves_.put(state, behind_transitions(state), xml + "/>");
-    return "add transition from " + add.source + (add.target.empty() ? "" : " to " + add.target);
+    return fmt::format("add transition from {}{}", add.source, add.target.empty() ? "" : " to " + add.target);
   }
 
   Result<std::string> operator()(const SetTransition& set) {
@@ -295,7 +300,7 @@ class ChartEditor {
       for (const char c : insert.xml) inner += c == '\n' ? "\n" + step : std::string(1, c);
       const std::string block = tag(insert.place.block);
       moves_.put(element, insert.place.block == "onexit" ? behind(element, "onentry") : behind(element, "datamodel"),
-                 "<" + block + ">\n" + step + inner + "\n</" + block + ">");
+                 fmt::format("<{}>\n{}{}\n</{}>", block, step, inner, block));
     }
     return "add to " + shown(insert.place);
   }
@@ -351,7 +356,7 @@ class ChartEditor {
   }
   [[nodiscard]] std::string shown(const ActionPlace& place) const {
     if (place.transition) return "a transition of " + shown(chart_.transitions()[*place.transition].source);
-    return place.block + " of " + (place.state.empty() ? "the chart" : place.state);
+    return fmt::format("{} of {}", place.block, place.state.empty() ? "the chart" : place.state);
   }
 
   static tl::unexpected<Diagnostic> fail_idle() {
@@ -360,7 +365,7 @@ class ChartEditor {
 
   [[nodiscard]] Result<StateIndex> find(const std::string& id) const {
     if (const auto state = chart_.find(id); state && !id.empty()) return *state;
-    return fail("design.no-such-node", "there is no state \"" + id + "\"");
+    return fail("design.no-such-node", fmt::format("there is no state \"{}\"", id));
   }
   [[nodiscard]] Result<StateIndex> parent_of(const std::string& id) const {
     if (id.empty()) return kRootIndex;
@@ -376,7 +381,7 @@ class ChartEditor {
     if (!found) return found;
     const scxml::State& state = chart_.states()[*found];
     if (state.kind == scxml::StateKind::kFinal || state.is_history())
-      return fail("design.arity", "nothing leads out of " + id + ", which is final or a history");
+      return fail("design.arity", fmt::format("nothing leads out of {}, which is final or a history", id));
     return found;
   }
   [[nodiscard]] Result<const scxml::Transition*> transition_at(TransitionIndex transition) const {
@@ -384,13 +389,14 @@ class ChartEditor {
     return fail("design.no-such-node", "there is no such transition in the text as it is now");
   }
   [[nodiscard]] Result<void> check_id(const std::string& id, bool is_new) const {
-    if (!is_id(id)) return fail("design.bad-name", "\"" + id + "\" is no id of a state");
-    if (is_new && chart_.find(id)) return fail("scxml.duplicate-id", "there is a state \"" + id + "\" already");
+    if (!is_id(id)) return fail("design.bad-name", fmt::format("\"{}\" is no id of a state", id));
+    if (is_new && chart_.find(id))
+      return fail("scxml.duplicate-id", fmt::format("there is a state \"{}\" already", id));
     return {};
   }
   static Result<void> check_kind(const std::string& kind, const std::vector<std::string>& kinds) {
     if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) return {};
-    return fail("design.bad-name", "\"" + kind + "\" is no kind of state here");
+    return fail("design.bad-name", fmt::format("\"{}\" is no kind of state here", kind));
   }
   [[nodiscard]] Result<void> check_targets(const std::string& targets) const {
     std::string id;
@@ -406,7 +412,7 @@ class ChartEditor {
     return {};
   }
   static Result<void> check_content(const std::string& xml) {
-    const auto document = text::XmlDocument::parse("<content>" + xml + "</content>", {}, {.lenient = true});
+    const auto document = text::XmlDocument::parse(fmt::format("<content>{}</content>", xml), {}, {.lenient = true});
     if (!document) return fail("design.bad-content", "this is no XML: " + document.error().message);
     if (document->root().children().size() != 1 || !document->root().text().empty())
       return fail("design.bad-content", "write one element, as <log expr=\"'here'\"/>");
@@ -518,7 +524,7 @@ class ChartEditor {
       return std::vector{element};
     }
     if (place.block != "onentry" && place.block != "onexit" && place.block != "datamodel")
-      return fail("design.bad-name", "\"" + place.block + "\" is no place for this");
+      return fail("design.bad-name", fmt::format("\"{}\" is no place for this", place.block));
     const auto state = place.state.empty() ? Result<StateIndex>(kRootIndex) : find(place.state);
     if (!state) return tl::unexpected(state.error());
     if (*state == kRootIndex && place.block != "datamodel")

@@ -1,5 +1,7 @@
 #include "sentree/design/comparison.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
@@ -158,7 +160,7 @@ class Joiner {
 // What is written in both, once; else what was and what is.
 std::string either(const std::string& was, const std::string& is) {
   if (was == is) return is;
-  return (was.empty() ? "(none)" : was) + " → " + (is.empty() ? "(none)" : is);
+  return fmt::format("{} → {}", was.empty() ? "(none)" : was, is.empty() ? "(none)" : is);
 }
 
 using Texts = std::vector<std::string>;
@@ -186,11 +188,11 @@ draw::TreeNode drawing_of_both(const OutlineNode& was, const OutlineNode& is) {
   for (const auto& [name, value] : is.attributes) {
     now.insert(name);
     const auto before_value = old.find(name);
-    drawn.lines.push_back(before_value == old.end() ? "+ " + name + ": " + value
-                                                    : name + ": " + either(before_value->second, value));
+    drawn.lines.push_back(before_value == old.end() ? fmt::format("+ {}: {}", name, value)
+                                                    : fmt::format("{}: {}", name, either(before_value->second, value)));
   }
   for (const auto& [name, value] : was.attributes) {
-    if (!now.contains(name)) drawn.lines.push_back("− " + name + ": " + value);
+    if (!now.contains(name)) drawn.lines.push_back(fmt::format("− {}: {}", name, value));
   }
   return drawn;
 }
@@ -619,7 +621,7 @@ draw::TreeNode drawing_of(const OutlineNode& node) {
     drawn.title = node.name.empty() ? node.id : node.name;
     if (!node.name.empty() && node.name != node.id) drawn.lines.push_back(node.id);
   }
-  for (const auto& [name, value] : node.attributes) drawn.lines.push_back(name + ": " + value);
+  for (const auto& [name, value] : node.attributes) drawn.lines.push_back(fmt::format("{}: {}", name, value));
   return drawn;
 }
 
@@ -628,10 +630,10 @@ Result<Comparison> compare(std::string_view before, std::string_view after, cons
   const What first = what_is(before);
   const What second = what_is(after);
   if (first != second || first == What::kOther)
-    return fail("diff.unlike",
-                "what can be drawn as one picture are two trees or two charts; " +
-                    (before_file == after_file ? after_file + " is compared as text"
-                                               : before_file + " and " + after_file + " are compared as texts"));
+    return fail("diff.unlike", "what can be drawn as one picture are two trees or two charts; " +
+                                   (before_file == after_file
+                                        ? after_file + " is compared as text"
+                                        : fmt::format("{} and {} are compared as texts", before_file, after_file)));
   return first == What::kTree ? compare_trees(before, after, kinds, before_file, after_file)
                               : compare_charts(before, after, before_file, after_file);
 }

@@ -1,5 +1,7 @@
 #include "sentree/design/element_edits.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -134,8 +136,7 @@ void ElementEdits::put_text(const XmlElement& parent, std::size_t index, const T
   if (source()[parent.end_offset() - 2] == '/' && parent.inner_source().empty()) {
     std::size_t slash = parent.end_offset() - 2;
     while (is_space(source()[slash - 1])) --slash;
-    edits_.push_back(
-        {slash, parent.end_offset(), ">" + line + eol() + outer + "</" + std::string(parent.name()) + ">"});
+    edits_.push_back({slash, parent.end_offset(), fmt::format(">{}{}{}</{}>", line, eol(), outer, parent.name())});
     return;
   }
   const std::size_t close = open_end + parent.inner_source().size();

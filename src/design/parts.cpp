@@ -55,7 +55,7 @@ Part skill(const std::string& name, const std::optional<Call>& call) {
                                   "    <transition event=\"enough\" target=\"success\"/>\n"
                                   "    <transition event=\"error\" target=\"failure\"/>\n"
                                   "  </state>\n";
-  part.files.emplace_back("skills/" + name + ".scxml",
+  part.files.emplace_back(fmt::format("skills/{}.scxml", name),
                           chart(name, "Each tick is RUNNING until a final state is entered.",
                                 call ? "asking" : "waiting", body + kOutcomes));
   part.next = fmt::format(
@@ -67,11 +67,11 @@ Part skill(const std::string& name, const std::optional<Call>& call) {
 
 Part monitor(const std::string& name, const std::optional<Call>& call) {
   Part part;
-  const std::string request = call ? call->service + "." + call->method + ".request" : "mission.tick";
+  const std::string request = call ? fmt::format("{}.{}.request", call->service, call->method) : "mission.tick";
   const std::string answer =
       call ? fmt::format("{0}.{1}.reply {0}.{1}.error", call->service, call->method) : "mission.status";
   part.files.emplace_back(
-      "monitors/" + name + ".scxml",
+      fmt::format("monitors/{}.scxml", name),
       chart(name,
             call ? fmt::format("Requirement: {}.{} is answered within two seconds.", call->service, call->method)
                  : "Requirement: the mission ends within two seconds of a tick.",
@@ -87,15 +87,15 @@ Part monitor(const std::string& name, const std::optional<Call>& call) {
                         "  </state>\n"
                         "  <final id=\"violated\"/>\n",
                         request, answer)));
-  part.entries.emplace_back("monitors", "- {file: monitors/" + name + ".scxml}");
+  part.entries.emplace_back("monitors", fmt::format("- {{file: monitors/{}.scxml}}", name));
   part.next = "docs/observations.md lists what a monitor can see";
   return part;
 }
 
 Part requirement(const std::string& name, const std::optional<Call>& call) {
   Part part;
-  const std::string what = call ? call->service + "." + call->method : "";
-  part.files.emplace_back("requirements/" + name + ".req",
+  const std::string what = call ? fmt::format("{}.{}", call->service, call->method) : "";
+  part.files.emplace_back(fmt::format("requirements/{}.req", name),
                           call ? fmt::format("# docs/requirements.md tells what can be said.\n"
                                              "event asked    = request({0})\n"
                                              "event answered = reply({0})\n\n"
@@ -106,14 +106,14 @@ Part requirement(const std::string& name, const std::optional<Call>& call) {
                                              "{} \"The mission is ticked at least once a second.\":\n"
                                              "  observation(mission.tick) at least every 1 s.\n",
                                              name));
-  part.entries.emplace_back("monitors", "- {file: requirements/" + name + ".req}");
+  part.entries.emplace_back("monitors", fmt::format("- {{file: requirements/{}.req}}", name));
   part.next = "`sentree run {project}` judges it, `sentree monitor check RUN.mcap --project {project}` on a past run";
   return part;
 }
 
 Part scenario(const std::string& name) {
   Part part;
-  part.files.emplace_back("scenarios/" + name + ".yaml",
+  part.files.emplace_back(fmt::format("scenarios/{}.yaml", name),
                           "description: the mission succeeds\n"
                           "# What happens to it, for example a call of the simulator's control, or of a service:\n"
                           "# timeline:\n"
@@ -121,7 +121,7 @@ Part scenario(const std::string& name) {
                           "duration: 2 min\n"
                           "expect:\n"
                           "  mission: SUCCESS\n");
-  part.next = "`sentree test {project} --scenario " + name + "` runs it";
+  part.next = fmt::format("`sentree test {{project}} --scenario {}` runs it", name);
   return part;
 }
 
@@ -129,13 +129,13 @@ Part component(const std::string& name) {
   Part part;
   std::string service = name;
   service.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(service.front())));
-  part.files.emplace_back("interfaces/" + name + ".thrift", fmt::format("// What {0} can be asked.\n"
-                                                                        "service {1} {{\n"
-                                                                        "  bool isReady()\n"
-                                                                        "}}\n",
-                                                                        name, service));
-  part.files.emplace_back("models/" + name + ".scxml",
-                          chart(name, "Stands in for " + name + ": one session for the whole run.", "ready",
+  part.files.emplace_back(fmt::format("interfaces/{}.thrift", name), fmt::format("// What {0} can be asked.\n"
+                                                                                 "service {1} {{\n"
+                                                                                 "  bool isReady()\n"
+                                                                                 "}}\n",
+                                                                                 name, service));
+  part.files.emplace_back(fmt::format("models/{}.scxml", name),
+                          chart(name, fmt::format("Stands in for {}: one session for the whole run.", name), "ready",
                                 fmt::format("  <state id=\"ready\">\n"
                                             "    <transition event=\"{0}.isReady.request\">\n"
                                             "      <send type=\"thrift\" target=\"{0}\" event=\"isReady.reply\">"
@@ -146,8 +146,10 @@ Part component(const std::string& name) {
   part.entries.emplace_back("services", fmt::format("{0}: {{interface: {0}.thrift/{1}, at: model}}", name, service));
   part.entries.emplace_back("models",
                             fmt::format("- {{file: models/{0}.scxml, name: {0}_model, serves: [{0}]}}", name));
-  part.next = "skills call it by <send type=\"thrift\" target=\"" + name +
-              "\" event=\"isReady\"/>; an address in place of `model` reaches the real one";
+  part.next = fmt::format(
+      "skills call it by <send type=\"thrift\" target=\"{}\" event=\"isReady\"/>; an address in place of `model` "
+      "reaches the real one",
+      name);
   return part;
 }
 
@@ -161,14 +163,14 @@ bool is_part_name(const std::string& name) {
 
 Result<Part> new_part(const std::string& kind, const std::string& name, const project::Plan* plan) {
   if (!is_part_name(name))
-    return fail("design.bad-name", "\"" + name + "\" is no name: letters, digits and _, with a letter first");
+    return fail("design.bad-name", fmt::format("\"{}\" is no name: letters, digits and _, with a letter first", name));
   const auto call = plan != nullptr ? example_call(*plan) : std::nullopt;
   if (kind == "skill") return skill(name, call);
   if (kind == "monitor") return monitor(name, call);
   if (kind == "requirement") return requirement(name, call);
   if (kind == "scenario") return scenario(name);
   if (kind == "component") return component(name);
-  return fail("design.no-such-part", "\"" + kind + "\" is no part of a project");
+  return fail("design.no-such-part", fmt::format("\"{}\" is no part of a project", kind));
 }
 
 Result<std::vector<std::filesystem::path>> begin_project(const std::filesystem::path& folder) {

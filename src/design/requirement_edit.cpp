@@ -1,5 +1,7 @@
 #include "sentree/design/requirement_edit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 
@@ -143,7 +145,7 @@ bool is_one(std::string_view condition) {
 }
 
 std::string negated(const std::string& condition) {
-  return "not " + (is_one(condition) ? condition : "(" + condition + ")");
+  return "not " + (is_one(condition) ? condition : fmt::format("({})", condition));
 }
 
 std::string body(std::string_view pattern, std::string_view text, const Parts& parts, std::string_view before) {
@@ -151,23 +153,23 @@ std::string body(std::string_view pattern, std::string_view text, const Parts& p
   const std::string q = parts.text(Role::kQ);
   const std::string within = parts.text(Role::kBound, "1 s");
   if (begins_with_whenever(pattern)) {
-    const std::string head = "whenever " + p + between(text, parts, before);
-    if (pattern == "respond") return head + q + " within " + within;
-    if (pattern == "respond-eventually") return head + q + " eventually";
-    if (pattern == "immediately") return head + q + " immediately";
-    if (pattern == "keep-for") return head + "keep " + q + " for " + within;
-    if (pattern == "keep-until") return head + "keep " + q + " until " + parts.text(Role::kR);
-    return head + negated(q) + " for " + within;
+    const std::string head = fmt::format("whenever {}{}", p, between(text, parts, before));
+    if (pattern == "respond") return fmt::format("{}{} within {}", head, q, within);
+    if (pattern == "respond-eventually") return fmt::format("{}{} eventually", head, q);
+    if (pattern == "immediately") return fmt::format("{}{} immediately", head, q);
+    if (pattern == "keep-for") return fmt::format("{}keep {} for {}", head, q, within);
+    if (pattern == "keep-until") return fmt::format("{}keep {} until {}", head, q, parts.text(Role::kR));
+    return fmt::format("{}{} for {}", head, negated(q), within);
   }
-  if (pattern == "always" || pattern == "never" || pattern == "eventually") return std::string(pattern) + " " + p;
-  if (pattern == "eventually-within") return "eventually " + p + " within " + within;
-  if (pattern == "precedes") return p + " precedes " + q;
-  if (pattern == "precedes-within") return p + " precedes " + q + " by at most " + within;
-  if (pattern == "at-least-every") return p + " at least every " + within;
+  if (pattern == "always" || pattern == "never" || pattern == "eventually") return fmt::format("{} {}", pattern, p);
+  if (pattern == "eventually-within") return fmt::format("eventually {} within {}", p, within);
+  if (pattern == "precedes") return fmt::format("{} precedes {}", p, q);
+  if (pattern == "precedes-within") return fmt::format("{} precedes {} by at most {}", p, q, within);
+  if (pattern == "at-least-every") return fmt::format("{} at least every {}", p, within);
   const std::string times = parts.text(Role::kTimes, "1");
-  if (pattern == "at-most") return p + " at most " + times + " times";
-  if (pattern == "at-most-per") return p + " at most " + times + " times per " + within;
-  return p + " holds for at least " + within;
+  if (pattern == "at-most") return fmt::format("{} at most {} times", p, times);
+  if (pattern == "at-most-per") return fmt::format("{} at most {} times per {}", p, times, within);
+  return fmt::format("{} holds for at least {}", p, within);
 }
 
 std::string scope_text(std::string_view scope, const Parts& parts) {
@@ -175,8 +177,8 @@ std::string scope_text(std::string_view scope, const Parts& parts) {
   const std::string close = parts.text(Role::kClose);
   if (scope == "before") return "before " + close;
   if (scope == "after") return "after " + open;
-  if (scope == "between") return "between " + open + " and " + close;
-  if (scope == "after-until") return "after " + open + " until " + close;
+  if (scope == "between") return fmt::format("between {} and {}", open, close);
+  if (scope == "after-until") return fmt::format("after {} until {}", open, close);
   return scope == "while" ? "while " + open : "";
 }
 
@@ -194,7 +196,7 @@ class Editor {
     const auto at = find(set.requirement);
     if (!at) return tl::unexpected(at.error());
     const Parts parts(text_, read_.parts[*at]);
-    const std::string name = "write " + set.part + " of " + set.requirement;
+    const std::string name = fmt::format("write {} of {}", set.part, set.requirement);
     const auto found = std::find_if(parts.all().begin(), parts.all().end(),
                                     [&](const auto& one) { return name_of(one.first) == set.part; });
     if (set.part == name_of(Role::kAssuming)) {
@@ -203,7 +205,7 @@ class Editor {
       return Edited{all, set.text.empty() ? "" : " assuming " + set.text, name};
     }
     if (found == parts.all().end() || found->first == Role::kScope || found->first == Role::kBody)
-      return fail("design.no-such-node", set.requirement + " has no part \"" + set.part + "\"");
+      return fail("design.no-such-node", fmt::format("{} has no part \"{}\"", set.requirement, set.part));
     if (set.text.find_first_not_of(" \t\r\n") == std::string::npos)
       return fail("design.bad-name", "something has to be said here");
     return Edited{found->second, set.text, name};
@@ -215,7 +217,7 @@ class Editor {
     const Parts parts(text_, read_.parts[*at]);
     const std::string written = scope_text(set.scope, parts);
     if (written.empty() && set.scope != "globally")
-      return fail("design.no-such-node", "there is no scope \"" + set.scope + "\"");
+      return fail("design.no-such-node", fmt::format("there is no scope \"{}\"", set.scope));
     const std::string name = "scope of " + set.requirement;
     const Range* scope = parts.find(Role::kScope);
     const std::size_t body = parts.find(Role::kBody)->from;
@@ -230,7 +232,7 @@ class Editor {
     const auto at = find(set.requirement);
     if (!at) return tl::unexpected(at.error());
     if (std::find(patterns().begin(), patterns().end(), set.pattern) == patterns().end())
-      return fail("design.no-such-node", "there is no pattern \"" + set.pattern + "\"");
+      return fail("design.no-such-node", fmt::format("there is no pattern \"{}\"", set.pattern));
     const Parts parts(text_, read_.parts[*at]);
     return Edited{*parts.find(Role::kBody), body(set.pattern, text_, parts, pattern_of(read_.file.requirements[*at])),
                   "pattern of " + set.requirement};
@@ -241,7 +243,7 @@ class Editor {
     const auto& all = read_.file.requirements;
     const auto found = std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == name; });
     if (found != all.end()) return static_cast<std::size_t>(found - all.begin());
-    return fail("design.no-such-node", "there is no requirement \"" + name + "\"");
+    return fail("design.no-such-node", fmt::format("there is no requirement \"{}\"", name));
   }
 
   std::string_view text_;

@@ -1,5 +1,7 @@
 #include "sentree/design/tree_edit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 
@@ -37,7 +39,7 @@ std::string id_of(const XmlElement& element) {
 }
 
 std::string shown(const XmlElement& element) {
-  if (element.name() == "BehaviorTree") return "tree " + std::string(element.attribute("ID").value_or(""));
+  if (element.name() == "BehaviorTree") return fmt::format("tree {}", element.attribute("ID").value_or(""));
   return std::string(element.attribute("name").value_or(id_of(element)));
 }
 
@@ -67,22 +69,22 @@ class TreeEditor {
 
   Result<GestureResult> operator()(const InsertNode& insert) {
     if (insert.subtree ? insert.id.empty() : !is_name(insert.id))
-      return fail("design.bad-name", "\"" + insert.id + "\" is no name of a node");
+      return fail("design.bad-name", fmt::format("\"{}\" is no name of a node", insert.id));
     const auto parent = parent_of(insert.at);
     if (!parent) return tl::unexpected(parent.error());
     if (auto room = check_room(*parent, 1, {}); !room) return tl::unexpected(room.error());
     if (insert.subtree) {
       if (auto ok = check_recursion(*parent, {insert.id}); !ok) return tl::unexpected(ok.error());
     }
-    std::string xml = insert.subtree ? "<SubTree ID=\"" + text::xml_escape(insert.id) + "\"" : "<" + insert.id;
-    if (!insert.name.empty()) xml += " name=\"" + text::xml_escape(insert.name) + "\"";
+    std::string xml = insert.subtree ? fmt::format("<SubTree ID=\"{}\"", text::xml_escape(insert.id)) : "<" + insert.id;
+    if (!insert.name.empty()) xml += fmt::format(" name=\"{}\"", text::xml_escape(insert.name));
     for (const auto& [name, value] : insert.ports) {
-      if (!is_name(name)) return fail("design.bad-name", "\"" + name + "\" is no name of a port");
-      xml += " " + name + "=\"" + text::xml_escape(value) + "\"";
+      if (!is_name(name)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a port", name));
+      xml += fmt::format(" {}=\"{}\"", name, text::xml_escape(value));
     }
     xml += "/>";
     edits_.put(*parent, insert.at.index, xml);
-    return done("add " + (insert.name.empty() ? insert.id : insert.name) + " to " + shown(*parent));
+    return done(fmt::format("add {} to {}", insert.name.empty() ? insert.id : insert.name, shown(*parent)));
   }
 
   Result<GestureResult> operator()(const DeleteNode& gesture) {
@@ -117,20 +119,21 @@ class TreeEditor {
   Result<GestureResult> operator()(const WrapNode& wrap) {
     const auto node = node_at(wrap.node);
     if (!node) return tl::unexpected(node.error());
-    if (!is_name(wrap.id)) return fail("design.bad-name", "\"" + wrap.id + "\" is no name of a node");
+    if (!is_name(wrap.id)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a node", wrap.id));
     const bt::NodeModel* model = kinds_.model(wrap.id);
-    if (model == nullptr) return fail("design.no-such-node", "nobody says what " + wrap.id + " is");
+    if (model == nullptr) return fail("design.no-such-node", fmt::format("nobody says what {} is", wrap.id));
     if (kinds_.kind(wrap.id, *model).children_max == 0)
       return fail("design.arity", wrap.id + " is a leaf: nothing can be in it");
-    edits_.wrap(*node, "<" + wrap.id + ">", "</" + wrap.id + ">");
-    return done("wrap " + shown(*node) + " in " + wrap.id);
+    edits_.wrap(*node, fmt::format("<{}>", wrap.id), fmt::format("</{}>", wrap.id));
+    return done(fmt::format("wrap {} in {}", shown(*node), wrap.id));
   }
 
   Result<GestureResult> operator()(const UnwrapNode& unwrap) {
     const auto node = node_at(unwrap.node);
     if (!node) return tl::unexpected(node.error());
     const auto children = node->children();
-    if (children.empty()) return fail("design.nothing-to-do", "nothing is in " + shown(*node) + "; delete it instead");
+    if (children.empty())
+      return fail("design.nothing-to-do", fmt::format("nothing is in {}; delete it instead", shown(*node)));
     if (auto room = check_room(node->parent(), children.size(), *node); !room) return tl::unexpected(room.error());
     edits_.unwrap(*node);
     return done("unwrap " + shown(*node));
@@ -139,7 +142,7 @@ class TreeEditor {
   Result<GestureResult> operator()(const SetAttribute& set) {
     const auto node = node_at(set.node);
     if (!node) return tl::unexpected(node.error());
-    if (!is_name(set.name)) return fail("design.bad-name", "\"" + set.name + "\" is no name of an attribute");
+    if (!is_name(set.name)) return fail("design.bad-name", fmt::format("\"{}\" is no name of an attribute", set.name));
     if (set.value == node->attribute(set.name)) return fail("design.nothing-to-do", "it is so already");
     text::XmlEdit edit(document_);
     if (set.value)
@@ -150,15 +153,15 @@ class TreeEditor {
     if (!text) return tl::unexpected(text.error());
     return GestureResult{edits_between(source(), *text),
                          set.name == "name" && set.value
-                             ? "rename " + shown(*node) + " to " + *set.value
-                             : (set.value ? "set " : "remove ") + set.name + " of " + shown(*node)};
+                             ? fmt::format("rename {} to {}", shown(*node), *set.value)
+                             : fmt::format("{}{} of {}", set.value ? "set " : "remove ", set.name, shown(*node))};
   }
 
   Result<GestureResult> operator()(const ExtractTree& extract) {
     const auto node = node_at(extract.node);
     if (!node) return tl::unexpected(node.error());
-    if (!is_name(extract.id)) return fail("design.bad-name", "\"" + extract.id + "\" is no name of a tree");
-    if (tree_of(extract.id)) return fail("design.bad-name", "there is a tree " + extract.id + " already");
+    if (!is_name(extract.id)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a tree", extract.id));
+    if (tree_of(extract.id)) return fail("design.bad-name", fmt::format("there is a tree {} already", extract.id));
     XmlElement tree = node->parent();
     while (tree.name() != "BehaviorTree") tree = tree.parent();
     const std::string step = edits_.indentation_step(document_.root());
@@ -167,10 +170,10 @@ class TreeEditor {
     const auto siblings = document_.root().children();
     const auto own = static_cast<std::size_t>(std::find(siblings.begin(), siblings.end(), tree) - siblings.begin());
     const bool format4 = document_.root().attribute("BTCPP_format").value_or("") == "4";
-    edits_.replace(*node, "<SubTree ID=\"" + extract.id + "\" " + (format4 ? "" : "_") + "_autoremap=\"true\"/>");
+    edits_.replace(*node, fmt::format("<SubTree ID=\"{}\" {}_autoremap=\"true\"/>", extract.id, format4 ? "" : "_"));
     edits_.put(document_.root(), own + 1,
-               "<BehaviorTree ID=\"" + extract.id + "\">\n" + step + inner + "\n</BehaviorTree>");
-    return done("make a tree " + extract.id + " of " + shown(*node));
+               fmt::format("<BehaviorTree ID=\"{}\">\n{}{}\n</BehaviorTree>", extract.id, step, inner));
+    return done(fmt::format("make a tree {} of {}", extract.id, shown(*node)));
   }
 
   Result<GestureResult> operator()(const InlineTree& gesture) {
@@ -180,7 +183,7 @@ class TreeEditor {
     const std::string id = id_of(*node);
     const XmlElement tree = tree_of(id);
     if (!tree || !tree.first_child())
-      return fail("design.no-such-node", "the tree " + id + " is not in this file, or empty");
+      return fail("design.no-such-node", fmt::format("the tree {} is not in this file, or empty", id));
     // What its entries are called inside is what they are called outside.
     const auto is_flag = [&](std::string_view name) {
       return node->attribute(name).value_or("") == "true" || node->attribute(name).value_or("") == "1";
@@ -188,7 +191,7 @@ class TreeEditor {
     bool renames = !is_flag("_autoremap") && !is_flag("__autoremap") && !is_flag("__shared_blackboard") &&
                    tree.inner_source().find('{') != std::string_view::npos;
     node->for_each_attribute([&](std::string_view name, std::string_view value) {
-      const bool same = value == "{" + std::string(name) + "}";
+      const bool same = value == fmt::format("{{{}}}", name);
       renames = renames || (name != "ID" && name != "name" && !name.starts_with('_') && !same);
     });
     if (renames)
@@ -198,7 +201,7 @@ class TreeEditor {
     edits_.replace(*node, edits_.text_of(tree.first_child()));
     const bool is_main = document_.root().attribute("main_tree_to_execute").value_or("") == id;
     if (uses == 1 && !is_main && tree.children().size() == 1 && !is_in(*node, tree)) edits_.take_out(tree);
-    return done("put the tree " + id + " in the place of " + shown(*node));
+    return done(fmt::format("put the tree {} in the place of {}", id, shown(*node)));
   }
 
  private:
@@ -225,7 +228,7 @@ class TreeEditor {
     for (XmlElement above = element->parent(); above; above = above.parent()) {
       if (above.name() == "BehaviorTree") return element;
     }
-    return fail("design.no-such-node", "<" + std::string(element->name()) + "> is no node of a tree");
+    return fail("design.no-such-node", fmt::format("<{}> is no node of a tree", element->name()));
   }
 
   Result<XmlElement> parent_of(const Slot& slot) const {
@@ -253,11 +256,11 @@ class TreeEditor {
     if (parent.name() == "BehaviorTree") {
       if (there + count <= 1) return {};
       return fail("design.arity",
-                  "a tree has one root; wrap " + shown(parent.first_child()) + " in a control node first");
+                  fmt::format("a tree has one root; wrap {} in a control node first", shown(parent.first_child())));
     }
     const std::string id = id_of(parent);
     if (is_subtree(parent.name()))
-      return fail("design.arity", shown(parent) + " is a SubTree: its nodes are in the tree " + id);
+      return fail("design.arity", fmt::format("{} is a SubTree: its nodes are in the tree {}", shown(parent), id));
     const bt::NodeModel* model = kinds_.model(id);
     const auto category = explicit_category(parent.name());
     if (model == nullptr && (!category || *category == bt::Category::kAction || *category == bt::Category::kCondition))
@@ -267,14 +270,13 @@ class TreeEditor {
     const Kinds::Kind kind = kinds_.kind(id, model != nullptr ? *model : said);
     if (there + count <= kind.children_max) return {};
     if (kind.children_max == 0) {
-      return fail("design.arity", shown(parent) + " is " +
-                                      (kind.category == bt::Category::kCondition ? "a condition" : "an action") +
-                                      ": it has no children");
+      return fail("design.arity", fmt::format("{} is {}: it has no children", shown(parent),
+                                              kind.category == bt::Category::kCondition ? "a condition" : "an action"));
     }
     return fail("design.arity",
-                shown(parent) + " takes " +
-                    (kind.children_max == 1 ? "one child" : std::to_string(kind.children_max) + " children") +
-                    (kind.children_max == 1 ? " only, and has it" : " at most"));
+                fmt::format("{} takes {}{}", shown(parent),
+                            kind.children_max == 1 ? "one child" : fmt::format("{} children", kind.children_max),
+                            kind.children_max == 1 ? " only, and has it" : " at most"));
   }
 
   static std::set<std::string> subtrees_in(const XmlElement& node) {
@@ -305,7 +307,7 @@ class TreeEditor {
       }
     }
     if (!called.contains(own)) return {};
-    return fail("design.inside-itself", "the tree " + own + " would contain itself");
+    return fail("design.inside-itself", fmt::format("the tree {} would contain itself", own));
   }
 
   XmlDocument document_;
@@ -330,7 +332,7 @@ Kinds kinds_for(const XmlDocument& document, const Kinds& kinds) {
 Result<XmlDocument> parse_tree(std::string_view xml, const std::string& file) {
   auto document = XmlDocument::parse(std::string(xml), file, {.lenient = true});
   if (document && document->root().name() != "root")
-    return fail("bt.not-a-tree", "<" + std::string(document->root().name()) + "> is no file of trees", {file, 1});
+    return fail("bt.not-a-tree", fmt::format("<{}> is no file of trees", document->root().name()), {file, 1});
   return document;
 }
 

@@ -1,5 +1,7 @@
 #include "sentree/design/workspace.h"
 
+#include <fmt/format.h>
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -189,7 +191,7 @@ Result<Workspace> Workspace::open(const fs::path& folder) {
     }
   });
   if (!all)
-    return fail("design.too-many-files", "more than " + std::to_string(kFilesMax) + " files; open a smaller folder",
+    return fail("design.too-many-files", fmt::format("more than {} files; open a smaller folder", kFilesMax),
                 SourceSpan{folder.string()});
   workspace.read_journal();
   return workspace;
@@ -261,12 +263,12 @@ Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const 
   TextEdits made = edits;
   if (from != &now) {
     auto merged = merge(*from, now, *edited);
-    if (!merged) return fail("design.conflict", "the same lines of " + file + " have been changed meanwhile");
+    if (!merged) return fail("design.conflict", fmt::format("the same lines of {} have been changed meanwhile", file));
     edited = std::move(*merged);
     made = edits_between(now, *edited);
   }
   if (edited->size() > kDocumentBytesMax)
-    return fail("design.too-large", file + " would be larger than " + std::to_string(kDocumentBytesMax) + " bytes");
+    return fail("design.too-large", fmt::format("{} would be larger than {} bytes", file, kDocumentBytesMax));
   const auto bad = text::first_unreadable(*edited);
   if (bad && static_cast<unsigned char>((*edited)[bad->first]) >= 0x80U)
     return fail("design.not-text", "that is no UTF-8");
@@ -279,7 +281,9 @@ Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const 
 
 Result<fs::path> Workspace::place_of(const std::string& file) const {
   const fs::path relative(file);
-  const auto outside = [&] { return fail("design.outside", "\"" + file + "\" leads out of the project's folder"); };
+  const auto outside = [&] {
+    return fail("design.outside", fmt::format("\"{}\" leads out of the project's folder", file));
+  };
   if (relative.empty() || relative.is_absolute() || !is_project_text(relative)) return outside();
   fs::path at = folder_;
   for (const fs::path& part : relative) {
@@ -390,7 +394,7 @@ Result<void> Workspace::write(const std::string& file, const std::string& text) 
   constexpr mode_t kPermissions = 07777;
   struct stat before {};
   const mode_t mode = stat(place->c_str(), &before) == 0 ? before.st_mode & kPermissions : kNewFile;
-  const fs::path beside = place->parent_path() / ("." + place->filename().string() + ".part");
+  const fs::path beside = place->parent_path() / (fmt::format(".{}.part", place->filename().string()));
   unlink(beside.c_str());  // what a machine that stopped has left
   const int descriptor = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode);
   if (descriptor < 0) return unwritable(file);

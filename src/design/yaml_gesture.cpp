@@ -1,5 +1,7 @@
 #include "sentree/design/yaml_gesture.h"
 
+#include <fmt/format.h>
+
 namespace sentree::design {
 
 namespace {
@@ -17,14 +19,14 @@ class YamlEditor {
     constexpr std::size_t kShownMax = 40;
     const std::string value = text::yaml_flow(set.value);
     return {text::with_value(yaml_, set.path, set.value, file_),
-            "set " + text::to_string(set.path) + (value.size() <= kShownMax ? " to " + value : "")};
+            fmt::format("set {}{}", text::to_string(set.path), value.size() <= kShownMax ? " to " + value : "")};
   }
   EditedYaml operator()(const InsertYaml& insert) const {
     return {text::with_item(yaml_, insert.path, insert.index, insert.value, file_),
-            "add to " + text::to_string(insert.path)};
+            fmt::format("add to {}", text::to_string(insert.path))};
   }
   EditedYaml operator()(const RemoveYaml& remove) const {
-    return {text::without(yaml_, remove.path, file_), "delete " + text::to_string(remove.path)};
+    return {text::without(yaml_, remove.path, file_), fmt::format("delete {}", text::to_string(remove.path))};
   }
 
  private:

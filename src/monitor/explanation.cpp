@@ -88,7 +88,7 @@ std::optional<Explanation> explain(const Model& model, const Decision& decision,
       if (datum.is_event) {
         if (after[i] && after[i]->as_bool() && *after[i]->as_bool()) step.set.push_back(datum.id);
       } else if (after[i] != before[i]) {
-        step.set.push_back(datum.id + " = " + (after[i] ? value_text(*after[i]) : "unknown"));
+        step.set.push_back(fmt::format("{} = {}", datum.id, after[i] ? value_text(*after[i]) : "unknown"));
       }
     }
     step.is_trigger = decision.since && message.time == *decision.since && state.since == decision.since &&
@@ -105,7 +105,7 @@ std::optional<Explanation> explain(const Model& model, const Decision& decision,
 
 std::string story(const Explanation& e, std::string_view indent) {
   std::string text;
-  const auto line = [&](const std::string& what) { text += std::string(indent) + what + "\n"; };
+  const auto line = [&](const std::string& what) { text += fmt::format("{}{}\n", indent, what); };
   if (!e.prose.empty()) line(e.prose);
   line("required: " + e.text);
   // Ticks that only follow each other are one line.
@@ -144,9 +144,10 @@ std::string story(const Explanation& e, std::string_view indent) {
     line(fmt::format("  {}  nothing came: the deadline passed, and the requirement {}", time_text(e.detected), e.owed));
   std::string where;
   if (e.triggered)
-    where = fmt::format("owed since {}{}; ", time_text(*e.triggered), e.bound.empty() ? "" : ", " + e.bound + " long");
+    where = fmt::format("owed since {}{}; ", time_text(*e.triggered),
+                        e.bound.empty() ? "" : fmt::format(", {} long", e.bound));
   where += "decided at " + time_text(e.detected);
-  if (!e.leaf.empty()) where += " while " + e.leaf + " was at work";
+  if (!e.leaf.empty()) where += fmt::format(" while {} was at work", e.leaf);
   line(where);
   if (!e.complete) line("(the history before was too long to keep)");
   return text;

@@ -43,23 +43,25 @@ std::string renaming_chart(const std::vector<Rename>& renames) {
   std::string members;
   std::string assigned;
   for (const std::string_view member : kMembers) {
-    members += "<data id=\"" + std::string(member) + "\"/>";
-    assigned += "<assign location=\"" + std::string(member) + "\" expr=\"_event.data." + std::string(member) + "\"/>";
+    members += fmt::format("<data id=\"{}\"/>", member);
+    assigned += fmt::format("<assign location=\"{}\" expr=\"_event.data.{}\"/>", member, member);
   }
-  std::string xml =
-      "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\"><datamodel>" +
-      members + "</datamodel><state id=\"s\">";
+  std::string xml = fmt::format(
+      "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" "
+      "datamodel=\"ecmascript\"><datamodel>{}</datamodel><state id=\"s\">",
+      members);
   for (std::size_t i = 0; i < renames.size(); ++i) {
     const std::string number = std::to_string(i);
     xml +=
-        "\n<transition event=\"rename" + number + "\">" + assigned + "<send type=\"rename\" event=\"" + number + "\">";
+        fmt::format("\n<transition event=\"rename{}\">{}<send type=\"rename\" event=\"{}\">", number, assigned, number);
     for (const auto& [name, expression] : renames[i].data) {
-      xml += "<param name=\"" + xml_text(name) + "\" expr=\"" + xml_text(expression) + "\"/>";
+      xml += fmt::format("<param name=\"{}\" expr=\"{}\"/>", xml_text(name), xml_text(expression));
     }
     xml += "</send></transition>";
     if (renames[i].when.empty() || renames[i].when == kChanged) continue;
-    xml += "<transition event=\"when" + number + "\">" + assigned + "<if cond=\"" + xml_text(renames[i].when) +
-           "\"><send type=\"rename\" event=\"comes\"/></if></transition>";
+    xml += fmt::format(
+        "<transition event=\"when{}\">{}<if cond=\"{}\"><send type=\"rename\" event=\"comes\"/></if></transition>",
+        number, assigned, xml_text(renames[i].when));
   }
   return xml + "</state></scxml>";
 }
@@ -180,9 +182,9 @@ Loaded<Model> Model::make(Spec spec) {
   // A requirement without an end is told of by its check; its monitor can be satisfied, or only looks on.
   if (!can_decide && parts->spec.violated.empty() && !parts->spec.origin) {
     made.diagnostics.push_back({Severity::kError, "monitor.no-verdict",
-                                "monitor \"" + parts->spec.name +
-                                    "\" can never decide: name its bad states with violated: [STATE], or give it a "
-                                    "top-level <final id=\"violated\">",
+                                fmt::format("monitor \"{}\" can never decide: name its bad states with violated: "
+                                            "[STATE], or give it a top-level <final id=\"violated\">",
+                                            parts->spec.name),
                                 named});
   }
 

@@ -107,7 +107,7 @@ bool comes(const Model::Parts& parts, Core& core, std::size_t i, const Value& da
   if (rename.when.empty()) return true;
   if (rename.when == "changed") return !(last && *last == value);
   scxml::Event event;
-  event.name = "when" + std::to_string(i);
+  event.name = fmt::format("when{}", i);
   Map facts = std::move(*event_data(message).as_map());
   facts["value"] = value;
   if (last)
@@ -134,7 +134,7 @@ Stepped deliver_renamed(const Model& model, Core& core, const Message& message, 
                                       [&](const Rename& other) { return other.event == rename.event && fits(other); });
     if (is_taken) continue;
     scxml::Event event;
-    event.name = "rename" + std::to_string(i);
+    event.name = fmt::format("rename{}", i);
     event.data = event_data(message);
     auto data = renaming_answer(parts, core, event, message.time, host);
     if (!data || !comes(parts, core, i, *data, message, host)) continue;
@@ -391,7 +391,7 @@ std::optional<std::string> veto(const Model& model, const Core& core, const Mess
   Stepped stepped = step_timers(model, copy, message.time - Duration(1), {}, watch);
   if (stepped.verdict == Verdict::kUndecided && copy.session.running())
     stepped = step_alone(model, copy, message, {}, watch);
-  if (stepped.verdict == Verdict::kViolated) return "it would enter \"" + stepped.state + "\"";
+  if (stepped.verdict == Verdict::kViolated) return fmt::format("it would enter \"{}\"", stepped.state);
   if (copy.failure()) return "it cannot decide: " + copy.failure()->message;
   return std::nullopt;
 }

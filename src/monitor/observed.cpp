@@ -25,7 +25,7 @@ DataType status() { return one_of("status", {"IDLE", "RUNNING", "SUCCESS", "FAIL
 Observations::Observations(const Vocabulary& vocabulary) : vocabulary_(vocabulary) {
   for (const auto& [service, methods] : vocabulary.services) {
     for (const auto& [method, types] : methods) {
-      const std::string call = service + "." + method;
+      const std::string call = fmt::format("{}.{}", service, method);
       add(call + ".request", {Form::kRequest, "", service, &types});
       add(call + ".error", {Form::kError, "", service, &types});
       if (types.oneway) continue;

@@ -46,7 +46,7 @@ std::string dotted(const std::vector<std::string>& path) {
 std::string write(const Condition& condition, int around);
 
 std::string write_call(std::string_view name, const Condition& operand) {
-  return std::string(name) + "(" + write(operand, 0) + ")";
+  return fmt::format("{}({})", name, write(operand, 0));
 }
 
 std::string write_binary(const Condition& condition, const OperatorText& op, int around) {
@@ -54,13 +54,13 @@ std::string write_binary(const Condition& condition, const OperatorText& op, int
   const bool right = op.kind == Kind::kImplies;
   std::string text = fmt::format("{} {} {}", write(*condition.operands[0], right ? op.precedence + 1 : op.precedence),
                                  op.text, write(*condition.operands[1], right ? op.precedence : op.precedence + 1));
-  return op.precedence < around ? "(" + text + ")" : text;
+  return op.precedence < around ? fmt::format("({})", text) : text;
 }
 
 std::string write(const Condition& condition, int around) {
   switch (condition.kind) {
     case Kind::kNumber: return plain_decimal(condition.number) + (condition.unit.empty() ? "" : " " + condition.unit);
-    case Kind::kText: return condition.is_word ? condition.text : "\"" + condition.text + "\"";
+    case Kind::kText: return condition.is_word ? condition.text : fmt::format("\"{}\"", condition.text);
     case Kind::kTruth: return condition.number != 0 ? "true" : "false";
     case Kind::kName:
     case Kind::kDefined: return condition.text;
@@ -69,13 +69,13 @@ std::string write(const Condition& condition, int around) {
                                              ? ""
                                              : "." + dotted(condition.path));
     case Kind::kMember: return dotted(condition.path);
-    case Kind::kEvent: return "event(" + condition.source->text() + ")";
+    case Kind::kEvent: return fmt::format("event({})", condition.source->text());
     case Kind::kUpdated: return write(*condition.operands[0], kPrecedencePrimary) + " updated";
     case Kind::kRises: return write_call("rises", *condition.operands[0]);
     case Kind::kFalls: return write_call("falls", *condition.operands[0]);
     case Kind::kNot: {
       const std::string text = "not " + write(*condition.operands[0], kPrecedenceNot);
-      return kPrecedenceNot < around ? "(" + text + ")" : text;
+      return kPrecedenceNot < around ? fmt::format("({})", text) : text;
     }
     case Kind::kNegate: return "-" + write(*condition.operands[0], kPrecedencePrimary);
     default: break;
@@ -85,7 +85,7 @@ std::string write(const Condition& condition, int around) {
   const Condition& left = *condition.operands[0];
   if (condition.kind == Kind::kEqual && left.kind == Kind::kValue && left.source->kind == Source::Kind::kNode &&
       condition.operands[1]->kind == Kind::kText) {
-    return left.source->text() + " in " + condition.operands[1]->text;
+    return fmt::format("{} in {}", left.source->text(), condition.operands[1]->text);
   }
   return write_binary(condition, *op, around);
 }
@@ -108,7 +108,7 @@ std::string body_text(const Requirement& r) {
   switch (r.pattern) {
     case Pattern::kAlways: return "always " + text(r.p);
     case Pattern::kNever: return "never " + text(r.p);
-    case Pattern::kEventually: return "eventually " + text(r.p) + (r.bound ? " within " + bound : "");
+    case Pattern::kEventually: return fmt::format("eventually {}{}", text(r.p), r.bound ? " within " + bound : "");
     case Pattern::kRespond:
       return fmt::format("whenever {}, {}{}", text(r.p), text(r.q), r.bound ? " within " + bound : " eventually");
     case Pattern::kImmediately: return fmt::format("whenever {}, {} immediately", text(r.p), text(r.q));
@@ -118,10 +118,10 @@ std::string body_text(const Requirement& r) {
       return fmt::format("whenever {}, not {} for {}", text(r.p), write(*r.q, kPrecedenceNot), bound);
     case Pattern::kPrecedes:
       return fmt::format("{} precedes {}{}", text(r.p), text(r.q), r.bound ? " by at most " + bound : "");
-    case Pattern::kAtLeastEvery: return text(r.p) + " at least every " + bound;
+    case Pattern::kAtLeastEvery: return fmt::format("{} at least every {}", text(r.p), bound);
     case Pattern::kAtMost:
       return fmt::format("{} at most {} times{}", text(r.p), r.times, r.bound ? " per " + bound : "");
-    case Pattern::kHoldsFor: return text(r.p) + " holds for at least " + bound;
+    case Pattern::kHoldsFor: return fmt::format("{} holds for at least {}", text(r.p), bound);
   }
   return {};
 }
@@ -147,19 +147,19 @@ std::string_view to_string(Importance importance) {
 bool is_unit(std::string_view text) { return std::find(kUnits.begin(), kUnits.end(), text) != kUnits.end(); }
 
 std::string Source::text() const {
-  std::string inside = service + "." + method;
+  std::string inside = fmt::format("{}.{}", service, method);
   std::string_view word = "observation";
   switch (kind) {
     case Kind::kRequest: word = "request"; break;
     case Kind::kReply: word = "reply"; break;
     case Kind::kError: word = "error"; break;
     case Kind::kLate: word = "late"; break;
-    case Kind::kNode: return "node(" + from + ")";
+    case Kind::kNode: return fmt::format("node({})", from);
     case Kind::kObservation: inside = observation; break;
   }
   if (!from.empty()) inside += " from " + from;
   if (where) inside += " where " + to_text(*where);
-  return std::string(word) + "(" + inside + ")";
+  return fmt::format("{}({})", word, inside);
 }
 
 bool operator==(const Source& a, const Source& b) {

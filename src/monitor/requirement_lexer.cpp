@@ -105,7 +105,7 @@ class Lexer {
     add(TokenKind::kNumber, begin, std::string(source_.substr(begin, at_ - begin)));
     const std::string& text = tokens_.back().text;
     if (std::from_chars(text.data(), text.data() + text.size(), tokens_.back().number).ec != std::errc())
-      error(begin, at_ - begin, "number " + text + " is out of range");
+      error(begin, at_ - begin, fmt::format("number {} is out of range", text));
     return true;
   }
 

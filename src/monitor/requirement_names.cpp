@@ -138,10 +138,9 @@ class Resolver {
     const std::string what = is_event ? "event \"" : "\"";
     const std::string hint = did_you_mean(name.text, names(is_event));
     error(name.span, "requirement.unknown-name",
-          fmt::format("{}{}\" is not defined{}", what, name.text,
-                      hint.empty()
-                          ? std::string("; define it with ") + (is_event ? "event " : "let ") + name.text + " = …"
-                          : hint));
+          fmt::format(
+              "{}{}\" is not defined{}", what, name.text,
+              hint.empty() ? fmt::format("; define it with {}{} = …", is_event ? "event " : "let ", name.text) : hint));
     auto truth = std::make_shared<Condition>();
     truth->span = name.span;
     truth->number = 1;
@@ -156,7 +155,7 @@ class Resolver {
       return unknown_truth(name.span);
     }
     if (std::find(open_.begin(), open_.end(), &definition) != open_.end()) {
-      error(definition.span, "requirement.unknown-name", "\"" + definition.name + "\" is defined by itself");
+      error(definition.span, "requirement.unknown-name", fmt::format("\"{}\" is defined by itself", definition.name));
       return unknown_truth(name.span);
     }
     if (open_.size() >= static_cast<std::size_t>(kConditionNestingMax)) {
@@ -177,7 +176,7 @@ class Resolver {
     if (place.in_where) return content;
     auto result = std::make_shared<Condition>();
     result->kind = Kind::kDefined;
-    result->text = definition.is_event ? "event(" + written + ")" : written;
+    result->text = definition.is_event ? fmt::format("event({})", written) : written;
     result->unit = definition.unit;
     result->operands = {std::move(content)};
     result->span = name.span;

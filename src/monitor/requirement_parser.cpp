@@ -34,7 +34,7 @@ bool is_reserved(std::string_view name) {
 std::string shown(const RequirementToken& token) {
   if (token.kind == TokenKind::kEnd) return "the end of the file";
   if (token.kind == TokenKind::kStop) return "\".\"";
-  return "\"" + token.text + "\"";
+  return fmt::format("\"{}\"", token.text);
 }
 
 }  // namespace
@@ -135,7 +135,7 @@ void RequirementParser::definition(RequirementFile& file) {
   definition.is_event = take().text == "event";
   definition.span = peek().span;
   if (peek().kind == TokenKind::kName && is_reserved(peek().text))
-    return error("\"" + peek().text + "\" is a word of the language; choose another name");
+    return error(fmt::format("\"{}\" is a word of the language; choose another name", peek().text));
   definition.name = expect_name("a name");
   if (is_symbol("(") && peek().adjacent) {
     take();
@@ -225,8 +225,8 @@ void RequirementParser::attributes(Requirement& requirement) {
     static const std::vector<std::string> kWords{"info", "minor", "major", "critical", "re-arming"};
     const auto word = std::find(kWords.begin(), kWords.end() - 1, peek().text);
     if (peek().kind != TokenKind::kName || word == kWords.end() - 1) {
-      return error("expected info, minor, major, critical or re-arming, got " + shown(peek()) +
-                   did_you_mean(peek().text, kWords));
+      return error(fmt::format("expected info, minor, major, critical or re-arming, got {}{}", shown(peek()),
+                               did_you_mean(peek().text, kWords)));
     }
     requirement.importance = static_cast<Importance>(word - kWords.begin());
     take();
@@ -376,8 +376,8 @@ void RequirementParser::whenever(Requirement& requirement) {
   } else if (is_word("for")) {
     error("\"for\" follows \"keep P\" or \"not P\"; put keep before the condition, or parentheses after not");
   } else {
-    error("expected within, immediately or eventually after the response, got " + shown(peek()) +
-          (peek().kind == TokenKind::kName ? did_you_mean(peek().text, keywords()) : ""));
+    error(fmt::format("expected within, immediately or eventually after the response, got {}{}", shown(peek()),
+                      peek().kind == TokenKind::kName ? did_you_mean(peek().text, keywords()) : ""));
   }
 }
 
@@ -401,8 +401,8 @@ Bound RequirementParser::bound() {
   if (name == "tick" || name == "event") name += "s";
   const auto unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == name; });
   if (peek().kind != TokenKind::kName || unit == kUnits.end()) {
-    error("expected a unit of the bound (ms, s, min, h, ticks, events), got " + shown(peek()) +
-          did_you_mean(name, kNames));
+    error(fmt::format("expected a unit of the bound (ms, s, min, h, ticks, events), got {}{}", shown(peek()),
+                      did_you_mean(name, kNames)));
     return bound;
   }
   take();
@@ -513,7 +513,7 @@ std::string RequirementParser::unit() {
   const Token& token = peek();
   if (token.kind != TokenKind::kName && token.kind != TokenKind::kSymbol) return {};
   // "m/s" is three words.
-  const std::string ratio = token.text + "/" + peek(2).text;
+  const std::string ratio = fmt::format("{}/{}", token.text, peek(2).text);
   if (peek(1).text == "/" && peek(1).adjacent && peek(2).adjacent && is_unit(ratio)) {
     take();
     take();
@@ -580,7 +580,7 @@ ConditionPtr RequirementParser::primary() {
   }
   if (token.kind == TokenKind::kName && !is_reserved(token.text)) return named(take());
   const bool is_keyword = token.kind == TokenKind::kName;
-  error("expected a condition, got " + shown(token) + (is_keyword ? ", a word of the language" : ""));
+  error(fmt::format("expected a condition, got {}{}", shown(token), is_keyword ? ", a word of the language" : ""));
   return make(Kind::kTruth, token.span);
 }
 
@@ -631,14 +631,14 @@ Source RequirementParser::source() {
     }
     source.service = name.substr(0, dot);
     source.method = name.substr(dot + 1);
-    source.observation = name + "." + word;
+    source.observation = fmt::format("{}.{}", name, word);
   }
   if (source.kind != Source::Kind::kNode && accept_word("from")) {
     source.from_span = peek().span;
     source.from = expect_name("a leaf");
   }
   if (accept_word("where")) source.where = condition();
-  expect_symbol(")", "to close " + word + "(");
+  expect_symbol(")", fmt::format("to close {}(", word));
   return source;
 }
 

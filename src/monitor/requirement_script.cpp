@@ -23,7 +23,7 @@ constexpr int kProduct = 7;
 constexpr int kUnary = 8;
 constexpr int kPrimary = 9;
 
-std::string in(const Js& js, int around) { return js.binding < around ? "(" + js.text + ")" : js.text; }
+std::string in(const Js& js, int around) { return js.binding < around ? fmt::format("({})", js.text) : js.text; }
 Js infix(const Js& a, std::string_view op, const Js& b, int binding) {
   return {fmt::format("{} {} {}", in(a, binding), op, in(b, binding + 1)), binding};
 }
@@ -80,12 +80,12 @@ bool is_false(const Js& js) { return js.text == "false"; }
 Js js_and(const Js& a, const Js& b) {
   if (is_false(a) || is_true(b)) return a;
   if (is_false(b) || is_true(a)) return b;
-  return {in(a, kAnd) + " && " + in(b, kAnd), kAnd};
+  return {fmt::format("{} && {}", in(a, kAnd), in(b, kAnd)), kAnd};
 }
 Js js_or(const Js& a, const Js& b) {
   if (is_true(a) || is_false(b)) return a;
   if (is_true(b) || is_false(a)) return b;
-  return {in(a, kOr) + " || " + in(b, kOr), kOr};
+  return {fmt::format("{} || {}", in(a, kOr), in(b, kOr)), kOr};
 }
 Js js_not(const Js& a) {
   if (is_true(a)) return js_false();
@@ -149,7 +149,7 @@ std::string Script::unique(std::string name) {
   if (is_taken_by_scripts(name)) name += "_value";
   std::string candidate = name;
   for (int i = 2; std::find(taken_.begin(), taken_.end(), candidate) != taken_.end(); ++i)
-    candidate = name + "_" + std::to_string(i);
+    candidate = fmt::format("{}_{}", name, i);
   taken_.push_back(candidate);
   return candidate;
 }
@@ -278,7 +278,7 @@ Js Script::before(const Condition& condition, bool wanted) {
   if (is_true(now) || is_false(now)) return now;
   auto known = before_known_.find(now.text);
   if (known == before_known_.end()) {
-    const std::string name = unique((wanted ? "" : "not_") + slug(condition, 30) + "_before");
+    const std::string name = unique(fmt::format("{}{}_before", wanted ? "" : "not_", slug(condition, 30)));
     before_.push_back({name, now.text, (wanted ? "" : "not ") + to_text(condition)});
     known = before_known_.emplace(now.text, name).first;
   }
@@ -353,8 +353,10 @@ Js Script::value(const Condition& c) {
       return value(*c.operands[0]);
     case Kind::kMember: return {raw(c), kPrimary};
     case Kind::kValue: {
-      std::string name = c.source->service.empty() ? c.source->observation : c.source->service + "_" + c.source->method;
-      if (!c.path.empty()) name = (c.source->service.empty() ? name : c.source->service) + "_" + c.path.back();
+      std::string name =
+          c.source->service.empty() ? c.source->observation : fmt::format("{}_{}", c.source->service, c.source->method);
+      if (!c.path.empty())
+        name = fmt::format("{}_{}", c.source->service.empty() ? name : c.source->service, c.path.back());
       if (c.source->kind == Source::Kind::kNode) name = c.source->from + "_status";
       return at_present(variable(c, identifier(name)), {raw(c), kPrimary});
     }

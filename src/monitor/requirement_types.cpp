@@ -204,7 +204,7 @@ class Checker {
       error(c.span, "requirement.type",
             fmt::format("{} is {}{}{}", text, type.name.empty() ? "a record" : "of type " + type.name,
                         members.empty() ? ", which cannot be compared" : "; name one of its members: " + members,
-                        is_request ? "; event(" + text + ") says that it comes" : ""));
+                        is_request ? fmt::format("; event({}) says that it comes", text) : ""));
       return {Type::kUnknown, "", nullptr, nullptr};
     }
     return want({type.kind, type.unit, nullptr, &type}, expected, c);
@@ -356,7 +356,7 @@ class Checker {
     if (left.type == Type::kUnknown) return;
     if (left.type != right.type) {
       std::string hint;
-      if (inside(*c.operands[1]).is_word) hint = " (\"" + inside(*c.operands[1]).text + "\" is not defined)";
+      if (inside(*c.operands[1]).is_word) hint = fmt::format(" (\"{}\" is not defined)", inside(*c.operands[1]).text);
       error(c.span, "requirement.type",
             fmt::format("{} is {}, {} is {}; they are never equal{}", to_text(*c.operands[0]), word_for(left.type),
                         to_text(*c.operands[1]), word_for(right.type), hint));
@@ -565,7 +565,7 @@ std::string never_holds(const Condition& condition, const Vocabulary* vocabulary
         });
     if (!called) {
       return fmt::format("{} calls {}.{}",
-                         source.from.empty() ? std::string("no skill") : "\"" + source.from + "\" never",
+                         source.from.empty() ? std::string("no skill") : fmt::format("\"{}\" never", source.from),
                          source.service, source.method);
     }
   }
@@ -578,9 +578,9 @@ void find_vacuous(const Requirement& r, const Vocabulary* vocabulary, Diagnostic
   };
   if (!can_be_violated(r)) {
     warn("requirement.never-violated",
-         "requirement " + r.name +
-             " can never be violated while the mission runs: it owes something without saying when; add \"within\" "
-             "and a bound, or leave it to the verifier");
+         fmt::format("requirement {} can never be violated while the mission runs: it owes something without saying "
+                     "when; add \"within\" and a bound, or leave it to the verifier",
+                     r.name));
     return;
   }
   if (r.scope.open) {
@@ -614,7 +614,8 @@ void find_vacuous(const Requirement& r, const Vocabulary* vocabulary, Diagnostic
     }
   }
   if (r.pattern == Pattern::kAlways && is_always_true(*r.p))
-    warn("requirement.never-violated", "requirement " + r.name + " can never be violated: true is always true");
+    warn("requirement.never-violated",
+         fmt::format("requirement {} can never be violated: true is always true", r.name));
 }
 
 }  // namespace

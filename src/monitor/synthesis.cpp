@@ -31,24 +31,24 @@ struct ChartState {
 };
 
 std::string assign(const std::string& location, const std::string& expression) {
-  return "<assign location=\"" + location + "\" expr=\"" + text::xml_escape(expression) + "\"/>";
+  return fmt::format("<assign location=\"{}\" expr=\"{}\"/>", location, text::xml_escape(expression));
 }
 
 // Comments must not hold two hyphens in a row, nor end with one.
 std::string comment(std::string text) {
   for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at + 1))
     text.insert(at + 1, " ");
-  return "<!-- " + text + " -->";
+  return fmt::format("<!-- {} -->", text);
 }
 
 std::string delay(Duration time) {
   const std::int64_t ns = time.count();
-  if (ns % 1'000'000'000 == 0) return std::to_string(ns / 1'000'000'000) + "s";
-  if (ns % 1'000'000 == 0) return std::to_string(ns / 1'000'000) + "ms";
+  if (ns % 1'000'000'000 == 0) return fmt::format("{}s", ns / 1'000'000'000);
+  if (ns % 1'000'000 == 0) return fmt::format("{}ms", ns / 1'000'000);
   std::string digits = std::to_string(ns % 1'000'000);
   digits.insert(0, 6 - digits.size(), '0');
   while (digits.back() == '0') digits.pop_back();
-  return std::to_string(ns / 1'000'000) + "." + digits + "ms";
+  return fmt::format("{}.{}ms", ns / 1'000'000, digits);
 }
 
 class Synthesizer {
@@ -344,7 +344,7 @@ class Synthesizer {
     const Js trigger = js_and(active_, js_and(p_, js_not(end)));
     const Js bad = script_.fails(r_.q);
     const std::string home_id = watching_for_trigger();
-    const std::string keeps_id = script_.unique("keeps_" + slug(*r_.q) + "_until_" + slug(*r_.r, 24));
+    const std::string keeps_id = script_.unique(fmt::format("keeps_{}_until_{}", slug(*r_.q), slug(*r_.r, 24)));
     violate_inside(find(home_id), "observed", js_and(trigger, bad));
     on(find(home_id), trigger, keeps_id);
     settle(find(home_id));
@@ -377,7 +377,8 @@ class Synthesizer {
     const Js q = script_.holds(r_.q);
     const bool for_good = !r_.bound && !r_.scope.can_reopen();
     const std::string home_id =
-        add("waits_for_" + slug(*r_.p), Role::kWatching, "waits for " + to_text(*r_.p) + ", which comes first").id;
+        add("waits_for_" + slug(*r_.p), Role::kWatching, fmt::format("waits for {}, which comes first", to_text(*r_.p)))
+            .id;
     const std::string ready_id = for_good ? kSatisfied : script_.unique("has_seen_" + slug(*r_.p));
     on(find(home_id), js_and(active_, p_), ready_id);
     violate_inside(find(home_id), "observed", js_and(active_, q));
@@ -416,7 +417,8 @@ class Synthesizer {
       on(holds, js_not(active_), outside);
       on(holds, js_not(p_), due_id);
     }
-    ChartState& due = states_.emplace_back(ChartState{due_id, Role::kPending, "owes " + text + " again", true, {}, {}});
+    ChartState& due =
+        states_.emplace_back(ChartState{due_id, Role::kPending, fmt::format("owes {} again", text), true, {}, {}});
     settle(due);
     on(due, js_not(active_), outside);
     violate_inside(due, late_event(), late());
@@ -444,20 +446,21 @@ class Synthesizer {
       home.on_exit.push_back(assign("count", "0"));
     } else if (in_time()) {
       data_.emplace_back("count", "0", "occurrences during the last " + r_.bound->text());
-      count = {assign("count", "count + 1"), "<send event=\"forget\" delay=\"" + delay(r_.bound->time) + "\"/>"};
+      count = {assign("count", "count + 1"),
+               fmt::format("<send event=\"forget\" delay=\"{}\"/>", delay(r_.bound->time))};
       violate_inside(home, "observed", js_and(occurs, {"count >= " + n, 5}), if_it_goes_on(count));
       on(home, occurs, "", count);
       forgets_ = true;
     } else {
       counts_always_ = true;
       const std::string clock = in_ticks() ? "ticks" : "observations";
-      const auto seen = [](std::int64_t i) { return "seen_" + std::to_string(i); };
+      const auto seen = [](std::int64_t i) { return fmt::format("seen_{}", i); };
       for (std::int64_t i = r_.times; i > 1; --i) count.push_back(assign(seen(i), seen(i - 1)));
       if (r_.times > 0) count.push_back(assign(seen(1), clock));
       for (std::int64_t i = 1; i <= r_.times; ++i)
         data_.emplace_back(seen(i), "", i == 1 ? "when it occurred last, in " + clock : "and before");
       const Js too_many =
-          r_.times == 0 ? js_true() : Js{clock + " - " + seen(r_.times) + " <= " + std::to_string(r_.bound->count), 5};
+          r_.times == 0 ? js_true() : Js{fmt::format("{} - {} <= {}", clock, seen(r_.times), r_.bound->count), 5};
       violate_inside(home, "observed", js_and(occurs, too_many), if_it_goes_on(count));
       on(home, occurs, "", count);
     }
@@ -514,18 +517,20 @@ class Synthesizer {
     }
     out_ = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
     head();
-    out_ += "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"" +
-            text::xml_escape(r_.name) + "\" initial=\"watching\">\n";
+    out_ += fmt::format(
+        "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"{}\" "
+        "initial=\"watching\">\n",
+        text::xml_escape(r_.name));
     datamodel();
-    out_ += "  <state id=\"watching\" initial=\"" + initial_ + "\">\n";
+    out_ += fmt::format("  <state id=\"watching\" initial=\"{}\">\n", initial_);
     if (present_.empty()) observations();
     for (const ChartState& state : states_) write_state(state);
     out_ += "  </state>\n\n";
     if (r_.re_arming)
-      out_ +=
+      out_ += fmt::format(
           "  <!-- Each entry is a violation; then it starts over. -->\n  <state id=\"violated\">\n    <transition "
-          "target=\"" +
-          restart_ + "\"/>\n  </state>\n";
+          "target=\"{}\"/>\n  </state>\n",
+          restart_);
     else
       out_ += "  <final id=\"violated\"/>\n";
     if (uses_satisfied()) out_ += "  <final id=\"satisfied\"/>\n";
@@ -540,8 +545,8 @@ class Synthesizer {
   }
 
   void head() {
-    out_ += "<!--\n  Requirement " + r_.name + " (" + std::string(to_string(r_.importance)) +
-            (r_.re_arming ? ", re-arming" : "") + ")";
+    out_ += fmt::format("<!--\n  Requirement {} ({}{})", r_.name, to_string(r_.importance),
+                        r_.re_arming ? ", re-arming" : "");
     // Without its folder: the chart is the same wherever the project lies.
     const std::string file = r_.span.file.substr(r_.span.file.find_last_of('/') + 1);
     if (!file.empty()) out_ += fmt::format(", {}:{}", file, r_.span.line);
@@ -549,9 +554,9 @@ class Synthesizer {
     const auto line = [&](std::string text) {
       for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at + 1))
         text.insert(at + 1, " ");
-      out_ += "  " + text + "\n";
+      out_ += fmt::format("  {}\n", text);
     };
-    if (!r_.prose.empty()) line("\"" + r_.prose + "\"");
+    if (!r_.prose.empty()) line(fmt::format("\"{}\"", r_.prose));
     line(r_.text());
     out_ += "\n  Written from the requirement: change that, not this chart. ";
     out_ += present_.empty() ? "Data are undefined until an observation sets\n"
@@ -564,8 +569,8 @@ class Synthesizer {
   void datamodel() {
     std::string inner;
     const auto data = [&](const std::string& id, const std::string& initial, const std::string& what) {
-      inner += "    <data id=\"" + id + "\"" + (initial.empty() ? "" : " expr=\"" + initial + "\"") + "/> " +
-               comment(what) + "\n";
+      inner += fmt::format("    <data id=\"{}\"{}/> {}\n", id,
+                           initial.empty() ? "" : fmt::format(" expr=\"{}\"", initial), comment(what));
     };
     for (const Script::Variable& v : script_.variables()) data(v.name, v.is_flag() ? "false" : "", v.shown);
     for (const Script::Before& b : script_.before())
@@ -574,7 +579,7 @@ class Synthesizer {
     if (in_ticks()) data("ticks", "0", counts_always_ ? "root ticks" : "root ticks since it is owed");
     if (in_events()) data("observations", "0", counts_always_ ? "observations" : "observations since it is owed");
     for (const auto& [id, initial, what] : data_) data(id, initial, what);
-    if (!inner.empty()) out_ += "  <datamodel>\n" + inner + "  </datamodel>\n\n";
+    if (!inner.empty()) out_ += fmt::format("  <datamodel>\n{}  </datamodel>\n\n", inner);
   }
 
   [[nodiscard]] std::string scope_text() const {
@@ -591,16 +596,17 @@ class Synthesizer {
       if (std::find(names.begin(), names.end(), source.observation) == names.end()) names.push_back(source.observation);
     }
     for (const std::string& name : names) {
-      out_ += "    <transition event=\"" + name + "\"" + condition_attribute(script_.is_meant(name)) + ">\n";
+      out_ += fmt::format("    <transition event=\"{}\"{}>\n", name, condition_attribute(script_.is_meant(name)));
       note(name);
       out_ += "    </transition>\n";
     }
     if (forgets_)
-      out_ += "    <transition event=\"forget\">\n      " + assign("count", "count - 1") + "\n    </transition>\n";
+      out_ +=
+          fmt::format("    <transition event=\"forget\">\n      {}\n    </transition>\n", assign("count", "count - 1"));
   }
 
   void note(const std::string& name) {
-    const auto line = [&](const std::string& text) { out_ += "      " + text + "\n"; };
+    const auto line = [&](const std::string& text) { out_ += fmt::format("      {}\n", text); };
     const bool is_tick = name == "mission.tick" && in_ticks();
     if (is_tick && ticks_only_count_) {
       line(count("ticks"));
@@ -615,7 +621,8 @@ class Synthesizer {
       else if (is_true(set))
         line(assign(variable.name, variable.assigned));
       else if (!is_false(set))
-        line("<if cond=\"" + text::xml_escape(set.text) + "\">" + assign(variable.name, variable.assigned) + "</if>");
+        line(fmt::format("<if cond=\"{}\">{}</if>", text::xml_escape(set.text),
+                         assign(variable.name, variable.assigned)));
     }
     if (is_tick || in_events()) line(count(is_tick ? "ticks" : "observations"));
     if (!scope_update_.text.empty()) line(assign("in_scope", scope_update_.text));
@@ -627,9 +634,9 @@ class Synthesizer {
     if (counts_always_) return one_more;
     Js pending = js_false();
     for (const ChartState& state : states_) {
-      if (counted(state)) pending = js_or(pending, {"In('" + state.id + "')", 9});
+      if (counted(state)) pending = js_or(pending, {fmt::format("In('{}')", state.id), 9});
     }
-    return "<if cond=\"" + text::xml_escape(pending.text) + "\">" + one_more + "</if>";
+    return fmt::format("<if cond=\"{}\">{}</if>", text::xml_escape(pending.text), one_more);
   }
 
   // A state in which the bound, counted in ticks or observations, runs.
@@ -638,27 +645,29 @@ class Synthesizer {
   }
 
   static std::string condition_attribute(const Js& condition) {
-    return is_true(condition) ? "" : " cond=\"" + text::xml_escape(condition.text) + "\"";
+    return is_true(condition) ? "" : fmt::format(" cond=\"{}\"", text::xml_escape(condition.text));
   }
 
   void write_state(const ChartState& state) {
-    out_ += "\n    " + comment(state.says) + "\n    <state id=\"" + state.id + "\">\n";
+    out_ += fmt::format("\n    {}\n    <state id=\"{}\">\n", comment(state.says), state.id);
     if (state.bounded && in_time()) {
-      out_ += "      <onentry><send event=\"deadline\" id=\"deadline\" delay=\"" + delay(r_.bound->time) +
-              "\"/></onentry>\n      <onexit><cancel sendid=\"deadline\"/></onexit>\n";
+      out_ += fmt::format(
+          "      <onentry><send event=\"deadline\" id=\"deadline\" delay=\"{}\"/></onentry>\n      <onexit><cancel "
+          "sendid=\"deadline\"/></onexit>\n",
+          delay(r_.bound->time));
     }
     std::vector<std::string> on_exit = state.on_exit;
     if (counted(state)) on_exit.push_back(assign(in_ticks() ? "ticks" : "observations", "0"));
-    for (const std::string& action : on_exit) out_ += "      <onexit>" + action + "</onexit>\n";
+    for (const std::string& action : on_exit) out_ += fmt::format("      <onexit>{}</onexit>\n", action);
     for (const Edge& edge : state.edges) {
-      out_ += "      <transition event=\"" + edge.event + "\"" + condition_attribute(edge.condition) +
-              (edge.target.empty() ? "" : " target=\"" + edge.target + "\"");
+      out_ += fmt::format("      <transition event=\"{}\"{}{}", edge.event, condition_attribute(edge.condition),
+                          edge.target.empty() ? "" : fmt::format(" target=\"{}\"", edge.target));
       if (edge.actions.empty()) {
         out_ += "/>\n";
         continue;
       }
       out_ += ">\n";
-      for (const std::string& action : edge.actions) out_ += "        " + action + "\n";
+      for (const std::string& action : edge.actions) out_ += fmt::format("        {}\n", action);
       out_ += "      </transition>\n";
     }
     out_ += "    </state>\n";

@@ -1,5 +1,7 @@
 #include "sentree/studio/chart_player.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 #include <variant>
@@ -12,7 +14,7 @@ namespace {
 
 std::string name_of(const scxml::Chart& chart, scxml::StateIndex index) {
   const scxml::State& state = chart.states()[index];
-  return state.id.empty() ? "<" + std::string(to_string(state.kind)) + ">" : state.id;
+  return state.id.empty() ? fmt::format("<{}>", to_string(state.kind)) : state.id;
 }
 
 List names_of(const scxml::Chart& chart, const std::vector<scxml::StateIndex>& states) {
@@ -54,13 +56,13 @@ struct ChartPlayer::Work final : scxml::Observer {
   }
 
   static std::string prefix(const scxml::Session& own, std::string_view id) {
-    return id == own.id() ? std::string() : "[" + std::string(id) + "] ";
+    return id == own.id() ? std::string() : fmt::format("[{}] ", id);
   }
 
   void event(const scxml::Chart&, std::string_view id, const scxml::Event& e) override {
     Map data{{"name", e.name}, {"type", to_string(e.type)}};
     if (e.data) data["data"] = *e.data;
-    note("event", prefix(session, id) + "event " + e.name + data_text(e.data), std::move(data));
+    note("event", fmt::format("{}event {}{}", prefix(session, id), e.name, data_text(e.data)), std::move(data));
   }
   void transition(const scxml::Chart& of, std::string_view id, scxml::TransitionIndex index) override {
     const scxml::Transition& taken = of.transitions()[index];
@@ -68,17 +70,18 @@ struct ChartPlayer::Work final : scxml::Observer {
     for (const scxml::StateIndex target : taken.targets) targets += " " + name_of(of, target);
     const std::string place = to_string(of.span({taken.place.line, 0, 0}));
     note("transition",
-         prefix(session, id) + "taken " + name_of(of, taken.source) + " →" + (targets.empty() ? " (stays)" : targets) +
-             (taken.condition.empty() ? "" : "  [" + taken.condition + "]") + "  " + place,
+         fmt::format("{}taken {} →{}{}  {}", prefix(session, id), name_of(of, taken.source),
+                     targets.empty() ? " (stays)" : targets,
+                     taken.condition.empty() ? "" : fmt::format("  [{}]", taken.condition), place),
          Map{{"source", name_of(of, taken.source)},
              {"targets", names_of(of, taken.targets)},
              {"line", taken.place.line}});
   }
   void exited(const scxml::Chart& of, std::string_view id, scxml::StateIndex state) override {
-    note("exit", prefix(session, id) + "exit  " + name_of(of, state), name_of(of, state));
+    note("exit", fmt::format("{}exit  {}", prefix(session, id), name_of(of, state)), name_of(of, state));
   }
   void entered(const scxml::Chart& of, std::string_view id, scxml::StateIndex state) override {
-    note("enter", prefix(session, id) + "enter " + name_of(of, state), name_of(of, state));
+    note("enter", fmt::format("{}enter {}", prefix(session, id), name_of(of, state)), name_of(of, state));
   }
 
   void tell_effects() {
@@ -99,28 +102,28 @@ struct ChartPlayer::Work final : scxml::Observer {
     Map data{{"type", send.type}, {"target", send.target}, {"event", send.event}, {"sendid", send.sendid}};
     if (send.data) data["data"] = *send.data;
     add("send",
-        "send  " + send.type + " " + send.target + (send.target.empty() ? "" : ".") + send.event +
-            data_text(send.data) + "  (" + send.sendid + ")",
+        fmt::format("send  {} {}{}{}{}  ({})", send.type, send.target, send.target.empty() ? "" : ".", send.event,
+                    data_text(send.data), send.sendid),
         std::move(data));
   }
   void tell(const scxml::LogLine& line) {
-    add("log", "log   " + line.label + (line.label.empty() ? "" : ": ") + line.text,
+    add("log", fmt::format("log   {}{}{}", line.label, line.label.empty() ? "" : ": ", line.text),
         Map{{"label", line.label}, {"text", line.text}});
   }
   void tell(const scxml::Done& done) {
     Map data{{"final", done.final_id}};
     if (done.donedata) data["data"] = *done.donedata;
-    add("done", "done  " + done.final_id + data_text(done.donedata), std::move(data));
+    add("done", fmt::format("done  {}{}", done.final_id, data_text(done.donedata)), std::move(data));
   }
   void tell(const scxml::StartInvoke& invoke) {
-    add("invoke", "invoke " + invoke.type + " " + invoke.src + " (" + invoke.invokeid + ")",
+    add("invoke", fmt::format("invoke {} {} ({})", invoke.type, invoke.src, invoke.invokeid),
         Map{{"type", invoke.type}, {"src", invoke.src}, {"invokeid", invoke.invokeid}});
   }
   void tell(const scxml::CancelInvoke& cancelled) {
     add("invoke", "cancel " + cancelled.invokeid, Map{{"cancelled", cancelled.invokeid}});
   }
   void tell(const scxml::InvokeEvent& sent) {
-    add("invoke", "to " + sent.invokeid + ": " + sent.event.name + data_text(sent.event.data),
+    add("invoke", fmt::format("to {}: {}{}", sent.invokeid, sent.event.name, data_text(sent.event.data)),
         Map{{"invokeid", sent.invokeid}, {"event", sent.event.name}});
   }
 };
@@ -166,7 +169,7 @@ Result<ChartTrace> ChartPlayer::change(const std::function<void(Work&)>& step) {
   session_ = std::move(work->session);
   now_ = work->now;
   if (work->left_out > 0) {
-    work->trace.entries.push_back({"more", now_, "… and " + std::to_string(work->left_out) + " more", Value()});
+    work->trace.entries.push_back({"more", now_, fmt::format("… and {} more", work->left_out), Value()});
   }
   return std::move(work->trace);
 }
@@ -187,8 +190,9 @@ Result<ChartTrace> ChartPlayer::start(const Map& data) {
 
 Result<ChartTrace> ChartPlayer::send(const scxml::Event& event) {
   if (!session_.running())
-    return fail("chart.ended", "the chart has ended (" + std::string(to_string(session_.status())) +
-                                   "); `back` takes the last step back, `restart` begins again");
+    return fail("chart.ended",
+                fmt::format("the chart has ended ({}); `back` takes the last step back, `restart` begins again",
+                            to_string(session_.status())));
   return change([event](Work& work) {
     const auto info = scxml::step(work.chart, work.session, event, work.now, work.effects, work.host);
     if (!info.enabled) work.note("ignored", "no transition takes it", event.name);
@@ -209,8 +213,7 @@ Result<ChartTrace> ChartPlayer::wait(Duration time) {
 
 Result<void> ChartPlayer::back(std::size_t count) {
   if (count == 0 || count > past_.size())
-    return fail("chart.no-way-back",
-                "there are " + std::to_string(past_.size()) + " steps to go back, not " + std::to_string(count));
+    return fail("chart.no-way-back", fmt::format("there are {} steps to go back, not {}", past_.size(), count));
   const Moment& moment = past_[past_.size() - count];
   if (const auto reason = moment.session.unsaveable())
     return fail("chart.no-way-back", "that state cannot be gone back to: " + reason->message);

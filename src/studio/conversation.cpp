@@ -1,5 +1,7 @@
 #include "sentree/studio/detail/conversation.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/base/json.h"
@@ -60,7 +62,7 @@ class StateText {
       out_ += group;
       out_ += "\":";
       if (part.part == History::Part::kMission)
-        out_ += "{\"mission\":" + std::string(json) + "," + facts_ + "}";
+        out_ += fmt::format("{{\"mission\":{},{}}}", json, facts_);
       else
         out_ += json;
       return;
@@ -92,10 +94,8 @@ class StateText {
 
 std::string head(std::string_view type, Nanoseconds time, const History::Moment& moment, bool live, Nanoseconds begin,
                  Nanoseconds end) {
-  return "{\"type\":\"" + std::string(type) + "\",\"time\":" + std::to_string(time) +
-         ",\"tick\":" + std::to_string(moment.tick) + ",\"sequence\":" + std::to_string(moment.sequence) +
-         ",\"live\":" + (live ? "true" : "false") + ",\"begin\":" + std::to_string(begin) +
-         ",\"end\":" + std::to_string(end);
+  return fmt::format("{{\"type\":\"{}\",\"time\":{},\"tick\":{},\"sequence\":{},\"live\":{},\"begin\":{},\"end\":{}",
+                     type, time, moment.tick, moment.sequence, live ? "true" : "false", begin, end);
 }
 
 std::string facts_text(const RunFacts& facts) {
@@ -240,7 +240,7 @@ void Conversation::send_delta() {
     changed = true;
     std::size_t from = std::max(next_observation_, composer_->history.first_observation());
     if (end - from > kDeltaMessagesMax) from = end - kDeltaMessagesMax;
-    out += ",\"missed\":" + std::to_string(from - next_observation_) + ",\"messages\":[";
+    out += fmt::format(",\"missed\":{},\"messages\":[", from - next_observation_);
     for (std::size_t position = from; position < end; ++position) {
       const std::string message = composer_->history.observation(position);
       if (message.empty()) continue;
@@ -257,8 +257,7 @@ void Conversation::send_growth() {
   const History::Present& present = composer_->present;
   const bool has_other_facts = sent_facts_ != composer_->facts;
   if (present.time == sent_time_ && !has_other_facts) return;
-  std::string out =
-      "{\"type\":\"delta\",\"begin\":" + std::to_string(present.begin) + ",\"end\":" + std::to_string(present.time);
+  std::string out = fmt::format("{{\"type\":\"delta\",\"begin\":{},\"end\":{}", present.begin, present.time);
   if (has_other_facts) {
     StateText text(out, composer_->subject, composer_->facts);
     text.add({History::Part::kMission, 0}, past_mission_);
@@ -286,7 +285,7 @@ void Conversation::work() {
 
 void Conversation::answer_json(std::int64_t id, const std::string& json) {
   if (id == 0) return;
-  send("{\"type\":\"answer\",\"id\":" + std::to_string(id) + ",\"ok\":true,\"value\":" + json + "}");
+  send(fmt::format("{{\"type\":\"answer\",\"id\":{},\"ok\":true,\"value\":{}}}", id, json));
 }
 
 void Conversation::answer(std::int64_t id, Value value) { answer_json(id, to_json(value)); }
@@ -326,7 +325,7 @@ bool Conversation::advance(Request& request) {
     if (Value folded = folded_chart(composer_->subject, chart, closed); !folded.is_null())
       answer(request.id, std::move(folded));
     else
-      refuse(request.id, "there is no chart \"" + chart + "\"");
+      refuse(request.id, fmt::format("there is no chart \"{}\"", chart));
   } else if (request.op == "transitions") {
     const auto node = integer_of(request.body, "node").value_or(-1);
     constexpr std::size_t kTransitionsMax = 5'000;
@@ -455,7 +454,7 @@ bool Conversation::advance_search(Request& request) {
     if (json.back() != '[') json += ',';
     json += message;
   }
-  answer_json(request.id, json + "],\"more\":" + (more ? "true" : "false") + "}");
+  answer_json(request.id, fmt::format("{}],\"more\":{}}}", json, more ? "true" : "false"));
   return true;
 }
 

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -129,7 +131,7 @@ bool Conversation::advance_signal(Request& request) {
   }
   const auto part = part_of(composer_->subject, request.path);
   if (!part) {
-    refuse(request.id, "there is no " + request.path[0] + " \"" + request.path[1] + "\"");
+    refuse(request.id, fmt::format("there is no {} \"{}\"", request.path[0], request.path[1]));
     return true;
   }
   const Nanoseconds span = points.to - points.from;

@@ -1,5 +1,7 @@
 #include "sentree/studio/design_values.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/draw/chart.h"
@@ -379,7 +381,8 @@ List interfaces_value(const std::filesystem::path& folder, const std::map<std::s
     if (!path) continue;
     const auto schema = project::load_interface(*path, file);
     if (!schema.value) continue;
-    for (const std::string& service : schema.value->service_names()) names.emplace_back(file + "/" + service);
+    for (const std::string& service : schema.value->service_names())
+      names.emplace_back(fmt::format("{}/{}", file, service));
   }
   return names;
 }
@@ -411,7 +414,7 @@ Result<design::TreeGesture> gesture_of(const Value& gesture) {
     return design::SetAttribute{node, string_of(gesture, "name"),
                                 given ? std::optional(*value->as_string()) : std::nullopt};
   }
-  return fail("studio.request", "\"" + what + "\" is no gesture");
+  return fail("studio.request", fmt::format("\"{}\" is no gesture", what));
 }
 
 std::optional<std::string> text_if_given(const Value& value, std::string_view name) {
@@ -460,7 +463,7 @@ Result<design::ChartGesture> chart_gesture_of(const Value& gesture) {
   if (what == "set_action") return design::SetAction{action_place_of(gesture), index, xml};
   if (what == "remove_action") return design::RemoveAction{action_place_of(gesture), index};
   if (what == "move_action") return design::MoveAction{action_place_of(gesture), index, count_of(gesture, "to")};
-  return fail("studio.request", "\"" + what + "\" is no gesture on a chart");
+  return fail("studio.request", fmt::format("\"{}\" is no gesture on a chart", what));
 }
 
 Result<design::RequirementGesture> requirement_gesture_of(const Value& gesture) {
@@ -469,7 +472,7 @@ Result<design::RequirementGesture> requirement_gesture_of(const Value& gesture) 
   if (what == "set_part") return design::SetPart{requirement, string_of(gesture, "part"), string_of(gesture, "text")};
   if (what == "set_scope") return design::SetScope{requirement, string_of(gesture, "scope")};
   if (what == "set_pattern") return design::SetPattern{requirement, string_of(gesture, "pattern")};
-  return fail("studio.request", "\"" + what + "\" is no gesture on requirements");
+  return fail("studio.request", fmt::format("\"{}\" is no gesture on requirements", what));
 }
 
 Result<design::YamlGesture> yaml_gesture_of(const Value& gesture) {
@@ -490,7 +493,7 @@ Result<design::YamlGesture> yaml_gesture_of(const Value& gesture) {
   if (value == nullptr) return fail("studio.request", what + " needs a value");
   if (what == "yaml_set") return design::SetYaml{std::move(path), *value};
   if (what == "yaml_insert") return design::InsertYaml{std::move(path), count_of(gesture, "index"), *value};
-  return fail("studio.request", "\"" + what + "\" is no gesture on a file of settings");
+  return fail("studio.request", fmt::format("\"{}\" is no gesture on a file of settings", what));
 }
 
 }  // namespace

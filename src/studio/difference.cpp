@@ -1,5 +1,7 @@
 #include "sentree/studio/difference.h"
 
+#include <fmt/format.h>
+
 #include "sentree/project/project.h"
 #include "sentree/project/skill_models.h"
 #include "sentree/studio/nothing.h"
@@ -39,7 +41,7 @@ struct DifferencePage::Impl {
       const Value* file = request.find("file");
       return comparison_of(sides, file != nullptr ? std::string(file->text()) : std::string(), kinds);
     }
-    return fail("studio.request", "\"" + op + "\" is not known here: this page only compares");
+    return fail("studio.request", fmt::format("\"{}\" is not known here: this page only compares", op));
   }
 
   const Sides sides;

@@ -1,5 +1,7 @@
 #include "sentree/studio/foxglove.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -97,7 +99,7 @@ class Hub {
       each(*request, "subscriptionIds", [&](const Value& wanted) { unsubscribe(client, wanted); });
     } else {
       complain(client, name.empty() ? "this is no JSON object with an \"op\""
-                                    : "\"" + std::string(name) + "\" is not offered: clients look, and change nothing");
+                                    : fmt::format("\"{}\" is not offered: clients look, and change nothing", name));
     }
   }
 
@@ -116,7 +118,7 @@ class Hub {
     time_ = 0;
     run_ = run;
     version_ = version;
-    session_ = std::to_string(std::random_device()()) + "-" + std::to_string(first_channel_ / kChannelsPerRun);
+    session_ = fmt::format("{}-{}", std::random_device()(), first_channel_ / kChannelsPerRun);
     for (auto& [id, client] : clients_) {
       client.subscriptions.clear();
       if (had_any) client.socket.send(withdrawal);
@@ -195,11 +197,11 @@ class Hub {
     if (!id || !channel)
       return complain(client, "a subscription has an id and a channelId, numbers from 0 to 4294967295");
     const auto topic = topics_.find(*channel);
-    if (topic == topics_.end()) return complain(client, "there is no channel " + std::to_string(*channel));
+    if (topic == topics_.end()) return complain(client, fmt::format("there is no channel {}", *channel));
     if (client.subscriptions.count(*channel) != 0)
-      return complain(client, "channel " + std::to_string(*channel) + " is subscribed already");
+      return complain(client, fmt::format("channel {} is subscribed already", *channel));
     for (const auto& [other, subscription] : client.subscriptions) {
-      if (subscription.id == *id) return complain(client, "subscription " + std::to_string(*id) + " is there already");
+      if (subscription.id == *id) return complain(client, fmt::format("subscription {} is there already", *id));
     }
     Subscription& made = client.subscriptions[*channel] = {*id, false};
     if (topic->second.published) deliver(client, made, topic->second);
@@ -235,9 +237,9 @@ class Hub {
     const auto missed = static_cast<std::uint64_t>(std::count_if(
         client.subscriptions.begin(), client.subscriptions.end(), [](const auto& s) { return s.second.missed; }));
     if (client.lost > missed &&
-        !client.socket.send(status_text(Level::kWarning, std::to_string(client.lost - missed) +
-                                                             " messages are not here: this connection takes fewer than "
-                                                             "the run makes")))
+        !client.socket.send(status_text(
+            Level::kWarning, fmt::format("{} messages are not here: this connection takes fewer than the run makes",
+                                         client.lost - missed))))
       return;
     client.lost = 0;
     client.socket.send(time_message(), http::Socket::Form::kBinary);
@@ -338,7 +340,7 @@ Result<std::unique_ptr<Foxglove>> Foxglove::start(FoxgloveOptions options) {
       return foxglove_refusal(400, "the subprotocols here are foxglove.sdk.v1 and foxglove.websocket.v1");
     // One comes after the other in this thread, so nobody slips in between the look and the count.
     if (*raw->open >= kFoxgloveClientsMax)
-      return foxglove_refusal(503, "more than " + std::to_string(kFoxgloveClientsMax) + " clients are there");
+      return foxglove_refusal(503, fmt::format("more than {} clients are there", kFoxgloveClientsMax));
     ++*raw->open;
     return std::nullopt;
   };
@@ -369,8 +371,8 @@ std::uint16_t Foxglove::port() const { return impl_->http->port(); }
 
 std::string Foxglove::told() const {
   const bool is_local = http::is_loopback(impl_->options.address);
-  return "Foxglove: " + url() + " (no authentication: any " + (is_local ? "program of this machine" : "machine") +
-         " that reaches it can look)";
+  return fmt::format("Foxglove: {} (no authentication: any {} that reaches it can look)", url(),
+                     is_local ? "program of this machine" : "machine");
 }
 
 }  // namespace sentree::studio

@@ -1,5 +1,7 @@
 #include "sentree/studio/groot_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <deque>
@@ -166,7 +168,7 @@ struct GrootRun::Impl final : groot::Hooks {
   static tl::unexpected<Diagnostic> ended() { return fail("groot.hook", "no run goes on"); }
   tl::unexpected<Diagnostic> not_a_leaf(bt::NodeId node) const {
     return fail("groot.hook",
-                "\"" + tree->path(node) + "\" is no leaf with a skill, so nothing else can answer for it");
+                fmt::format("\"{}\" is no leaf with a skill, so nothing else can answer for it", tree->path(node)));
   }
   static bt::NodeId node_of(const Hook& hook) { return hook.uid - 1U; }
 

@@ -1,5 +1,7 @@
 #include "sentree/studio/history.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <variant>
 #include <vector>
@@ -214,13 +216,13 @@ void History::Impl::add_effect(Role role, const Shape& shape, Nanoseconds time, 
         return member != nullptr && member->as_int() != nullptr ? *member->as_int() : std::int64_t{0};
       };
       mark(time, "gap",
-           "nobody was there for " + shortest_decimal(static_cast<double>(count_of("wall_ns")) * 1e-9) + " s",
+           fmt::format("nobody was there for {} s", shortest_decimal(static_cast<double>(count_of("wall_ns")) * 1e-9)),
            seen.sequence, std::min<Nanoseconds>(count_of("from_ns"), time));
       break;
     }
     case Role::kError:
       if (text_at("kind") == "vetoed")
-        mark(time, "veto", shape.name.substr(0, shape.name.rfind('.')) + ": " + std::string(text_at("message")),
+        mark(time, "veto", fmt::format("{}: {}", shape.name.substr(0, shape.name.rfind('.')), text_at("message")),
              seen.sequence);
       break;
   }

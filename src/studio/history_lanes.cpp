@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/studio/detail/history_impl.h"
@@ -183,7 +185,7 @@ Value History::lanes(Nanoseconds from, Nanoseconds to, int width) const {
     add([&] {
       return Map{{"id", "battery:" + name},
                  {"kind", "value"},
-                 {"name", "battery of " + name + " [%]"},
+                 {"name", fmt::format("battery of {} [%]", name)},
                  {"points", points_of(impl.robots[i].battery, from, to, width)}};
     });
   }

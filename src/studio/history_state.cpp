@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -120,9 +122,8 @@ void append_shown(std::string& out, Shown what, const Message& message) {
     append_json(out, values != nullptr ? *values : Value(Map()));
     return;
   }
-  out += "{\"sequence\":" + std::to_string(message.sequence) +
-         ",\"time\":" + std::to_string(message.time.time_since_epoch().count()) +
-         ",\"tick\":" + std::to_string(message.tick) + ",\"kind\":\"";
+  out += fmt::format("{{\"sequence\":{},\"time\":{},\"tick\":{},\"kind\":\"", message.sequence,
+                     message.time.time_since_epoch().count(), message.tick);
   out += to_string(message.kind);
   out += "\",\"name\":";
   append_json_string(out, message.name);
@@ -130,7 +131,7 @@ void append_shown(std::string& out, Shown what, const Message& message) {
   append_json_string(out, message.source);
   out += ",\"target\":";
   append_json_string(out, message.target);
-  out += ",\"call\":" + std::to_string(message.call) + ",\"data\":";
+  out += fmt::format(",\"call\":{},\"data\":", message.call);
   append_json(out, message.data);
   out += '}';
 }
@@ -304,7 +305,7 @@ void History::Impl::append_tree(std::string& out, Nanoseconds time) const {
     append_integer(last, known ? node[before].value : 0);
     append_integer(since, known ? node[now].time : 0);
   }
-  out += "],\"last\":[" + last + "],\"since\":[" + since + "]}";
+  out += fmt::format("],\"last\":[{}],\"since\":[{}]}}", last, since);
 }
 
 void History::Impl::append_chart(std::string& out, std::size_t index, Nanoseconds time) const {
@@ -313,7 +314,8 @@ void History::Impl::append_chart(std::string& out, std::size_t index, Nanosecond
     const std::size_t monitor = subject.monitor_index(subject.charts[index].name);
     const auto* entry = monitors[monitor].at(time);
     if (entry == nullptr) return;
-    out += "{\"running\":true,\"active\":" + configurations[entry->value.configuration].active + ",\"since\":";
+    out +=
+        fmt::format("{{\"running\":true,\"active\":{},\"since\":", configurations[entry->value.configuration].active);
     append_integer(out, entry->time);
     out += '}';
     return;

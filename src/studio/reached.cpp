@@ -1,5 +1,7 @@
 #include "sentree/studio/reached.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 
@@ -61,8 +63,9 @@ Result<Reached> reached_by(const std::string& recording, bool allow_plugins) {
   if (!report) return tl::unexpected(report.error());
   if (!report->differences.empty()) {
     const auto& first = report->differences.front();
-    return fail("coverage.differs", "executed again, the run differs from its recording: " + first.who + " " +
-                                        first.replayed + " instead of " + first.recorded);
+    return fail("coverage.differs",
+                fmt::format("executed again, the run differs from its recording: {} {} instead of {}", first.who,
+                            first.replayed, first.recorded));
   }
   watch.finish(report->run);
   return reached;

@@ -1,5 +1,7 @@
 #include "sentree/studio/recorded.h"
 
+#include <fmt/format.h>
+
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -90,7 +92,7 @@ struct Recorded::Impl {
     facts.state = "ended";
     facts.reason = run.fact("reason");
     if (const double part = history->read_so_far(); part < 1)
-      facts.reason = std::to_string(std::lround(std::floor(part * 100))) + " % of the recording has been read";
+      facts.reason = fmt::format("{} % of the recording has been read", std::lround(std::floor(part * 100)));
     facts.vacuous = vacuous;
     return facts;
   }

@@ -1,5 +1,7 @@
 #include "sentree/studio/run_beside.h"
 
+#include <fmt/format.h>
+
 #include <future>
 #include <mutex>
 #include <optional>
@@ -154,7 +156,7 @@ struct RunBeside::Impl {
       report.interrupted = report.interrupted || successor != nullptr;
       const record::RecorderReport written = now->recorder->finish(report);
       if (written.lost > 0)
-        complain("the disk was too slow: " + std::to_string(written.lost) + " messages are not in the recording");
+        complain(fmt::format("the disk was too slow: {} messages are not in the recording", written.lost));
       if (!report.error.empty()) complain(report.error);
       now->live->ended(report);
       if (!successor) break;

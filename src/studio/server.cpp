@@ -1,5 +1,7 @@
 #include "sentree/studio/server.h"
 
+#include <fmt/format.h>
+
 #include <pthread.h>
 #include <signal.h>
 #include <unistd.h>
@@ -98,16 +100,16 @@ class Handler final : public http::SocketHandler {
 }  // namespace
 
 bool is_own_page(std::string_view host, std::string_view origin, std::string_view address, std::uint16_t port) {
-  if (!origin.empty() && origin != "http://" + std::string(host)) return false;
+  if (!origin.empty() && origin != fmt::format("http://{}", host)) return false;
   std::string_view name = host;
-  const std::string ending = ":" + std::to_string(port);
+  const std::string ending = fmt::format(":{}", port);
   constexpr std::uint16_t kDefaultPort = 80;
   if (name.ends_with(ending))
     name.remove_suffix(ending.size());
   else if (port != kDefaultPort)
     return false;
   if (name == "localhost" || name == "127.0.0.1" || name == "[::1]") return true;
-  if (name == address || name == "[" + std::string(address) + "]") return true;
+  if (name == address || name == fmt::format("[{}]", address)) return true;
   // Where others may come, they come by a number or by this machine's name: no other site can make its name mean these.
   return !http::is_loopback(address) && (is_address(name) || (!name.empty() && name == host_name()));
 }
@@ -243,7 +245,7 @@ Result<void> Server::Impl::start() {
     if (request.target != "/api/ws") return secured(text_response(404, "the socket is at /api/ws"));
     // One comes after the other in this thread, so nobody slips in between the look and the count.
     if (*open >= kClientsMax)
-      return secured(text_response(503, "more than " + std::to_string(kClientsMax) + " pages are open"));
+      return secured(text_response(503, fmt::format("more than {} pages are open", kClientsMax)));
     ++*open;
     return std::nullopt;
   };
@@ -367,7 +369,7 @@ Result<std::unique_ptr<Server>> Server::start(const Subject& subject, const Hist
 }
 
 std::string Server::url() const {
-  return impl_->http->url() + "/" + (impl_->token.empty() ? "" : "#token=" + impl_->token);
+  return fmt::format("{}/{}", impl_->http->url(), impl_->token.empty() ? "" : "#token=" + impl_->token);
 }
 std::uint16_t Server::port() const { return impl_->bound; }
 std::size_t Server::clients() const { return *impl_->open; }

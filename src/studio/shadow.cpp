@@ -1,5 +1,7 @@
 #include "sentree/studio/shadow.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/record/sink.h"
@@ -15,7 +17,7 @@ Result<void> runs_here(const project::Plan& plan) {
     return fail("shadow.elsewhere", "the scenario has parts in processes of their own; choose another one");
   for (const auto& [name, service] : plan.services) {
     if (service.at != "sim" && service.at != "model" && service.at != "topics")
-      return fail("shadow.elsewhere", "service \"" + name + "\" is at " + service.at + ", which is not run again");
+      return fail("shadow.elsewhere", fmt::format("service \"{}\" is at {}, which is not run again", name, service.at));
   }
   return {};
 }

@@ -1,5 +1,7 @@
 #include "sentree/studio/sides.h"
 
+#include <fmt/format.h>
+
 #include <fcntl.h>
 #include <poll.h>
 #include <spawn.h>
@@ -104,8 +106,8 @@ Result<std::string> git(const fs::path& folder, std::vector<std::string> argumen
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    return tl::unexpected(git_problem("git knows no such commit of " + folder.string() +
-                                      "; is it in a repository, with a first commit?"));
+    return tl::unexpected(git_problem(
+        fmt::format("git knows no such commit of {}; is it in a repository, with a first commit?", folder.string())));
   return written;
 }
 
@@ -152,7 +154,8 @@ Result<ProjectTexts> texts_at(const fs::path& path) {
 }
 
 Result<ProjectTexts> texts_of_commit(const fs::path& folder, const std::string& commit) {
-  if (commit.empty() || commit.starts_with('-')) return tl::unexpected(git_problem("\"" + commit + "\" is no commit"));
+  if (commit.empty() || commit.starts_with('-'))
+    return tl::unexpected(git_problem(fmt::format("\"{}\" is no commit", commit)));
   const auto listed = git(folder, {"ls-tree", "-r", "-z", "--name-only", commit}, {});
   if (!listed) return tl::unexpected(listed.error());
   std::vector<std::string> names;
@@ -164,7 +167,7 @@ Result<ProjectTexts> texts_of_commit(const fs::path& folder, const std::string& 
     if (!design::is_project_text(name) || name.starts_with("runs/") || name.find('\n') != std::string::npos) continue;
     if (names.size() == design::kFilesMax)
       return fail("design.too-many-files", "the commit has too many files of this folder");
-    wanted += commit + ":./" + name + "\n";
+    wanted += fmt::format("{}:./{}\n", commit, name);
     names.push_back(std::move(name));
   }
   auto objects = git(folder, {"cat-file", "--batch"}, wanted);
@@ -209,7 +212,7 @@ Result<Value> comparison_of(const Sides& sides, const std::string& file, const d
   const auto was = sides.before.find(file);
   const auto is = sides.after.find(file);
   if (was == sides.before.end() && is == sides.after.end())
-    return fail("design.no-such-file", "neither has a file \"" + file + "\"");
+    return fail("design.no-such-file", fmt::format("neither has a file \"{}\"", file));
   return comparison_value(was != sides.before.end() ? &was->second : nullptr,
                           is != sides.after.end() ? &is->second : nullptr, kinds, file);
 }

@@ -1,5 +1,7 @@
 #include "sentree/studio/simulations.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -85,7 +87,7 @@ Result<Value> Simulations::chart(const Text& text, const Value& request) {
   }
   if (what == "send" || what == "wait") {
     if (played.steps.size() == kStepsMax)
-      return fail("simulate.too-many", "more than " + std::to_string(kStepsMax) + " steps; begin again");
+      return fail("simulate.too-many", fmt::format("more than {} steps; begin again", kStepsMax));
     ChartStep step{.is_wait = what == "wait", .event = {}, .time = {}};
     if (step.is_wait) {
       const Value* time = request.find("time");
@@ -109,7 +111,7 @@ Result<Value> Simulations::chart(const Text& text, const Value& request) {
     if (!played.steps.empty()) played.steps.pop_back();
     played.trace = {};
   } else if (what != "start" && what != "look") {
-    return fail("studio.request", "\"" + what + "\" is nothing that can be done to a chart");
+    return fail("studio.request", fmt::format("\"{}\" is nothing that can be done to a chart", what));
   }
   return shown(played);
 }
@@ -193,7 +195,7 @@ Result<Value> Simulations::tree(const Text& text, const bt::Palette& palette, co
                              : status == "FAILURE" ? bt::Status::kFailure
                              : status == "RUNNING" ? bt::Status::kRunning
                                                    : bt::Status::kIdle;
-    if (given == bt::Status::kIdle) return fail("studio.request", "\"" + status + "\" is no answer of a leaf");
+    if (given == bt::Status::kIdle) return fail("studio.request", fmt::format("\"{}\" is no answer of a leaf", status));
     done = player.answer(request_text(request, "leaf"), given);
   } else if (what == "tick") {
     done = player.tick();
@@ -202,7 +204,7 @@ Result<Value> Simulations::tree(const Text& text, const bt::Palette& palette, co
   } else if (what == "back") {
     done = player.back();
   } else if (what != "start" && what != "look") {
-    return fail("studio.request", "\"" + what + "\" is nothing that can be done to a tree");
+    return fail("studio.request", fmt::format("\"{}\" is nothing that can be done to a tree", what));
   }
   if (!done) return tl::unexpected(done.error());
   return shown(played->second, text.text, id);

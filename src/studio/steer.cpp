@@ -1,5 +1,7 @@
 #include "sentree/studio/steer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -23,7 +25,7 @@ class Asked {
   Result<std::string> text(const char* name) const {
     const Value* value = request_.find(name);
     if (value != nullptr && value->as_string() != nullptr) return *value->as_string();
-    return fail("studio.request", op_ + " needs a text \"" + name + "\"");
+    return fail("studio.request", fmt::format("{} needs a text \"{}\"", op_, name));
   }
   std::string text_or(const char* name, std::string otherwise) const {
     const Value* value = request_.find(name);
@@ -35,12 +37,12 @@ class Asked {
     constexpr double kExact = 9007199254740992.0;
     if (value != nullptr && value->is_number() && value->number() >= 0 && value->number() <= kExact)
       return static_cast<std::uint64_t>(value->number());
-    return fail("studio.request", op_ + " needs a whole number \"" + std::string(name) + "\"");
+    return fail("studio.request", fmt::format("{} needs a whole number \"{}\"", op_, name));
   }
   Result<double> number(const char* name) const {
     const Value* value = request_.find(name);
     if (value != nullptr && value->is_number()) return value->number();
-    return fail("studio.request", op_ + " needs a number \"" + std::string(name) + "\"");
+    return fail("studio.request", fmt::format("{} needs a number \"{}\"", op_, name));
   }
   Value value(const char* name) const {
     const Value* found = request_.find(name);
@@ -74,7 +76,7 @@ Result<Value> call(runtime::Steering& steering, const Asked& asked) {
   Value args = asked.value("args");
   auto outcome = steering.call(*service, *method, args.as_map() != nullptr ? std::move(args) : Value(Map()));
   if (!outcome) return tl::unexpected(outcome.error());
-  if (!outcome->ok) return fail("studio.call", *service + "." + *method + ": " + outcome->message);
+  if (!outcome->ok) return fail("studio.call", fmt::format("{}.{}: {}", *service, *method, outcome->message));
   return Value(Map{{"result", std::move(outcome->result)}});
 }
 
@@ -83,7 +85,7 @@ Result<Value> set_breakpoint(runtime::Steering& steering, const Subject& subject
   if (kind == "node") {
     const auto node = asked.count("node", std::nullopt);
     if (!node) return tl::unexpected(node.error());
-    if (*node >= subject.plan.tree.size()) return fail("studio.request", "there is no node " + std::to_string(*node));
+    if (*node >= subject.plan.tree.size()) return fail("studio.request", fmt::format("there is no node {}", *node));
     return standing("breakpoint", steering.break_at_node(subject.plan.tree.path(static_cast<bt::NodeId>(*node)),
                                                          asked.text_or("status", "")));
   }
@@ -99,7 +101,7 @@ Result<Value> set_breakpoint(runtime::Steering& steering, const Subject& subject
     if (!pattern) return tl::unexpected(pattern.error());
     return standing("breakpoint", steering.break_at_message(*pattern));
   }
-  return fail("studio.request", "a breakpoint is of kind node, state or message, not \"" + kind + "\"");
+  return fail("studio.request", fmt::format("a breakpoint is of kind node, state or message, not \"{}\"", kind));
 }
 
 Value to_value(const Subject& subject, const mission::StandingIntervention& standing) {
@@ -110,12 +112,13 @@ Value to_value(const Subject& subject, const mission::StandingIntervention& stan
   if (const auto* delay = std::get_if<Delay>(&what)) {
     value["message"] = delay->message;
     value["by"] = delay->by.count();
-    text = delay->message + " late by " + shortest_decimal(seconds(delay->by)) + " s";
+    text = fmt::format("{} late by {} s", delay->message, shortest_decimal(seconds(delay->by)));
   } else if (const auto* falsify = std::get_if<Falsify>(&what)) {
     value["call"] = falsify->call;
     value["path"] = falsify->path;
     value["value"] = falsify->value;
-    text = falsify->call + (falsify->path.empty() ? "" : ": " + falsify->path) + " = " + to_json(falsify->value);
+    text = fmt::format("{}{} = {}", falsify->call, falsify->path.empty() ? "" : ": " + falsify->path,
+                       to_json(falsify->value));
   } else if (const auto* unreachable = std::get_if<Unreachable>(&what)) {
     value["call"] = unreachable->call;
   } else if (const auto* late = std::get_if<Late>(&what)) {
@@ -123,7 +126,7 @@ Value to_value(const Subject& subject, const mission::StandingIntervention& stan
   } else if (const auto* force = std::get_if<Force>(&what)) {
     value["leaf"] = force->leaf;
     value["status"] = force->status;
-    text = force->leaf + " is " + force->status;
+    text = fmt::format("{} is {}", force->leaf, force->status);
   } else if (const auto* breakpoint = std::get_if<Breakpoint>(&what)) {
     const std::string& target = breakpoint->target;
     if (breakpoint->point == Breakpoint::Point::kNode) {
@@ -134,7 +137,7 @@ Value to_value(const Subject& subject, const mission::StandingIntervention& stan
     } else if (breakpoint->point == Breakpoint::Point::kState) {
       value["chart"] = target;
       value["state"] = breakpoint->state;
-      text = target + " enters " + breakpoint->state;
+      text = fmt::format("{} enters {}", target, breakpoint->state);
     } else {
       value["pattern"] = target;
       text = "observation " + target;
@@ -154,7 +157,8 @@ Result<Value> save_scenario(const runtime::Steering& steering, const Subject& su
     const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
     is_plain = is_plain && plain;
   }
-  if (!is_plain) return fail("studio.request", "\"" + *name + "\" is no name of a scenario: letters, digits, - and _");
+  if (!is_plain)
+    return fail("studio.request", fmt::format("\"{}\" is no name of a scenario: letters, digits, - and _", *name));
   const auto yaml = steering.scenario();
   if (!yaml) return tl::unexpected(yaml.error());
   const std::filesystem::path file = subject.plan.scenario.project.folder / "scenarios" / (*name + ".yaml");
@@ -172,7 +176,7 @@ Result<Value> add_to_scenario(const runtime::Steering& steering, const Subject& 
   if (!name) return tl::unexpected(name.error());
   const auto files = project::scenario_files(subject.plan.scenario.project);
   const auto file = std::find_if(files.begin(), files.end(), [&](const auto& one) { return one.stem() == *name; });
-  if (file == files.end()) return fail("studio.request", "there is no scenario \"" + *name + "\"");
+  if (file == files.end()) return fail("studio.request", fmt::format("there is no scenario \"{}\"", *name));
   const auto run = steering.scenario();
   if (!run) return tl::unexpected(run.error());
   std::vector<project::Injection> done;
@@ -192,7 +196,8 @@ Result<Value> add_to_scenario(const runtime::Steering& steering, const Subject& 
   if (!before) return tl::unexpected(before.error());
   auto with = project::with_injections(*before, there.value->timeline, done, file->string());
   if (!with) return tl::unexpected(with.error());
-  if (*with == *before) return fail("studio.nothing-done", "all that was done is in " + file->string() + " already");
+  if (*with == *before)
+    return fail("studio.nothing-done", fmt::format("all that was done is in {} already", file->string()));
   if (auto written = text::write_file(*file, *with); !written) return tl::unexpected(written.error());
   return Value(Map{{"yaml", *with}, {"file", file->string()}});
 }
@@ -261,7 +266,7 @@ Result<Value> steer(runtime::Steering& steering, const Subject& subject, const s
     if (!what) return tl::unexpected(what.error());
     return done(steering.clear(*what));
   }
-  return fail("studio.unknown-request", "there is no request \"" + op + "\"");
+  return fail("studio.unknown-request", fmt::format("there is no request \"{}\"", op));
 }
 
 }  // namespace sentree::studio

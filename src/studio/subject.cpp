@@ -1,5 +1,7 @@
 #include "sentree/studio/subject.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/base/json.h"
@@ -258,7 +260,7 @@ Subject::Subject(const project::Plan& run) : plan(run) {
 }
 
 std::size_t Subject::skill_chart(std::string_view leaf) const {
-  const auto found = charts_by_id.find("skill:" + std::string(leaf));
+  const auto found = charts_by_id.find(fmt::format("skill:{}", leaf));
   return found != charts_by_id.end() ? found->second : kNone;
 }
 

@@ -1,5 +1,7 @@
 #include "sentree/studio/tree_player.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/bt/load.h"
@@ -46,8 +48,9 @@ Result<TreePlayer> TreePlayer::start(const std::string& xml, const std::string& 
   for (bt::NodeId node = 0; node < loaded.value->size(); ++node) {
     if (loaded.value->is_unknown(node)) {
       return fail("bt.unknown-node",
-                  "nobody says what " + std::string(loaded.value->registration(node)) +
-                      " does; a tree can be ticked when all of its control nodes, decorators and SubTrees are known",
+                  fmt::format("nobody says what {} does; a tree can be ticked when all of its control nodes, "
+                              "decorators and SubTrees are known",
+                              loaded.value->registration(node)),
                   loaded.value->span(node));
     }
   }
@@ -114,7 +117,7 @@ Result<void> TreePlayer::answer(std::string_view leaf, bt::Status status) {
   const auto& leaves = tree_.external_leaves();
   const auto found =
       std::find_if(leaves.begin(), leaves.end(), [&](bt::NodeId one) { return tree_.event_name(one) == leaf; });
-  if (found == leaves.end()) return fail("simulate.no-such-leaf", "there is no leaf \"" + std::string(leaf) + "\"");
+  if (found == leaves.end()) return fail("simulate.no-such-leaf", fmt::format("there is no leaf \"{}\"", leaf));
   if (status == bt::Status::kRunning && tree_.category(*found) == bt::Category::kCondition)
     return fail("simulate.bad-answer", "a condition holds or does not; it does not run");
   remember();

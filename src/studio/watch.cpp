@@ -1,5 +1,7 @@
 #include "sentree/studio/watch.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <condition_variable>
 #include <map>
@@ -49,7 +51,7 @@ struct Watch::Impl final : runtime::Steering {
   Result<void> make_plan(const std::string& xml, bool bare) {
     auto read = groot::read_remote_tree(xml, {.reserved = project::kReservedNames, .bare = bare});
     if (!read) return tl::unexpected(read.error());
-    const std::string yaml = "mission: {file: mission.xml, executed_by: " + to_json(Value(address)) + "}\n";
+    const std::string yaml = fmt::format("mission: {{file: mission.xml, executed_by: {}}}\n", to_json(Value(address)));
     const auto file = folder.path() / "sentree.yaml";
     if (auto written = text::write_file(folder.path() / "mission.xml", read->mission); !written) return written;
     if (auto written = text::write_file(file, yaml); !written) return written;
@@ -289,8 +291,9 @@ struct Watch::Impl final : runtime::Steering {
   };
 
   tl::unexpected<Diagnostic> elsewhere() const {
-    return fail("steering.elsewhere", "the mission is executed by " + address +
-                                          "; it takes breakpoints at nodes, forced results and to go on");
+    return fail("steering.elsewhere",
+                fmt::format("the mission is executed by {}; it takes breakpoints at nodes, forced results and to go on",
+                            address));
   }
 
   Status status() const override {
@@ -375,7 +378,7 @@ struct Watch::Impl final : runtime::Steering {
     } else {
       return elsewhere();
     }
-    if (node == bt::kNoNode) return fail("steering.unknown-node", "there is no node \"" + target + "\"");
+    if (node == bt::kNoNode) return fail("steering.unknown-node", fmt::format("there is no node \"{}\"", target));
     hook.uid = remote.uids[node];
     return hook;
   }
@@ -386,7 +389,7 @@ struct Watch::Impl final : runtime::Steering {
       const std::lock_guard lock(mutex);
       const auto found = standing_hooks.find(what.id);
       if (found == standing_hooks.end())
-        return fail("steering.unknown-id", "nothing stands with the number " + std::to_string(what.id));
+        return fail("steering.unknown-id", fmt::format("nothing stands with the number {}", what.id));
       hook = found->second.hook;
     }
     auto told = tell(Ask::kRemoveHook, groot::write_hook_place({.uid = hook.uid, .position = hook.position}));

@@ -1,5 +1,7 @@
 #include "sentree/studio/workshop.h"
 
+#include <fmt/format.h>
+
 #include <pthread.h>
 #include <signal.h>
 #include <sys/eventfd.h>
@@ -219,7 +221,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return Value(Map{{"nodes", palette_value(kinds, own)}, {"places", places}, {"interfaces", interfaces}});
   if (op == "design_read") {
     const design::Document* document = workspace.find(file);
-    if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
+    if (document == nullptr) return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
     open.insert(file);
     if (file.ends_with(".req")) {
       past_wanted = true;
@@ -229,7 +231,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   }
   if (op == "design_fold") {
     const design::Document* document = workspace.find(file);
-    if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
+    if (document == nullptr) return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
     return folded_value(file, *document, asked.texts("closed"));
   }
   if (op == "design_edit") {
@@ -276,19 +278,19 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   if (op == "design_scenario") {
     const std::string name = asked.text("scenario");
     if (!name.empty() && std::find(scenarios.begin(), scenarios.end(), name) == scenarios.end())
-      return fail("studio.request", "there is no scenario \"" + name + "\"");
+      return fail("studio.request", fmt::format("there is no scenario \"{}\"", name));
     scenario = name;
     baseline.reset();
     changed({});
     return Value(Map());
   }
-  return fail("studio.request", "\"" + op + "\" is not known here");
+  return fail("studio.request", fmt::format("\"{}\" is not known here", op));
 }
 
 Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
   const std::string file = asked.text("file");
   const design::Document* document = workspace.find(file);
-  if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
+  if (document == nullptr) return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
   if (asked.count("base") != document->version)
     return fail("design.conflict", "the text has changed meanwhile; try again");
   const Value* wanted = asked.find("gesture");
@@ -344,7 +346,7 @@ Result<Value> Workshop::Impl::add(const AskedEdit& asked) {
     }
     texts.push_back({"sentree.yaml", std::move(source)});
   }
-  if (auto put = workspace.put(texts, "add " + kind + " " + name); !put) return tl::unexpected(put.error());
+  if (auto put = workspace.put(texts, fmt::format("add {} {}", kind, name)); !put) return tl::unexpected(put.error());
   std::vector<std::string> files;
   for (const auto& text : texts) files.push_back(text.file);
   changed(files);
@@ -365,7 +367,7 @@ Value Workshop::Impl::other_sides() const {
   List sides{Map{{"id", kSavedSide}, {"title", "what is saved"}},
              Map{{"id", kCommitSide}, {"title", "the last commit (HEAD)"}}};
   for (const std::string& name : recordings_in(folder))
-    sides.push_back(Map{{"id", std::string(kRunSide) + name}, {"title", "the project that " + name + " ran"}});
+    sides.push_back(Map{{"id", std::string(kRunSide) + name}, {"title", fmt::format("the project that {} ran", name)}});
   return Map{{"sides", std::move(sides)}};
 }
 
@@ -380,12 +382,12 @@ Result<Value> Workshop::Impl::compare(const std::string& op, const AskedEdit& as
     const auto names = recordings_in(folder);
     const std::string name = with.substr(kRunSide.size());
     if (std::find(names.begin(), names.end(), name) == names.end())
-      return fail("studio.request", "there is no recording \"" + name + "\" in runs/");
+      return fail("studio.request", fmt::format("there is no recording \"{}\" in runs/", name));
     auto texts = texts_at(folder / "runs" / name);
     if (!texts) return tl::unexpected(texts.error());
     sides.before = std::move(*texts);
   } else if (with != kSavedSide) {
-    return fail("studio.request", "\"" + with + "\" is nothing to compare with");
+    return fail("studio.request", fmt::format("\"{}\" is nothing to compare with", with));
   }
   design::Kinds known{{}};
   {
@@ -412,7 +414,8 @@ Result<Value> Workshop::Impl::simulate(const std::string& op, const AskedEdit& a
   {
     const std::lock_guard lock(mutex);
     const design::Document* document = workspace.find(text.file);
-    if (document == nullptr) return fail("design.no-such-file", "\"" + text.file + "\" is no file of this project");
+    if (document == nullptr)
+      return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", text.file));
     text.text = document->text;
     text.version = document->version;
     overlay = workspace.overlay();

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/base/json.h"
@@ -70,7 +72,7 @@ std::string Workshop::Impl::as_read(std::string message) const {
 // Those of the whole project, or of one scenario: then what was found in others stays.
 void Workshop::Impl::keep_findings(const Texts& texts, const Diagnostics& found, bool whole) {
   std::vector<design::Finding> located;
-  const std::string own_scenario = "scenarios/" + texts.scenario + ".yaml";
+  const std::string own_scenario = fmt::format("scenarios/{}.yaml", texts.scenario);
   std::set<std::string> told;
   for (const Diagnostic& diagnostic : found) {
     if (diagnostic.severity == Severity::kNote || !told.insert(to_string(diagnostic)).second) continue;

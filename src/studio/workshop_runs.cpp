@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/base/json.h"
@@ -159,7 +161,7 @@ Result<Value> Workshop::Impl::show_run(const std::string& recording) {
   if (!recording.empty() && !is_beside) {
     const auto names = recordings_in(folder);
     if (std::find(names.begin(), names.end(), recording) == names.end())
-      return fail("studio.request", "there is no recording \"" + recording + "\" in runs/");
+      return fail("studio.request", fmt::format("there is no recording \"{}\" in runs/", recording));
     Diagnostics unused;
     auto opened = Recorded::read((folder / kRunsFolder / recording).string(), false, unused);
     if (!opened) return tl::unexpected(opened.error());
@@ -190,7 +192,8 @@ Result<Value> Workshop::Impl::steer(const std::string& op, const Value& request)
     const std::lock_guard lock(mutex);
     if (beside && on_show == beside->file()) run = beside;
   }
-  if (!run) return fail("studio.request", "\"" + op + "\" is not known here: a project is edited, no run goes on");
+  if (!run)
+    return fail("studio.request", fmt::format("\"{}\" is not known here: a project is edited, no run goes on", op));
   return run->access()->steer(op, request);
 }
 

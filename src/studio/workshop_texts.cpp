@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "sentree/lsp/completion.h"
@@ -35,7 +37,7 @@ std::string_view name_of_item(lsp::ItemKind kind) {
 
 Result<Value> Workshop::Impl::help_with(const std::string& file, std::uint64_t byte, bool complete) {
   const design::Document* document = workspace.find(file);
-  if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
+  if (document == nullptr) return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
   const auto at = static_cast<std::size_t>(std::min<std::uint64_t>(byte, document->text.size()));
   index.refresh(workspace.overlay());
   const std::string path = (folder / file).string();
@@ -63,7 +65,7 @@ Result<Value> Workshop::Impl::rename_place(const std::string& location, const st
   index.refresh(workspace.overlay());
   const lsp::Symbol place{lsp::SymbolKind::kLocation, location};
   if (!index.names().locations.contains(location))
-    return fail("studio.request", "the world has no location or area \"" + location + "\"");
+    return fail("studio.request", fmt::format("the world has no location or area \"{}\"", location));
   const auto renaming = lsp::rename(index, place, to);
   if (!renaming) return tl::unexpected(renaming.error());
   std::vector<design::Workspace::NewText> texts;
@@ -72,7 +74,7 @@ Result<Value> Workshop::Impl::rename_place(const std::string& location, const st
   for (const auto& [path, edits] : renaming->edits) {
     const std::string file = design::file_inside(folder, path);
     const design::Document* document = workspace.find(file);
-    if (document == nullptr) return fail("design.no-such-file", "\"" + file + "\" is no file of this project");
+    if (document == nullptr) return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
     auto text = design::with_edits(document->text, edits);
     if (!text) return tl::unexpected(text.error());
     texts.push_back({file, std::move(*text)});
@@ -80,7 +82,8 @@ Result<Value> Workshop::Impl::rename_place(const std::string& location, const st
     occurrences += edits.size();
   }
   if (!texts.empty()) {
-    if (auto put = workspace.put(texts, "rename " + location + " to " + to); !put) return tl::unexpected(put.error());
+    if (auto put = workspace.put(texts, fmt::format("rename {} to {}", location, to)); !put)
+      return tl::unexpected(put.error());
     changed(files);
   }
   List named;

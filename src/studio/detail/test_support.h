@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -38,11 +40,12 @@ class TestClient {
   };
   explicit TestClient(std::uint16_t port) : TestClient(port, Options()) {}
   TestClient(std::uint16_t port, const Options& options) : peer_(port) {
-    const std::string host = options.host.empty() ? "127.0.0.1:" + std::to_string(port) : options.host;
-    peer_.write("GET " + options.path + " HTTP/1.1\r\nHost: " + host +
-                "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: " + options.version +
-                "\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n" +
-                (options.origin.empty() ? "" : "Origin: " + options.origin + "\r\n") + "\r\n");
+    const std::string host = options.host.empty() ? fmt::format("127.0.0.1:{}", port) : options.host;
+    peer_.write(
+        fmt::format("GET {} HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: "
+                    "Upgrade\r\nSec-WebSocket-Version: {}\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n{}\r\n",
+                    options.path, host, options.version,
+                    options.origin.empty() ? "" : fmt::format("Origin: {}\r\n", options.origin)));
     const std::string head = peer_.head();
     if (head.size() > 12) status_ = std::atoi(head.c_str() + 9);
   }
