@@ -508,7 +508,7 @@ class Completer {
       nodes_and_skills();
     } else if (key == "mission" && !is_project) {
       add_all({"SUCCESS", "FAILURE", "RUNNING"}, ItemKind::kEnumMember);
-    } else if (key == "call" || key == "gate" || key == "subscribe" || key == "delay") {
+    } else if (key == "call" || key == "gate" || key == "subscribe" || key == "latest" || key == "delay") {
       for (const auto& [name, service] : index_.names().services) methods(service, name + ".");
       if (key == "call") test_control();
     } else if (key == "on") {

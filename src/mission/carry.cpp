@@ -136,6 +136,9 @@ class Mapping {
         const auto service = after_.services.find(goal.service);
         return service == after_.services.end() || !is_action(*service->second.service);
       });
+      std::erase_if(next.heard, [&](const Shared<Publication>& heard) {
+        return std::find(leaf.latest.begin(), leaf.latest.end(), heard->topic) == leaf.latest.end();
+      });
       for (SkillState::Line& line : next.lines) {
         for (const Shared<Call>& call : line.waiting) check(call);
       }

@@ -78,6 +78,8 @@ class Writer {
       flag(goal.abandoned);
     }
     out_.text("");
+    for (const Shared<Publication>& heard : skill.heard) content(Published{heard});
+    out_.text("");
     // What is published begins a chart that lives on only once.
     if (model.protocol) flag(skill.run == 0);
     flag(skill.running());

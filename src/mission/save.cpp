@@ -97,6 +97,10 @@ class Consistency {
           return service == plan_.services.end() || !is_action(*service->second.service);
         }))
       return false;
+    const bool heard = std::all_of(skill.heard.begin(), skill.heard.end(), [&](const Shared<Publication>& each) {
+      return !each.empty() && std::find(leaf.latest.begin(), leaf.latest.end(), each->topic) != leaf.latest.end();
+    });
+    if (!heard || skill.heard.size() > leaf.latest.size()) return false;
     return std::all_of(skill.lines.begin(), skill.lines.end(), [&](const SkillState::Line& line) {
       return line.waiting.size() <= kGatedCallsMax &&
              std::all_of(line.waiting.begin(), line.waiting.end(),
@@ -161,8 +165,10 @@ Result<void> restore_with_session(const scxml::Chart& chart, const Value& saved,
   const Value* session = saved.find("session");
   if (session == nullptr) return bad("a session is missing");
   Value members = saved;
-  // Skills have had goals since format 3.
-  if (std::is_same_v<T, SkillState> && members.find("goals") == nullptr) (*members.as_map())["goals"] = List();
+  // Skills have had goals since format 3, and have heard topics later.
+  for (const char* name : {"goals", "heard"}) {
+    if (std::is_same_v<T, SkillState> && members.find(name) == nullptr) (*members.as_map())[name] = List();
+  }
   if (const std::string problem = archive::restore(members, state); !problem.empty()) return bad(problem);
   auto restored = scxml::restore(chart, *session);
   if (!restored) return bad(restored.error().message);

@@ -172,7 +172,8 @@ SkillModel skill_model(const project::Plan& plan, std::size_t leaf) {
           .chart = *of.chart,
           .services = &plan.services,
           .constants = project::initial_data(of.constants),
-          .protocol = of.protocol};
+          .protocol = of.protocol,
+          .latest_topics = of.latest};
 }
 
 SkillMachine::SkillMachine(SkillModel model, scxml::ExecutionWatch* watch) : model_(std::move(model)) {
@@ -364,12 +365,9 @@ class SkillMachine::Step {
     if (!state_.goals.empty()) note_result(*published.what);
     const bool begins = !lives_ && model_.protocol && state_.phase == SkillPhase::kIdle && state_.run == 0;
     if (begins) start({}, false);
+    remember(published.what);
     if (!lives_) return begins;
-    scxml::Event event;
-    event.name = published.what->topic;
-    event.origintype = "thrift";
-    event.data = idl::for_script(published.what->args);
-    step(event);
+    hear(*published.what);
     return settle();
   }
 
@@ -624,6 +622,30 @@ class SkillMachine::Step {
     // Where it begins is no answer: it has not been asked.
     machine_.said_.clear();
     follow();
+    for (const Shared<Publication>& heard : state_.heard) {
+      if (lives_) hear(*heard);
+    }
+  }
+
+  void hear(const Publication& published) {
+    scxml::Event event;
+    event.name = published.topic;
+    event.origintype = "thrift";
+    event.data = idl::for_script(published.args);
+    step(event);
+  }
+
+  // For the runs that begin later.
+  void remember(const Shared<Publication>& what) {
+    const auto& topics = model_.latest_topics;
+    if (std::find(topics.begin(), topics.end(), what->topic) == topics.end()) return;
+    const auto at =
+        std::lower_bound(state_.heard.begin(), state_.heard.end(), what->topic,
+                         [](const Shared<Publication>& each, const std::string& topic) { return each->topic < topic; });
+    if (at != state_.heard.end() && (*at)->topic == what->topic)
+      *at = what;
+    else
+      state_.heard.insert(at, what);
   }
 
   // Whether the chart took it.

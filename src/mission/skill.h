@@ -69,6 +69,8 @@ struct SkillModel {
   Map constants = {};  ///< Initial values of <data>; ports come over them.
   /// The chart lives on between runs, is ticked and answers as this says. Nothing: each run is one of the chart.
   std::optional<project::SkillProtocol> protocol = {};
+  /// Topics whose latest publication each run begins with.
+  std::vector<std::string> latest_topics = {};
 };
 
 /// Of a leaf whose skill has a chart. `plan` is borrowed.
@@ -117,6 +119,7 @@ struct SkillState {
     friend bool operator==(const Goal&, const Goal&) = default;
   };
   std::vector<Goal> goals;
+  std::vector<Shared<Publication>> heard;  ///< The latest of each of the model's `latest_topics`; sorted by topic.
   scxml::Session session;
 
   /// Its chart lives.
@@ -191,7 +194,8 @@ class ChartElsewhere {
 /// has no outcome but failure.
 ///
 /// What is published on a topic that it subscribes to is the event SERVICE.METHOD, whose data are the arguments. It
-/// reaches a chart that lives, and begins one with a protocol, whose ports then come with the first tick only.
+/// reaches a chart that lives, and begins one with a protocol, whose ports then come with the first tick only. A run
+/// begins with what was published last on the model's `latest_topics`, before its first tick.
 ///
 /// Owns no thread and no clock. Deterministic: equal states, deliveries and answers of the host give equal effects.
 class SkillMachine {

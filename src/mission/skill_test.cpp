@@ -27,6 +27,7 @@ struct PlayerOptions {
   Duration halt_deadline = seconds(2);
   Map constants = {};
   std::optional<project::SkillProtocol> protocol = {};
+  std::vector<std::string> latest_topics = {};
 };
 
 // A skill in the hands of a test: what it does is written down as text, and its calls are answered by hand.
@@ -40,7 +41,8 @@ class SkillPlayer final : public SkillHost {
                   .chart = load(states),
                   .services = &services(),
                   .constants = options.constants,
-                  .protocol = options.protocol}) {}
+                  .protocol = options.protocol,
+                  .latest_topics = options.latest_topics}) {}
 
   void execute_elsewhere(ChartElsewhere& elsewhere) { machine_.execute_elsewhere(&elsewhere); }
   [[nodiscard]] const SkillModel& model() const { return machine_.model(); }
@@ -691,6 +693,51 @@ TEST(SkillGoals, ThatTheChartCancelsAreNotCancelledAgain) {
   EXPECT_THAT(p.done(), ElementsAre(R"(call nav.cancel_goal {"goal_id":"a1"})"));
   p.reply(cancelled());
   EXPECT_THAT(p.done(), ElementsAre("halted"));
+}
+
+constexpr const char* kLow = R"(
+  <datamodel><data id="n" expr="-1"/></datamodel>
+  <state id="asked">
+    <transition event="s.level"><log label="heard" expr="_event.data.n"/><assign location="n" expr="_event.data.n"/></transition>
+    <transition event="tick" cond="n &lt; 0"/>
+    <transition event="tick" cond="n &lt; 30" target="success"/>
+    <transition event="tick" target="failure"/>
+  </state>
+  <final id="success"/>
+  <final id="failure"/>)";
+
+TEST(SkillTopics, ARunBeginsWithWhatWasPublishedLast) {
+  SkillPlayer p(kLow, {.latest_topics = {"s.level"}});
+  p.tick(true);
+  EXPECT_THAT(p.done(), ElementsAre("RUNNING"));
+  p.cancel();
+  p.hear(50);
+  p.hear(20);
+  EXPECT_THAT(p.done(), IsEmpty());
+  p.tick(true);
+  EXPECT_THAT(p.done(), ElementsAre("log heard", "SUCCESS"));
+  p.tick(true);
+  EXPECT_THAT(p.done(), ElementsAre("log heard", "SUCCESS"));
+  p.hear(70);
+  p.tick(true);
+  EXPECT_THAT(p.done(), ElementsAre("log heard", "FAILURE"));
+}
+
+TEST(SkillTopics, AChartThatATopicBeginsHearsItOnce) {
+  const project::SkillProtocol protocol{.tick = "tick", .states = {{"success", bt::Status::kSuccess}}};
+  SkillPlayer p(kLow, {.protocol = protocol, .latest_topics = {"s.level"}});
+  p.hear(20);
+  EXPECT_THAT(p.done(), ElementsAre("log heard"));
+}
+
+TEST(SkillTopics, WithoutThatARunKnowsWhatComesWhileItGoesOn) {
+  SkillPlayer p(kLow);
+  p.hear(20);
+  p.tick(true);
+  EXPECT_THAT(p.done(), ElementsAre("RUNNING"));
+  p.hear(20);
+  p.tick();
+  EXPECT_THAT(p.done(), ElementsAre("log heard", "SUCCESS"));
 }
 
 TEST(SkillGoals, ThatHaveEndedAreLeftAlone) {

@@ -44,7 +44,9 @@ void replace_all(std::string& text, const std::string& what, const std::string& 
 class SharedLeaf final : public runtime::LeafDriver {
  public:
   explicit SharedLeaf(std::shared_ptr<RemoteLeafDriver> leaf) : leaf_(std::move(leaf)) {}
-  void tick(std::uint64_t tick, bool started, const Map& inputs) override { leaf_->tick(tick, started, inputs); }
+  void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint asked) override {
+    leaf_->tick(tick, started, inputs, asked);
+  }
   void halt() override { leaf_->halt(); }
   void cancel() override { leaf_->cancel(); }
 

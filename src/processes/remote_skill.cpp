@@ -49,7 +49,7 @@ class RemoteSkill final : public RemoteLeafDriver {
   RemoteSkill(std::unique_ptr<rpc::Caller> client, RemoteSkillOptions options, LeafReplies replies)
       : options_(std::move(options)), replies_(std::move(replies)), client_(std::move(client)) {}
 
-  void tick(std::uint64_t tick, bool started, const Map& inputs) override {
+  void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint /*asked*/) override {
     if (started) ++run_;
     Value request = Map{{"leaf", options_.leaf},
                         {"run", static_cast<std::int64_t>(run_)},

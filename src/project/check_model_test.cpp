@@ -106,6 +106,9 @@ TEST(CheckTopics, TellsWhatIsWrongWithItsPlace) {
        "sentree.yaml:13:29: skill \"WaitUntilLow\" subscribes to \"battery.stat\", which is no topic: no service of "
        "the "
        "project has such a method; did you mean \"battery.state\"?"},
+      {"sentree.yaml", "{subscribe: [battery.state]}", "{latest: [battery.stat]}",
+       "sentree.yaml:13:26: skill \"WaitUntilLow\" subscribes to \"battery.stat\", which is no topic: no service of "
+       "the project has such a method; did you mean \"battery.state\"?"},
       {"sentree.yaml", "subscribe: [notices.said]", "subscribe: [battery.state]",
        "sentree.yaml:10:45: model \"display\" subscribes to \"battery.state\", but models/display.scxml has no "
        "transition for that event"},

@@ -233,7 +233,8 @@ class Preparation {
                     .at = entry != nullptr ? entry->at : "",
                     .constants = constants_of(entry),
                     .protocol = protocol_of(entry),
-                    .subscribes = subscribed(entry, file, chart)};
+                    .subscribes = subscribed(entry, file, chart),
+                    .latest = entry != nullptr ? entry->subscribes.latest : std::vector<std::string>()};
       // A palette's ports are those of every robot; its charts use what theirs has.
       if (!path(file.path).is_absolute()) check_leaf_ports(tree, leaf, diagnostics);
       leaves_.push_back(std::move(leaf));

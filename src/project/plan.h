@@ -38,6 +38,7 @@ struct LeafPlan {
   std::vector<SkillConstant> constants = {};
   std::optional<SkillProtocol> protocol = {};
   std::vector<std::string> subscribes = {};  ///< Topics.
+  std::vector<std::string> latest = {};      ///< Those of them whose latest publication each run begins with.
 };
 
 struct ServicePlan {

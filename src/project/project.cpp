@@ -284,7 +284,7 @@ void read_models(const text::YamlNode& node, Project& project, Diagnostics& diag
     model.serves = reader.strings("serves");
     model.serves_span = reader.span("serves");
     model.span = entry.span;
-    model.subscribes = {reader.strings("subscribe"), reader.span("subscribe")};
+    model.subscribes = {reader.strings("subscribe"), {}, reader.span("subscribe")};
     project.models.push_back(std::move(model));
   }
 }

@@ -57,6 +57,7 @@ enum class JournalSync : std::uint8_t {
 /// The topics that a chart subscribes to: SERVICE.METHOD of one-way methods.
 struct Subscriptions {
   std::vector<std::string> topics;
+  std::vector<std::string> latest = {};  ///< Those of them whose latest publication each run of a skill begins with.
   SourceSpan span;
   friend bool operator==(const Subscriptions&, const Subscriptions&) = default;
 };

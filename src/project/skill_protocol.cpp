@@ -115,7 +115,14 @@ void read_skill(YamlReader& reader, const Project& project, SkillEntry& skill, D
     skill.data.clear();
     for (const auto& [id, value] : data->entries) skill.data.push_back({id.scalar, value.value(), id.span});
   }
-  if (reader.node("subscribe") != nullptr) skill.subscribes = {reader.strings("subscribe"), reader.span("subscribe")};
+  if (reader.node("subscribe") != nullptr || reader.node("latest") != nullptr) {
+    const char* named = reader.node("subscribe") != nullptr ? "subscribe" : "latest";
+    skill.subscribes = {reader.strings("subscribe"), reader.strings("latest"), reader.span(named)};
+    auto& topics = skill.subscribes.topics;
+    for (const std::string& topic : skill.subscribes.latest) {
+      if (std::find(topics.begin(), topics.end(), topic) == topics.end()) topics.push_back(topic);
+    }
+  }
   const text::YamlNode* protocol = reader.node("protocol");
   if (protocol == nullptr) return;
   if (!protocol->is_scalar()) {

@@ -132,7 +132,7 @@ class Replay {
 
   // Something that the mission asked of a leaf, and what came of it.
   struct Activation {
-    TimePoint asked{};
+    TimePoint asked{};  // or, where that is known, when the leaf took it
     std::optional<TimePoint> answered;
     bool late = false;  // `answered` is when the mission gave up
   };
@@ -240,6 +240,7 @@ class Replay {
   void remember(const std::vector<Message>& messages) {
     std::map<std::uint64_t, Exchange*> open;  // by call
     std::map<std::uint64_t, Activation*> activations;
+    std::map<std::string_view, Activation*> latest_ticks;  // by leaf
     std::map<std::string_view, std::size_t> leaves;
     for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves[plan_.leaves[i].name] = i;
     for (const Message& message : messages) {
@@ -258,6 +259,7 @@ class Replay {
         auto& list = (ticked ? ticks_ : halts_)[{asked->second, message.tick}];
         list.push_back({.asked = message.time, .answered = {}});
         activations[message.call] = &list.back();
+        if (ticked) latest_ticks[message.target] = &list.back();
         continue;
       }
       if (message.target == "mission") {
@@ -266,6 +268,11 @@ class Replay {
         activation->second->answered = message.time;
         activation->second->late = message.kind == MessageKind::kError;
         activations.erase(activation);
+        continue;
+      }
+      if (message.kind == MessageKind::kEvent && message.name.ends_with(".tick.taken")) {
+        if (const auto tick = latest_ticks.find(message.source); tick != latest_ticks.end())
+          tick->second->asked = message.time;
         continue;
       }
       const auto service = plan_.services.find(message.target);

@@ -24,8 +24,8 @@ class Replays : public ::testing::Test {
   RecordedRun record_run(const fs::path& scenario, bool virtual_time, Duration duration, double factor = 1.0) {
     const std::string file = (folder_.path() / "run.mcap").string();
     const text::ReadLog log;
-    auto loaded = project::load_scenario(scenario);
-    EXPECT_TRUE(loaded.ok());
+    auto loaded = load(scenario);
+    for (const Diagnostic& each : loaded.diagnostics) EXPECT_NE(each.severity, Severity::kError) << to_string(each);
     loaded.value->duration = duration;
     loaded.value->virtual_time = virtual_time;
     loaded.value->factor = factor;
@@ -34,7 +34,7 @@ class Replays : public ::testing::Test {
           .call = std::chrono::seconds(1), .condition = std::chrono::seconds(2), .budget = std::chrono::seconds(3)};
     const auto plan = prepare(std::move(*loaded.value));
     EXPECT_TRUE(plan.ok());
-    runtime::RunOptions options;
+    runtime::RunOptions options = std::move(record_options_);
     RunRecorder recorder(*plan.value, log.files(), std::move(*record::FileSink::create(file)), {});
     recorder.install(options);
     runtime::Run run(*plan.value, std::move(options));
@@ -42,6 +42,14 @@ class Replays : public ::testing::Test {
     auto opened = RecordedRun::open(file);
     EXPECT_TRUE(opened.has_value());
     return std::move(*opened);
+  }
+
+  static Loaded<project::Scenario> load(const fs::path& file) {
+    if (file.filename() != "sentree.yaml") return project::load_scenario(file);
+    auto project = project::load_project(file);
+    Loaded<project::Scenario> loaded{.value = {}, .diagnostics = std::move(project.diagnostics)};
+    if (project.value) loaded.value = project::plain_scenario(std::move(*project.value));
+    return loaded;
   }
 
   // The recharge project with one skill replaced by another file of it.
@@ -74,6 +82,7 @@ class Replays : public ::testing::Test {
   }
 
   const TemporaryFolder folder_{"test"};
+  runtime::RunOptions record_options_;  // of the next run that is recorded
   std::vector<Message> replayed_;
 };
 
@@ -130,6 +139,57 @@ TEST_F(Replays, ARecordingOfAMachineThatWasLateDoesTheSame) {
   for (const Difference& d : report.differences)
     ADD_FAILURE() << sentree::seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
   EXPECT_EQ(report.unrecorded, "");
+}
+
+// Answers when the mission has published the second tick, and the leaf has not taken that yet.
+class AnsweredInBetween final : public runtime::ServicePort {
+ public:
+  explicit AnsweredInBetween(Done& done) : done_(done) {}
+  void call(const idl::Method&, Value, Done done) override { done_ = std::move(done); }
+
+ private:
+  Done& done_;
+};
+
+TEST_F(Replays, WhatALeafTookFirstItTakesFirstAgain) {
+  const auto put = [&](const std::string& name, const std::string& text) {
+    ASSERT_TRUE(text::write_file(folder_.path() / name, text).has_value());
+  };
+  fs::create_directories(folder_.path() / "interfaces");
+  fs::create_directories(folder_.path() / "skills");
+  put("interfaces/s.thrift", "service S { i32 ask() }\n");
+  put("skills/Ask.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="asking">
+  <state id="asking">
+    <onentry><send type="thrift" target="s" event="ask"/></onentry>
+    <transition event="s.ask.reply" target="success"/>
+    <transition event="halt" target="failure"/>
+  </state>
+  <final id="success"/>
+  <final id="failure"/>
+</scxml>)");
+  put("tree.xml", R"(<root BTCPP_format="4" main_tree_to_execute="T">
+  <BehaviorTree ID="T"><Action ID="Ask"/></BehaviorTree>
+</root>)");
+  put("sentree.yaml", R"(mission: {file: tree.xml, rate: 10 Hz}
+services:
+  s: {interface: s.thrift/S, at: "tcp://127.0.0.1:1"}
+)");
+  runtime::ServicePort::Done done;
+  int ticks = 0;
+  record_options_.make_port = [&](const project::ServicePlan&, const std::string&) {
+    return std::make_unique<AnsweredInBetween>(done);
+  };
+  record_options_.arrival = [&](std::size_t, runtime::RunOptions::LeafMessage what) {
+    if (what == runtime::RunOptions::LeafMessage::kTick && ++ticks == 2)
+      done({.ok = true, .result = Value(1), .kind = {}, .message = {}});
+    return TimePoint{};
+  };
+  RecordedRun run = record_run(folder_.path() / "sentree.yaml", false, std::chrono::seconds(20));
+  ASSERT_EQ(ticks, 2);
+  ASSERT_EQ(run.fact("mission"), "SUCCESS");
+  const ReplayReport report = replay_with(run, run.scenario(), false);
+  for (const Difference& d : report.differences)
+    ADD_FAILURE() << sentree::seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
 }
 
 // Everything that a run is when all up to `at` has happened, but for what has no value form.

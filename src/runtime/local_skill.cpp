@@ -36,8 +36,21 @@ void SkillActor::take(mission::Delivery delivery) {
       mission::SkillMachine::refuse(state_, what, why_, *this);
     return;
   }
+  const bool is_tick = std::holds_alternative<mission::TickSkill>(what);
+  if (is_tick && !scheduler_.is_virtual() && took_other_ >= asked_.load()) tell_when_taken();
   const scxml::ObserveGuards seen(tried_ ? this : nullptr);
   if (machine_.step(state_, std::move(what), *this)) told();
+  if (!is_tick) took_other_ = now();
+}
+
+// What was published says another order: a replay would take the tick first.
+void SkillActor::tell_when_taken() {
+  Message message;
+  message.kind = MessageKind::kEvent;
+  message.source = machine_.model().name;
+  message.name = fmt::format("{}.tick.taken", machine_.model().name);
+  message.data = Map();
+  publisher_.publish(std::move(message));
 }
 
 void SkillActor::give_up(const SourceSpan& script) {
@@ -69,11 +82,13 @@ bool SkillActor::held_back(std::string_view message, mission::SkillDelivery& wha
   return true;
 }
 
-void SkillActor::tick(std::uint64_t tick, bool started, Map inputs) {
+void SkillActor::tick(std::uint64_t tick, bool started, Map inputs, TimePoint asked) {
   mission::SkillDelivery what = mission::TickSkill{tick, started, std::move(inputs)};
   {
     const std::lock_guard lock(order_mutex_);
-    if (held_back("tick", what)) return;
+    const bool held = held_back("tick", what);
+    asked_ = held ? kNever : asked;
+    if (held) return;
   }
   scheduler_.hand_over(actor_, addressed(std::move(what)));
 }

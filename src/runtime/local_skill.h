@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "sentree/mission/skill.h"
@@ -50,7 +51,8 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings surroundings, Replies replies);
 
   // From any thread.
-  void tick(std::uint64_t tick, bool started, Map inputs);
+  /// @param asked  When the request was published.
+  void tick(std::uint64_t tick, bool started, Map inputs, TimePoint asked);
   void halt();
   void cancel();
   /// Ends it as if its process had been killed: nothing of its chart runs any more, what is asked of it fails.
@@ -103,6 +105,7 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   void problem(const std::string& what) override { replies_.problem(what); }
 
   void take(mission::Delivery delivery);
+  void tell_when_taken();
   [[nodiscard]] mission::Delivery addressed(mission::SkillDelivery what) const { return {leaf_, std::move(what)}; }
   void post(mission::SkillDelivery what) { scheduler_.post(actor_, addressed(std::move(what))); }
   // True: a fault holds it back, and it has been taken.
@@ -128,7 +131,9 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   std::atomic<bool> given_up_ = false;
   std::string why_;  // it was given up; written before given_up_
   std::map<std::string, std::unique_ptr<ServicePort>> ports_;
-  std::mutex order_mutex_;  // of state_.not_before
+  std::mutex order_mutex_;                 // of state_.not_before
+  std::atomic<TimePoint> asked_ = kNever;  // for the latest tick, unless a fault holds it back
+  std::optional<TimePoint> took_other_;    // when it last took something that is not a tick
   TopicInbox topics_;
 };
 

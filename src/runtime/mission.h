@@ -18,7 +18,8 @@ class LeafDriver {
  public:
   virtual ~LeafDriver() = default;
   /// Answered by `Mission::answered` with the same `tick`, once at most.
-  virtual void tick(std::uint64_t tick, bool started, const Map& inputs) = 0;
+  /// @param asked  When the request was published.
+  virtual void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint asked) = 0;
   /// Answered by `Mission::halted`.
   virtual void halt() = 0;
   /// The run is given up; no answer is expected, late ones are ignored.
@@ -77,7 +78,7 @@ class Mission final : private mission::TreeHost {
   std::uint64_t next_call() override { return stream_.next_call(); }
   void set_tick(std::uint64_t tick) override { stream_.set_tick(tick); }
   void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {
-    drivers_[leaf]->tick(tick, started, inputs);
+    drivers_[leaf]->tick(tick, started, inputs, state_.leaves[leaf].asked);
   }
   void halt(std::size_t leaf) override { drivers_[leaf]->halt(); }
   void cancel(std::size_t leaf) override { drivers_[leaf]->cancel(); }

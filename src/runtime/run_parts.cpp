@@ -184,9 +184,9 @@ void Run::Impl::pass(std::size_t leaf, RunOptions::LeafMessage what, Scheduler::
 
 struct Run::Impl::LocalDriver final : LeafDriver {
   LocalDriver(Impl& of, std::size_t leaf) : run(of), index(leaf) {}
-  void tick(std::uint64_t tick, bool started, const Map& inputs) override {
+  void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint asked) override {
     run.pass(index, RunOptions::LeafMessage::kTick,
-             [this, tick, started, inputs] { skill->tick(tick, started, inputs); });
+             [this, tick, started, inputs, asked] { skill->tick(tick, started, inputs, asked); });
   }
   void halt() override {
     run.pass(index, RunOptions::LeafMessage::kHalt, [this] { skill->halt(); });

@@ -389,6 +389,7 @@ void visit_members(S& s, V&& visit) {
   visit("latest", s.latest);
   visit("lines", s.lines);
   visit("goals", s.goals);
+  visit("heard", s.heard);
 }
 template <class S, class V>
 requires archive::MaybeConst<S, ModelState::OpenCall>

@@ -135,6 +135,7 @@ function Skills({ root, text }: Part) {
           { name: "data", hint: "{location: kitchen}" },
           { name: "protocol", options: protocols, hint: "Sentree’s" },
           { name: "subscribe", hint: "[battery.state]" },
+          { name: "latest", hint: "[battery.state]" },
         ]}
       />
     </section>
