@@ -362,7 +362,8 @@ class SkillService final : public rpc::Service {
       leaf.tick = number;
       overtaken = std::exchange(leaf.reply, reply);
     }
-    leaf.actor->tick(number, started, json_object(request.find("inputs")));
+    // When the mission published it is not known here, so the order is not told.
+    leaf.actor->tick(number, started, json_object(request.find("inputs")), kNever);
   }
 
   // Of who knows neither leaves nor runs.

@@ -39,7 +39,13 @@ sockets = Path(tempfile.mkdtemp(prefix="s-", dir="/tmp"))
 atexit.register(shutil.rmtree, sockets, ignore_errors=True)
 environment = dict(os.environ, XDG_RUNTIME_DIR=str(sockets), TMPDIR=str(sockets), SENTREE_RUNS=str(work / "runs"))
 shutil.copytree(source / "examples/minimal", work / "minimal")
-(work / "minimal/scenarios/again.yaml").write_text("clock: {real: 20}\nduration: 60 s\noverride: {mission: {repeat: true}}\n")
+# Nothing is late because the machine is busy with other things.
+(work / "minimal/scenarios/again.yaml").write_text("""clock: {real: 20}
+duration: 60 s
+override:
+  mission: {repeat: true}
+  deadlines: {call: 10 s, condition: 20 s, budget: 30 s, halt: 20 s, unresponsive: 60 s}
+""")
 failures = []
 count = {"runs": 0}
 
