@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -97,9 +98,17 @@ class Replay {
     options.listeners.insert(options.listeners.begin(), [this](const Message& message) {
       now_behaviour_.observe(message);
       tick_ = message.tick;
+      if (message.kind == MessageKind::kRequest && !late_topics_.empty())
+        ++published_[std::string(runtime::call_of(message))];
     });
-    if (!recorded_.is_virtual())
+    if (!recorded_.is_virtual()) {
       options.arrival = [this](std::size_t leaf, LeafMessage what) { return arrival(leaf, what); };
+      options.topic_arrival = [this](std::size_t leaf, const std::string& topic) {
+        if (report_.continued) return TimePoint{};
+        const auto late = late_topics_.find({leaf, topic, published_[topic]});
+        return late != late_topics_.end() ? late->second : TimePoint{};
+      };
+    }
     options.make_port = [this](const project::ServicePlan& service, const std::string& leaf) {
       return std::make_unique<Port>(*this, service, leaf);
     };
@@ -240,11 +249,14 @@ class Replay {
   void remember(const std::vector<Message>& messages) {
     std::map<std::uint64_t, Exchange*> open;  // by call
     std::map<std::uint64_t, Activation*> activations;
-    std::map<std::string_view, Activation*> latest_ticks;  // by leaf
+    std::map<std::string_view, Activation*> latest_ticks;                      // by leaf
+    std::map<std::string, std::vector<std::uint64_t>, std::less<>> published;  // by topic or call: sequence numbers
     std::map<std::string_view, std::size_t> leaves;
     for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves[plan_.leaves[i].name] = i;
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
+      if (message.kind == MessageKind::kRequest)
+        published[std::string(runtime::call_of(message))].push_back(message.sequence);
       // Models, scenarios and components publish on topics; what leaves publish they publish again.
       const bool is_published = message.kind == MessageKind::kRequest && plan_.services.contains(message.target) &&
                                 !leaves.contains(message.source);
@@ -273,6 +285,18 @@ class Replay {
       if (message.kind == MessageKind::kEvent && message.name.ends_with(".tick.taken")) {
         if (const auto tick = latest_ticks.find(message.source); tick != latest_ticks.end())
           tick->second->asked = message.time;
+        continue;
+      }
+      if (const auto leaf = leaves.find(message.source);
+          leaf != leaves.end() && message.kind == MessageKind::kEvent && message.name.ends_with(".topic.taken")) {
+        const Value* const topic = message.data.find("topic");
+        const Value* const sequence = message.data.find("sequence");
+        if (topic == nullptr || sequence == nullptr || sequence->as_int() == nullptr) continue;
+        const std::vector<std::uint64_t>& all = published[std::string(topic->text())];
+        const auto number = static_cast<std::uint64_t>(*sequence->as_int());
+        const auto at = std::lower_bound(all.begin(), all.end(), number);
+        if (at != all.end() && *at == number)
+          late_topics_[{leaf->second, std::string(topic->text()), at - all.begin() + 1}] = message.time;
         continue;
       }
       const auto service = plan_.services.find(message.target);
@@ -582,6 +606,9 @@ class Replay {
   std::set<std::string> models_;                       // names of those of the recorded run
   std::map<std::string, std::string> process_skills_;  // what each recorded process ran
   std::vector<Act> acts_;
+  // When a leaf took what was published on a topic, where that was late: by leaf, topic and its number on it, from 1.
+  std::map<std::tuple<std::size_t, std::string, std::ptrdiff_t>, TimePoint> late_topics_;
+  std::map<std::string, std::ptrdiff_t> published_;  // now, by topic
   Activations ticks_;
   Activations halts_;
   std::map<std::size_t, std::optional<Activation>> ticking_;  // by leaf: what was last asked of it

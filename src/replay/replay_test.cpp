@@ -44,6 +44,11 @@ class Replays : public ::testing::Test {
     return std::move(*opened);
   }
 
+  void put(const std::string& name, const std::string& text) {
+    fs::create_directories((folder_.path() / name).parent_path());
+    ASSERT_TRUE(text::write_file(folder_.path() / name, text).has_value());
+  }
+
   static Loaded<project::Scenario> load(const fs::path& file) {
     if (file.filename() != "sentree.yaml") return project::load_scenario(file);
     auto project = project::load_project(file);
@@ -152,11 +157,6 @@ class AnsweredInBetween final : public runtime::ServicePort {
 };
 
 TEST_F(Replays, WhatALeafTookFirstItTakesFirstAgain) {
-  const auto put = [&](const std::string& name, const std::string& text) {
-    ASSERT_TRUE(text::write_file(folder_.path() / name, text).has_value());
-  };
-  fs::create_directories(folder_.path() / "interfaces");
-  fs::create_directories(folder_.path() / "skills");
   put("interfaces/s.thrift", "service S { i32 ask() }\n");
   put("skills/Ask.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="asking">
   <state id="asking">
@@ -186,6 +186,43 @@ services:
   };
   RecordedRun run = record_run(folder_.path() / "sentree.yaml", false, std::chrono::seconds(20));
   ASSERT_EQ(ticks, 2);
+  ASSERT_EQ(run.fact("mission"), "SUCCESS");
+  const ReplayReport report = replay_with(run, run.scenario(), false);
+  for (const Difference& d : report.differences)
+    ADD_FAILURE() << sentree::seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
+}
+
+TEST_F(Replays, ATopicIsTakenBehindWhatWasTakenBeforeIt) {
+  put("interfaces/t.thrift", "service T { oneway void said() }\n");
+  put("skills/Hear.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="begun">
+  <state id="begun"><transition event="tick" target="ticked"/></state>
+  <state id="ticked">
+    <transition event="t.said" target="failure"/>
+    <transition event="tick" target="ticked_again"/>
+    <transition event="halt" target="failure"/>
+  </state>
+  <state id="ticked_again">
+    <transition event="t.said" target="success"/>
+    <transition event="halt" target="failure"/>
+  </state>
+  <final id="success"/>
+  <final id="failure"/>
+</scxml>)");
+  put("tree.xml", R"(<root BTCPP_format="4" main_tree_to_execute="T">
+  <BehaviorTree ID="T"><Action ID="Hear"/></BehaviorTree>
+</root>)");
+  put("sentree.yaml", R"(mission: {file: tree.xml, rate: 10 Hz}
+services:
+  t: {interface: t.thrift/T, at: topics}
+skills:
+  Hear: {subscribe: [t.said]}
+)");
+  put("scenarios/said.yaml", "timeline:\n  - {at: 50 ms, call: t.said}\n");
+  // It is published between the first and the second tick, and taken between the second and the third.
+  record_options_.topic_arrival = [](std::size_t, const std::string&) {
+    return TimePoint(std::chrono::milliseconds(150));
+  };
+  RecordedRun run = record_run(folder_.path() / "scenarios/said.yaml", false, std::chrono::seconds(20));
   ASSERT_EQ(run.fact("mission"), "SUCCESS");
   const ReplayReport report = replay_with(run, run.scenario(), false);
   for (const Difference& d : report.differences)

@@ -26,7 +26,11 @@ SkillActor::SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings
 void SkillActor::take(mission::Delivery delivery) {
   watched_->in_this_thread();
   auto& what = std::get<mission::SkillDelivery>(delivery.what);
-  if (std::holds_alternative<mission::Published>(what)) topics_.taken(machine_.model().name, publisher_);
+  if (const auto* topic = std::get_if<mission::Published>(&what)) {
+    const auto told = topics_.taken(*topic->what, machine_.model().name, publisher_);
+    if (told && told->delay == Duration(0) && took_ >= told->published)
+      tell_taken("topic", {{"topic", topic->what->topic}, {"sequence", static_cast<std::int64_t>(told->sequence)}});
+  }
   if (given_up_) {
     mission::SkillMachine::give_up(state_, why_, *this);
     const std::string_view kind = mission::kind_of(what);
@@ -37,19 +41,21 @@ void SkillActor::take(mission::Delivery delivery) {
     return;
   }
   const bool is_tick = std::holds_alternative<mission::TickSkill>(what);
-  if (is_tick && !scheduler_.is_virtual() && took_other_ >= asked_.load()) tell_when_taken();
+  if (is_tick && took_other_ >= asked_.load()) tell_taken("tick", Map());
   const scxml::ObserveGuards seen(tried_ ? this : nullptr);
   if (machine_.step(state_, std::move(what), *this)) told();
-  if (!is_tick) took_other_ = now();
+  if (scheduler_.is_virtual()) return;
+  took_ = now();
+  if (!is_tick) took_other_ = took_;
 }
 
-// What was published says another order: a replay would take the tick first.
-void SkillActor::tell_when_taken() {
+// What was published says another order, in which a replay would take it.
+void SkillActor::tell_taken(const char* what, Map data) {
   Message message;
   message.kind = MessageKind::kEvent;
   message.source = machine_.model().name;
-  message.name = fmt::format("{}.tick.taken", machine_.model().name);
-  message.data = Map();
+  message.name = fmt::format("{}.{}.taken", machine_.model().name, what);
+  message.data = std::move(data);
   publisher_.publish(std::move(message));
 }
 
@@ -106,10 +112,10 @@ void SkillActor::cancel() {
   if (!held_back("cancel", what)) post(std::move(what));
 }
 
-void SkillActor::take_topic(mission::Shared<mission::Publication> what, Duration delay) {
-  if (!topics_.has_room(scheduler_, what->topic)) return;
-  const TimePoint when = TopicInbox::time_of(state_.topics_not_before, now(), delay);
-  scheduler_.at(actor_, when, mission::Rank::kMessage, addressed(mission::Published{std::move(what)}));
+void SkillActor::take_topic(const Topics::Told& told) {
+  if (!topics_.add(scheduler_, told)) return;
+  const TimePoint when = TopicInbox::time_of(state_.topics_not_before, now(), told.delay);
+  scheduler_.at(actor_, when, mission::Rank::kMessage, addressed(mission::Published{told.what}));
 }
 
 void SkillActor::inspect(std::function<void(const Skill*)> look) {

@@ -57,9 +57,9 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   void cancel();
   /// Ends it as if its process had been killed: nothing of its chart runs any more, what is asked of it fails.
   void kill() { post(mission::KillSkill{}); }
-  /// What is published on a topic that it subscribes to, held back by `delay` and by what was held back before. In the
-  /// actor of the stream.
-  void take_topic(mission::Shared<mission::Publication> what, Duration delay);
+  /// What is published on a topic that it subscribes to, held back by its `delay` and by what was held back before. In
+  /// the actor of the stream.
+  void take_topic(const Topics::Told& told);
   /// The outcome of one of its calls.
   void take_outcome(mission::Outcome outcome) { post(std::move(outcome)); }
   /// Makes a call once more whose outcome got lost, or that never left.
@@ -105,7 +105,7 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   void problem(const std::string& what) override { replies_.problem(what); }
 
   void take(mission::Delivery delivery);
-  void tell_when_taken();
+  void tell_taken(const char* what, Map data);
   [[nodiscard]] mission::Delivery addressed(mission::SkillDelivery what) const { return {leaf_, std::move(what)}; }
   void post(mission::SkillDelivery what) { scheduler_.post(actor_, addressed(std::move(what))); }
   // True: a fault holds it back, and it has been taken.
@@ -133,7 +133,9 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   std::map<std::string, std::unique_ptr<ServicePort>> ports_;
   std::mutex order_mutex_;                 // of state_.not_before
   std::atomic<TimePoint> asked_ = kNever;  // for the latest tick, unless a fault holds it back
-  std::optional<TimePoint> took_other_;    // when it last took something that is not a tick
+  // In real time: when it last took anything, and anything but a tick.
+  std::optional<TimePoint> took_;
+  std::optional<TimePoint> took_other_;
   TopicInbox topics_;
 };
 

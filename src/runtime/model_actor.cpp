@@ -32,17 +32,18 @@ ModelActor::ModelActor(mission::ComponentModel model, std::size_t index, Surroun
 
 void ModelActor::take(mission::ModelDelivery what) {
   watched_->in_this_thread();
-  if (std::holds_alternative<mission::Published>(what)) topics_.taken(machine_.model().name, publisher_);
+  if (const auto* topic = std::get_if<mission::Published>(&what))
+    topics_.taken(*topic->what, machine_.model().name, publisher_);
   if (given_up_)
     mission::ModelMachine::refuse(state_, what, why_, *this);
   else
     machine_.step(state_, std::move(what), *this);
 }
 
-void ModelActor::take_topic(mission::Shared<mission::Publication> what, Duration delay) {
-  if (!topics_.has_room(scheduler_, what->topic)) return;
-  const TimePoint when = TopicInbox::time_of(state_.topics_not_before, now(), delay);
-  scheduler_.at(actor_, when, mission::Rank::kMessage, addressed(mission::Published{std::move(what)}));
+void ModelActor::take_topic(const Topics::Told& told) {
+  if (!topics_.add(scheduler_, told)) return;
+  const TimePoint when = TopicInbox::time_of(state_.topics_not_before, now(), told.delay);
+  scheduler_.at(actor_, when, mission::Rank::kMessage, addressed(mission::Published{told.what}));
 }
 
 std::optional<mission::Admission> ModelActor::request(Message message) {

@@ -105,6 +105,8 @@ struct RunOptions {
   /// kDue: the end of the mission's patience with the answer; time 0: as its deadlines say.
   enum class LeafMessage : std::uint8_t { kTick, kAnswer, kHalt, kHalted, kDue };
   std::function<TimePoint(std::size_t leaf, LeafMessage)> arrival;
+  /// Likewise when a skill of this process takes what was just published on a topic that it subscribes to.
+  std::function<TimePoint(std::size_t leaf, const std::string& topic)> topic_arrival;
   /// In virtual time: goes on from there, instead of beginning; borrowed until `execute` returns.
   const mission::State* from = nullptr;
   /// False: somebody else sees to the scenario's timeline.

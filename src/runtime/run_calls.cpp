@@ -58,14 +58,19 @@ void Run::Impl::subscribe() {
   for (std::size_t i = 0; i < plan_.leaves.size(); ++i) {
     SkillActor* const skill = skills_[i];
     for (const std::string& topic : plan_.leaves[i].subscribes) {
-      if (skill != nullptr)
-        topics_.add(topic, [skill](const auto& what, Duration delay) { skill->take_topic(what, delay); });
+      if (skill == nullptr) continue;
+      topics_.add(topic, [this, i, skill](const Topics::Told& told) {
+        const TimePoint at = options_.topic_arrival ? options_.topic_arrival(i, told.what->topic) : TimePoint{};
+        if (at <= scheduler_->now())
+          skill->take_topic(told);
+        else
+          scheduler_->at(director_, at, mission::Rank::kMessage, [skill, told] { skill->take_topic(told); });
+      });
     }
   }
   for (std::size_t i = 0; i < plan_.models.size(); ++i) {
     for (const std::string& topic : plan_.models[i].subscribes)
-      topics_.add(topic,
-                  [model = models_[i].get()](const auto& what, Duration delay) { model->take_topic(what, delay); });
+      topics_.add(topic, [model = models_[i].get()](const Topics::Told& told) { model->take_topic(told); });
   }
 }
 
@@ -83,8 +88,11 @@ void Run::Impl::deliver(const Message& message) {
   if (!conforming)
     return problem(fmt::format("{} of {} reaches nobody: {}", topic, message.source, conforming.error().message));
   StandingFaults& faults = steering_.faults();
-  topics_.deliver({std::string(topic), message.source, std::move(*conforming)},
-                  faults.calls_spared() ? Duration(0) : faults.delay_of(topic));
+  topics_.deliver(
+      {.what = mission::Shared<mission::Publication>({std::string(topic), message.source, std::move(*conforming)}),
+       .delay = faults.calls_spared() ? Duration(0) : faults.delay_of(topic),
+       .published = message.time,
+       .sequence = message.sequence});
 }
 
 void Run::Impl::schedule_telemetry() {

@@ -5,34 +5,45 @@
 
 namespace sentree::runtime {
 
-void Topics::deliver(mission::Publication what, Duration delay) const {
-  const auto takers = takers_.find(what.topic);
+void Topics::deliver(const Told& what) const {
+  const auto takers = takers_.find(what.what->topic);
   if (takers == takers_.end()) return;
-  const mission::Shared<mission::Publication> shared(std::move(what));
-  for (const Take& take : takers->second) take(shared, delay);
+  for (const Take& take : takers->second) take(what);
 }
 
-bool TopicInbox::has_room(const Scheduler& scheduler, const std::string& topic) {
+bool TopicInbox::add(const Scheduler& scheduler, const Topics::Told& told) {
   if (scheduler.is_virtual()) return true;
-  if (waiting_.fetch_add(1) < static_cast<std::int64_t>(kWaitingMax)) return true;
-  waiting_.fetch_sub(1);
+  const bool has_room = waiting_.fetch_add(1) < static_cast<std::int64_t>(kWaitingMax);
   const std::lock_guard lock(mutex_);
-  if (lost_++ == 0) first_lost_ = topic;
+  if (has_room) {
+    told_.push_back(told);
+    return true;
+  }
+  waiting_.fetch_sub(1);
+  if (lost_++ == 0) first_lost_ = told.what->topic;
   return false;
 }
 
-void TopicInbox::taken(const std::string& subscriber, Publisher& publisher) {
+std::optional<Topics::Told> TopicInbox::taken(const mission::Publication& what, const std::string& subscriber,
+                                              Publisher& publisher) {
   // Nothing waits in virtual time.
   if (waiting_.load() > 0) waiting_.fetch_sub(1);
+  std::optional<Topics::Told> told;
   Message message;
   {
     const std::lock_guard lock(mutex_);
-    if (lost_ == 0) return;
+    // What a durable run found in its journal is not there.
+    if (!told_.empty() && &*told_.front().what == &what) {
+      told = std::move(told_.front());
+      told_.pop_front();
+    }
+    if (lost_ == 0) return told;
     message.data = Map{{"count", std::exchange(lost_, 0)}, {"first", first_lost_}};
   }
   message.source = subscriber;
   message.name = "observer.lost";
   publisher.publish(std::move(message));
+  return told;
 }
 
 TimePoint TopicInbox::time_of(TimePoint& not_before, TimePoint now, Duration delay) {

@@ -2,9 +2,11 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,12 +20,18 @@ namespace sentree::runtime {
 /// Who subscribes to what. Filled before the run; what is published comes in the stream's order.
 class Topics {
  public:
-  using Take = std::function<void(const mission::Shared<mission::Publication>& what, Duration delay)>;
+  struct Told {
+    mission::Shared<mission::Publication> what;
+    Duration delay{};        ///< By faults.
+    TimePoint published{};   ///< When.
+    std::uint64_t sequence;  ///< Its number among the observations.
+  };
+  using Take = std::function<void(const Told&)>;
 
   void add(const std::string& topic, Take take) { takers_[topic].push_back(std::move(take)); }
   [[nodiscard]] bool empty() const { return takers_.empty(); }
   [[nodiscard]] bool is_subscribed(std::string_view topic) const { return takers_.find(topic) != takers_.end(); }
-  void deliver(mission::Publication what, Duration delay) const;
+  void deliver(const Told& what) const;
 
  private:
   std::map<std::string, std::vector<Take>, std::less<>> takers_;
@@ -35,16 +43,18 @@ class TopicInbox {
  public:
   static constexpr std::size_t kWaitingMax = 1024;
 
-  /// False: it is full. In the actor of the stream.
-  [[nodiscard]] bool has_room(const Scheduler& scheduler, const std::string& topic);
-  /// One has reached the subscriber; in its actor.
-  void taken(const std::string& subscriber, Publisher& publisher);
+  /// False: it is full, and this is lost. In the actor of the stream.
+  [[nodiscard]] bool add(const Scheduler& scheduler, const Topics::Told& told);
+  /// One has reached the subscriber; in its actor. What `add` was told in real time, if it knows.
+  std::optional<Topics::Told> taken(const mission::Publication& what, const std::string& subscriber,
+                                    Publisher& publisher);
   /// When something is delivered that is held back by `delay`: not before what was published earlier.
   static TimePoint time_of(TimePoint& not_before, TimePoint now, Duration delay);
 
  private:
   std::atomic<std::int64_t> waiting_ = 0;  // in real time
   std::mutex mutex_;
+  std::deque<Topics::Told> told_;  // in real time
   std::int64_t lost_ = 0;
   std::string first_lost_;
 };

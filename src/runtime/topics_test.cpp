@@ -122,18 +122,27 @@ class Quiet final : public Publisher {
   std::vector<Message> messages;
 };
 
+Topics::Told told(const char* topic) {
+  return {.what = mission::Shared<mission::Publication>({topic, "somebody", {}}), .sequence = 1};
+}
+
 TEST(Topics, ASubscriberThatDoesNotKeepUpLosesWhatComesThenAndItIsTold) {
   const auto scheduler = make_real_scheduler();
   TopicInbox inbox;
   Quiet publisher;
-  for (std::size_t i = 0; i < TopicInbox::kWaitingMax; ++i) ASSERT_TRUE(inbox.has_room(*scheduler, "a.b"));
-  EXPECT_FALSE(inbox.has_room(*scheduler, "a.c"));
-  EXPECT_FALSE(inbox.has_room(*scheduler, "a.d"));
-  inbox.taken("Leaf", publisher);
+  const Topics::Told first = told("a.a");
+  ASSERT_TRUE(inbox.add(*scheduler, first));
+  for (std::size_t i = 1; i < TopicInbox::kWaitingMax; ++i) ASSERT_TRUE(inbox.add(*scheduler, told("a.b")));
+  EXPECT_FALSE(inbox.add(*scheduler, told("a.c")));
+  EXPECT_FALSE(inbox.add(*scheduler, told("a.d")));
+  const auto taken = inbox.taken(*first.what, "Leaf", publisher);
+  ASSERT_TRUE(taken);
+  EXPECT_EQ(taken->what, first.what);
+  EXPECT_FALSE(inbox.taken(*first.what, "Leaf", publisher));
   ASSERT_EQ(publisher.messages.size(), 1U);
   EXPECT_EQ(publisher.messages[0].name, "observer.lost");
   EXPECT_EQ(to_json(publisher.messages[0].data), R"({"count":2,"first":"a.c"})");
-  EXPECT_TRUE(inbox.has_room(*scheduler, "a.b"));
+  EXPECT_TRUE(inbox.add(*scheduler, told("a.b")));
 }
 
 TEST(Topics, WhatWasHeldBackIsNotOvertaken) {
