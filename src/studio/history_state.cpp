@@ -314,7 +314,7 @@ void History::Impl::append_chart(std::string& out, std::size_t index, Nanosecond
     const auto* entry = monitors[monitor].at(time);
     if (entry == nullptr) return;
     out += "{\"running\":true,\"active\":" + configurations[entry->value.configuration].active + ",\"since\":";
-    append_integer(out, entry->time);
+    append_integer(out, entry->value.since);
     out += '}';
     return;
   }
@@ -324,7 +324,7 @@ void History::Impl::append_chart(std::string& out, std::size_t index, Nanosecond
   out += configurations[entry->value.configuration].active + ',';
   out += shown(Shown::kChart, entry->value.place, entry->time);
   append_member(out, "since");
-  append_integer(out, entry->time);
+  append_integer(out, entry->value.since);
   out += '}';
 }
 
