@@ -98,14 +98,14 @@ struct RunOptions {
   OpenPage open_page;
   /// The run stands at time 0 until it is resumed through `RunInside::steering`.
   bool paused = false;
-  /// In virtual time: run seconds per wall second; 0: as fast as the machine allows.
+  /// Run seconds per wall second; 0: in virtual time as fast as the machine allows, else the scenario's factor.
   double pace = 0.0;
   /// When something that passes between the mission and a skill of this process arrives: at once if that is not later
   /// than now, not at all at kNever. Null: all at once.
   /// kDue: the end of the mission's patience with the answer; time 0: as its deadlines say.
   enum class LeafMessage : std::uint8_t { kTick, kAnswer, kHalt, kHalted, kDue };
   std::function<TimePoint(std::size_t leaf, LeafMessage)> arrival;
-  /// In virtual time: goes on from there, instead of beginning; borrowed until `execute` returns.
+  /// Goes on from there, instead of beginning; borrowed until `execute` returns.
   const mission::State* from = nullptr;
   /// False: somebody else sees to the scenario's timeline.
   bool inject = true;
