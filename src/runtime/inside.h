@@ -1,8 +1,10 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 
 #include "sentree/base/message.h"
+#include "sentree/base/result.h"
 #include "sentree/mission/state.h"
 #include "sentree/project/project.h"
 #include "sentree/runtime/scheduler.h"
@@ -41,9 +43,12 @@ class RunInside {
   virtual void inject(const project::Injection& injection) = 0;
   /// False: calls are not delayed or falsified, because whoever makes their ports has seen to that.
   virtual void put_faults_on_calls(bool on) = 0;
-  /// In virtual time, in the director's actor: the whole run as a value, from which `RunOptions::from` goes on. All
-  /// parts run in this process. What somebody who takes part in the run has in mind (a recorder's samples, a person's
-  /// `run_until`) is not in it.
+  /// In the director's actor, before `capture`: in real time, while the scheduler is held, waits until nothing is half
+  /// done, for `patience` at most. Errors: run.ended; run.cannot-carry (somebody is at work, or was left behind).
+  [[nodiscard]] virtual Result<void> settle(std::chrono::milliseconds patience) = 0;
+  /// In the director's actor, in real time once it has settled: the whole run as a value, from which
+  /// `RunOptions::from` goes on. All parts run in this process. What somebody who takes part in the run has in mind (a
+  /// recorder's samples, a person's `run_until`) is not in it.
   [[nodiscard]] virtual mission::State capture() = 0;
   /// Ends the run as it is, without halting anything.
   virtual void end() = 0;

@@ -9,7 +9,9 @@
 #include <queue>
 #include <system_error>
 #include <thread>
+#include <tuple>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
@@ -30,10 +32,21 @@ class StretchedClock final : public Clock {
  public:
   explicit StretchedClock(double factor) : factor_(factor) { SENTREE_ASSERT(factor > 0); }
 
+  /// From the time that `begin` has set, or 0.
   void start() {
     const std::lock_guard lock(mutex_);
     started_ = true;
-    anchor(TimePoint{}, factor_);
+    anchor(now(), factor_);
+  }
+  void begin(TimePoint at) {
+    const std::lock_guard lock(mutex_);
+    anchor(at, factor_);
+  }
+  void hold(bool held) {
+    const std::lock_guard lock(mutex_);
+    const TimePoint present = now();
+    held_ = held;
+    anchor(present, factor_);
   }
   void set(Pace pace) {
     const std::lock_guard lock(mutex_);
@@ -51,11 +64,12 @@ class StretchedClock final : public Clock {
     const auto passed = static_cast<double>(SteadyClock::now().time_since_epoch().count() - line.wall_ns);
     return TimePoint(Duration(line.run_ns + static_cast<std::int64_t>(passed * line.slope)));
   }
-  /// When it will be `when`; never, while time stands.
+  /// When it will be `when`; never, while time stands before it.
   SteadyClock::time_point wall(TimePoint when) const {
     const Line line = read();
-    if (line.slope <= 0) return SteadyClock::time_point::max();
-    const double ns = static_cast<double>(when.time_since_epoch().count() - line.run_ns) / line.slope;
+    const std::int64_t left = when.time_since_epoch().count() - line.run_ns;
+    if (line.slope <= 0) return left > 0 ? SteadyClock::time_point::max() : SteadyClock::time_point();
+    const double ns = static_cast<double>(left) / line.slope;
     if (ns > 9e18 - static_cast<double>(line.wall_ns)) return SteadyClock::time_point::max();
     return SteadyClock::time_point(Duration(line.wall_ns + static_cast<std::int64_t>(ns)));
   }
@@ -80,13 +94,14 @@ class StretchedClock final : public Clock {
     ++version_;
     run_ns_ = present.time_since_epoch().count();
     wall_ns_ = SteadyClock::now().time_since_epoch().count();
-    slope_ = started_ && !paused_ ? factor : 0.0;
+    slope_ = started_ && !paused_ && !held_ ? factor : 0.0;
     ++version_;
   }
 
   mutable std::mutex mutex_;  // of those who write
   double factor_;
   bool paused_ = false;
+  bool held_ = false;
   bool started_ = false;
   std::atomic<std::uint64_t> version_ = 0;  // odd: being written
   std::atomic<std::int64_t> run_ns_ = 0;
@@ -121,9 +136,10 @@ class RealScheduler final : public Scheduler {
   ActorId add_actor(std::string name, Urgency urgency) override {
     const std::lock_guard lock(mutex_);
     Actor& actor = actors_.emplace_back();
+    actor.id = actors_.size() - 1;
     actor.name = std::move(name);
     actor.background = urgency == Urgency::kBackground;
-    return actors_.size() - 1;
+    return actor.id;
   }
 
   void post(ActorId to, Task task) override {
@@ -157,19 +173,67 @@ class RealScheduler final : public Scheduler {
   }
 
   void at(ActorId to, TimePoint when, mission::Rank rank, Task task) override {
-    const std::lock_guard lock(mutex_);
-    Actor& actor = actors_[to];
-    if (!has_room(actor)) return;
-    actor.timers.push({when, rank, actor.order++, std::move(task)});
-    due_.push({when, &actor});
-    if (watching_) watch_until(clock_.wall(when));
+    add_timer(to, {when, rank, 0, std::move(task)});
+  }
+  void at(ActorId to, TimePoint when, mission::Rank rank, mission::Delivery delivery) override {
+    add_timer(to, {when, rank, 0, std::move(delivery)});
   }
 
   void on_order(std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)>) override {}
-  // In real time nothing stands still for long enough.
-  void save(mission::State&) const override { SENTREE_ASSERT(false); }
-  void load(const mission::State&, const std::function<ActorId(const mission::Delivery&)>&) override {
-    SENTREE_ASSERT(false);
+
+  void hold(bool held) override {
+    clock_.hold(held);
+    const std::lock_guard lock(mutex_);
+    if (watching_) watch_until({});  // and then as the clock goes
+  }
+  Result<void> settle(ActorId actor, std::chrono::milliseconds patience) override {
+    std::unique_lock lock(mutex_);
+    Worker* const me = own_worker();
+    SENTREE_ASSERT(me != nullptr && me->actor == &actors_[actor]);
+    release(me->next);
+    const auto at_work = [&] {
+      const TimePoint now = clock_.now();
+      return std::find_if(actors_.begin(), actors_.end(), [&](const Actor& other) {
+        return &other != me->actor && (other.claimed() || other.has_task(now));
+      });
+    };
+    // Work is done in other threads of ours, some of which are woken by the rescuer only.
+    const auto until = SteadyClock::now() + patience;
+    for (;;) {
+      if (stopped_) return fail("run.ended", "the run has ended");
+      const auto other = at_work();
+      if (other == actors_.end()) return {};
+      if (SteadyClock::now() >= until) {
+        return fail("run.cannot-carry",
+                    fmt::format("{} is still at work after {} s in which no time passed, and what is half done cannot "
+                                "be taken over; try again when its script has ended",
+                                other->name, std::chrono::duration<double>(patience).count()));
+      }
+      arm_rescue();
+      idle_.wait_until(lock, std::min(until, SteadyClock::now() + 10 * kPatience));
+    }
+  }
+  void save(mission::State& state) const override {
+    const std::lock_guard lock(mutex_);
+    state.now = clock_.now();
+    state.begun = true;
+    state.queue.clear();
+    for (const Actor& actor : actors_) {
+      for (auto timers = actor.timers; !timers.empty(); timers.pop()) {
+        const Timer& timer = timers.top();
+        if (const auto* delivery = std::get_if<mission::Delivery>(&timer.what))
+          state.queue.push_back({timer.when, timer.rank, 0, *delivery});
+      }
+    }
+    std::stable_sort(state.queue.begin(), state.queue.end(), [](const mission::Waiting& a, const mission::Waiting& b) {
+      return std::tie(a.when, a.rank) < std::tie(b.when, b.rank);
+    });
+    for (mission::Waiting& waiting : state.queue) waiting.order = state.order++;
+  }
+  void load(const mission::State& state, const std::function<ActorId(const mission::Delivery&)>& actor_of) override {
+    clock_.begin(state.now);
+    for (const mission::Waiting& waiting : state.queue)
+      at(actor_of(waiting.what), waiting.when, waiting.rank, waiting.what);
   }
 
   std::optional<std::string> run() override {
@@ -244,7 +308,7 @@ class RealScheduler final : public Scheduler {
     TimePoint when;
     mission::Rank rank;
     std::uint64_t order;
-    Task task;
+    std::variant<Task, mission::Delivery> what;
   };
   struct Later {
     bool operator()(const Timer& a, const Timer& b) const {
@@ -255,6 +319,7 @@ class RealScheduler final : public Scheduler {
   };
   struct Worker;
   struct Actor {
+    ActorId id = 0;
     std::string name;
     bool background = false;
     std::deque<Task> tasks;
@@ -306,6 +371,17 @@ class RealScheduler final : public Scheduler {
     rescue_.set({});
     for (Worker* spare : spares_) spare->wake.notify_all();
     ended_.notify_all();
+  }
+
+  void add_timer(ActorId to, Timer&& timer) {
+    const std::lock_guard lock(mutex_);
+    Actor& actor = actors_[to];
+    if (!has_room(actor)) return;
+    timer.order = actor.order++;
+    due_.push({timer.when, &actor});
+    const auto when = timer.when;
+    actor.timers.push(std::move(timer));
+    if (watching_) watch_until(clock_.wall(when));
   }
 
   void make_ready(Actor& actor) {
@@ -424,6 +500,7 @@ class RealScheduler final : public Scheduler {
     actor.at_work = nullptr;
     me.actor = nullptr;
     --busy_;
+    idle_.notify_all();
     if (stopped_ || !actor.has_task(clock_.now())) return;
     actor.ready = true;
     if (me.next.empty()) me.next_since = SteadyClock::now();
@@ -435,8 +512,12 @@ class RealScheduler final : public Scheduler {
   Task due_task(Actor& actor) {
     Task task;
     if (!actor.timers.empty() && actor.timers.top().when <= now()) {
-      task = std::move(const_cast<Timer&>(actor.timers.top()).task);
+      auto what = std::move(const_cast<Timer&>(actor.timers.top()).what);
       actor.timers.pop();
+      if (auto* delivery = std::get_if<mission::Delivery>(&what))
+        task = task_of(actor.id, std::move(*delivery));
+      else
+        task = std::get<Task>(std::move(what));
     } else if (!actor.tasks.empty()) {
       task = std::move(actor.tasks.front());
       actor.tasks.pop_front();
@@ -522,8 +603,9 @@ class RealScheduler final : public Scheduler {
   StretchedClock clock_;
   Alarm alarm_;   // rings for the one who watches
   Alarm rescue_;  // rings for the rescuer
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable ended_;  // something has
+  std::condition_variable idle_;   // an actor has come to rest
   bool stopped_ = false;
   bool running_ = false;
   std::function<void()> told_standing_;

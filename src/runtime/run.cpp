@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "sentree/base/assert.h"
-
 namespace sentree::runtime {
 
 RunReport Run::Impl::execute() {
@@ -195,8 +193,15 @@ std::optional<sim::State> Run::Impl::world() {
   return sim_ ? std::optional<sim::State>(sim_->snapshot()) : std::nullopt;
 }
 
+Result<void> Run::Impl::settle(std::chrono::milliseconds patience) {
+  if (auto settled = scheduler_->settle(director_, patience); !settled) return settled;
+  // Its thread has its data still.
+  const std::lock_guard lock(problems_mutex_);
+  if (given_up_.empty()) return {};
+  return fail("run.cannot-carry", given_up_.front() + ", and what it has begun cannot be taken over");
+}
+
 mission::State Run::Impl::capture() {
-  SENTREE_ASSERT(scheduler_->is_virtual());
   mission::State state;
   scheduler_->save(state);
   stream_.save(state);

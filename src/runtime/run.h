@@ -98,7 +98,7 @@ struct RunOptions {
   OpenPage open_page;
   /// The run stands at time 0 until it is resumed through `RunInside::steering`.
   bool paused = false;
-  /// In virtual time: run seconds per wall second; 0: as fast as the machine allows.
+  /// Run seconds per wall second; 0: in virtual time as fast as the machine allows, else the scenario's factor.
   double pace = 0.0;
   /// When something that passes between the mission and a skill of this process arrives: at once if that is not later
   /// than now, not at all at kNever. Null: all at once.
@@ -107,7 +107,7 @@ struct RunOptions {
   std::function<TimePoint(std::size_t leaf, LeafMessage)> arrival;
   /// Likewise when a skill of this process takes what was just published on a topic that it subscribes to.
   std::function<TimePoint(std::size_t leaf, const std::string& topic)> topic_arrival;
-  /// In virtual time: goes on from there, instead of beginning; borrowed until `execute` returns.
+  /// Goes on from there, instead of beginning; borrowed until `execute` returns.
   const mission::State* from = nullptr;
   /// False: somebody else sees to the scenario's timeline.
   bool inject = true;

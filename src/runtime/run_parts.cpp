@@ -41,8 +41,8 @@ Run::Impl::Impl(const project::Plan& plan, RunOptions options)
       steering_(what_is_steered()) {
   make_durable();
   follow_orders();
-  scheduler_->set_pace(
-      {.paused = options_.paused, .factor = scenario_.virtual_time ? options_.pace : scenario_.factor});
+  const bool at_pace = scenario_.virtual_time || options_.pace > 0;
+  scheduler_->set_pace({.paused = options_.paused, .factor = at_pace ? options_.pace : scenario_.factor});
   make_world();
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/mission/state.h"
 
@@ -104,10 +106,10 @@ class Scheduler : public Clock {
   virtual void on_order(
       std::function<std::size_t(std::uint64_t number, std::span<const mission::Delivery* const> due)> decide) = 0;
 
-  /// Virtual time only, between two tasks: its part of the state of a run. Tasks that are no deliveries belong to who
-  /// posted them and are left out.
+  /// Between two tasks, in real time while it is held and nobody else is at work: its part of the state of a run. Tasks
+  /// that are no deliveries belong to who posted them and are left out.
   virtual void save(mission::State& state) const = 0;
-  /// Virtual time only, before `run()`: goes on from there. `actor_of` names who takes a delivery.
+  /// Before `run()`: goes on from there. `actor_of` names who takes a delivery.
   virtual void load(const mission::State& state, const std::function<ActorId(const mission::Delivery&)>& actor_of) = 0;
 
   /// Runs tasks until `stop()`. Returns an error if a bound was reached or, in virtual time, if nothing is left to do.
@@ -118,6 +120,12 @@ class Scheduler : public Clock {
   /// on their way still arrive.
   virtual void set_pace(Pace pace) = 0;
   [[nodiscard]] virtual Pace pace() const = 0;
+  /// In real time: whatever the pace is, time stands until it is held no more; for a moment that nobody should notice.
+  /// From any thread. Virtual time stands between two tasks anyway.
+  virtual void hold(bool /*held*/) {}
+  /// While it is held, in a task of `actor`: waits until nobody else has anything left to do, for `patience` at most.
+  /// Errors: run.cannot-carry (names who has), run.ended (it was stopped meanwhile).
+  [[nodiscard]] virtual Result<void> settle(ActorId /*actor*/, std::chrono::milliseconds /*patience*/) { return {}; }
   /// Whether time stands still: paused, and in virtual time nothing is left to do at this instant.
   [[nodiscard]] virtual bool standing() const = 0;
   /// Told, in any thread, when time begins to stand still. Before `run()`.
@@ -167,12 +175,11 @@ class Scheduler : public Clock {
 
  protected:
   void give(ActorId to, mission::Delivery&& delivery) { recipients_[to](std::move(delivery)); }
-
- private:
   Task task_of(ActorId to, mission::Delivery delivery) {
     return [this, to, delivery = std::move(delivery)]() mutable { give(to, std::move(delivery)); };
   }
 
+ private:
   std::deque<std::function<void(mission::Delivery)>> recipients_;  // by actor; never moved
 };
 

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace sentree::runtime {
@@ -396,6 +397,120 @@ TEST(RealScheduler, StandsWhilePausedAndTakesInCommands) {
   work.join();
   EXPECT_TRUE(fired);
   EXPECT_GE(scheduler->now(), TimePoint(milliseconds(1)));
+}
+
+TEST(RealScheduler, IsSettledOnceAllThatIsDueIsDoneWhileTimeStands) {
+  const auto scheduler = make_real_scheduler();
+  const ActorId asking = scheduler->add_actor("asking");
+  const ActorId other = scheduler->add_actor("other");
+  const ActorId told = scheduler->add_actor("told", Urgency::kBackground);
+  std::atomic<int> done = 0;
+  std::atomic<bool> rang = false;
+  scheduler->at(other, TimePoint(std::chrono::hours(1)), mission::Rank::kTimer, [&] { rang = true; });
+  scheduler->post(asking, [&] {
+    scheduler->hold(true);
+    const TimePoint held = scheduler->now();
+    // What is due, each told by the one before.
+    scheduler->at(other, held, mission::Rank::kTimer, [&] {
+      ++done;
+      scheduler->post(told, [&] { ++done; });
+    });
+    scheduler->at(other, held + Duration(1), mission::Rank::kTimer, [&] {
+      rang = true;
+      scheduler->stop();
+    });
+    EXPECT_TRUE(scheduler->settle(asking, std::chrono::minutes(1)));
+    EXPECT_EQ(done, 2);
+    EXPECT_FALSE(rang);
+    EXPECT_EQ(scheduler->now(), held);
+    scheduler->hold(false);
+  });
+  EXPECT_EQ(scheduler->run(), std::nullopt);
+  EXPECT_TRUE(rang);
+}
+
+TEST(RealScheduler, SaysWhoDoesNotSettle) {
+  const auto scheduler = make_real_scheduler();
+  const ActorId asking = scheduler->add_actor("asking");
+  const ActorId busy = scheduler->add_actor("busy");
+  Signal asked;
+  scheduler->post(busy, [&] { asked.wait(); });
+  scheduler->post(asking, [&] {
+    scheduler->hold(true);
+    const auto settled = scheduler->settle(asking, milliseconds(5));
+    ASSERT_FALSE(settled);
+    EXPECT_EQ(settled.error().code, "run.cannot-carry");
+    EXPECT_EQ(settled.error().message.find("busy is still at work"), 0U) << settled.error().message;
+    asked.set();
+    EXPECT_TRUE(scheduler->settle(asking, std::chrono::minutes(1)));
+    scheduler->stop();
+    const auto ended = scheduler->settle(asking, std::chrono::minutes(1));
+    ASSERT_FALSE(ended);
+    EXPECT_EQ(ended.error().code, "run.ended");
+  });
+  EXPECT_EQ(scheduler->run(), std::nullopt);
+}
+
+TEST(RealScheduler, GoesOnFromWhatAnotherOneHadToDeliverEachOnce) {
+  constexpr std::size_t kLeaves = 3;
+  mission::State state;
+  using Taken = std::vector<std::pair<std::size_t, std::uint64_t>>;
+  // Each tells the number of the tick that it is given.
+  const auto takes = [](Scheduler& scheduler, std::size_t leaf, std::mutex& mutex, Taken& taken, std::size_t all) {
+    const ActorId actor = scheduler.add_actor(std::to_string(leaf));
+    scheduler.on_delivery(actor, [&, leaf, all](mission::Delivery what) {
+      const std::lock_guard lock(mutex);
+      taken.emplace_back(leaf, std::get<mission::TickSkill>(std::get<mission::SkillDelivery>(what.what)).tick);
+      if (taken.size() == all) scheduler.stop();
+    });
+    return actor;
+  };
+  const auto tick = [](std::size_t leaf, std::uint64_t number) {
+    return mission::Delivery{leaf, mission::SkillDelivery(mission::TickSkill{number, false, {}})};
+  };
+  std::mutex mutex;
+  Taken before;
+  {
+    const auto scheduler = make_real_scheduler();
+    std::vector<ActorId> actors;
+    for (std::size_t leaf = 0; leaf < kLeaves; ++leaf) actors.push_back(takes(*scheduler, leaf, mutex, before, 1000));
+    const ActorId asking = scheduler->add_actor("asking");
+    for (std::size_t leaf = 0; leaf < kLeaves; ++leaf) {
+      // Two of one instant, the later one of the higher rank first.
+      scheduler->at(actors[leaf], TimePoint(std::chrono::hours(1)), mission::Rank::kTimer, tick(leaf, 4));
+      scheduler->at(actors[leaf], TimePoint(std::chrono::hours(1)), mission::Rank::kMessage, tick(leaf, 2));
+      scheduler->at(actors[leaf], TimePoint(std::chrono::hours(1)), mission::Rank::kMessage, tick(leaf, 3));
+    }
+    scheduler->at(asking, TimePoint(std::chrono::hours(2)), mission::Rank::kTimer, [] { FAIL() << "is no delivery"; });
+    scheduler->at(asking, TimePoint(milliseconds(1)), mission::Rank::kTimer, [&] {
+      scheduler->hold(true);
+      for (std::size_t leaf = 0; leaf < kLeaves; ++leaf) scheduler->post(actors[leaf], tick(leaf, 1));
+      ASSERT_TRUE(scheduler->settle(asking, std::chrono::minutes(1)));
+      scheduler->save(state);
+      scheduler->stop();
+    });
+    EXPECT_EQ(scheduler->run(), std::nullopt);
+  }
+  EXPECT_EQ(before.size(), kLeaves);
+  EXPECT_EQ(state.queue.size(), 3 * kLeaves);
+  EXPECT_GE(state.now, TimePoint(milliseconds(1)));
+  EXPECT_LT(state.now, TimePoint(std::chrono::hours(1)));
+
+  Taken after;
+  const auto scheduler = make_real_scheduler(1e7);
+  std::vector<ActorId> actors;
+  for (std::size_t leaf = 0; leaf < kLeaves; ++leaf)
+    actors.push_back(takes(*scheduler, leaf, mutex, after, 3 * kLeaves));
+  scheduler->load(state, [&](const mission::Delivery& what) { return actors[what.leaf]; });
+  EXPECT_EQ(scheduler->now(), state.now);
+  EXPECT_EQ(scheduler->run(), std::nullopt);
+  EXPECT_GE(scheduler->now(), TimePoint(std::chrono::hours(1)));
+  for (std::size_t leaf = 0; leaf < kLeaves; ++leaf) {
+    std::vector<std::uint64_t> ticks;
+    for (const auto& [of, number] : after)
+      if (of == leaf) ticks.push_back(number);
+    EXPECT_EQ(ticks, (std::vector<std::uint64_t>{2, 3, 4})) << "leaf " << leaf;
+  }
 }
 
 TEST(RealScheduler, GoesOnWhereItWasAtAnotherSpeed) {

@@ -205,7 +205,7 @@ void History::Impl::add_effect(Role role, const Shape& shape, Nanoseconds time, 
       const std::size_t monitor = subject.monitor_index(text_at("monitor"));
       if (monitor != Subject::kNone && subject.monitors[monitor].model == nullptr) {
         monitors[monitor].push(
-            time, {keep(Shown::kMonitor, record::MonitorRecord(), time, place), 0,
+            time, {keep(Shown::kMonitor, record::MonitorRecord(), time, place), 0, time,
                    violated ? monitor::Verdict::kViolated : monitor::Verdict::kSatisfied, violated ? 1 : 0});
       }
       break;
@@ -284,8 +284,12 @@ std::uint32_t History::Impl::configuration_of(std::size_t chart, const std::vect
 void History::Impl::add(Nanoseconds time, const record::ChartRecord& record, const Place* place) {
   const std::size_t chart = subject.skill_chart(record.leaf);
   if (chart == Subject::kNone) return;
-  charts[chart].push(
-      time, {keep(Shown::kChart, record, time, place), configuration_of(chart, record.states), record.running});
+  ChartMoment moment{keep(Shown::kChart, record, time, place), configuration_of(chart, record.states), record.running};
+  const ChartMoment* before = charts[chart].back();
+  const bool stays =
+      before != nullptr && before->configuration == moment.configuration && before->running == moment.running;
+  moment.since = stays ? before->since : time;
+  charts[chart].push(time, moment);
 }
 
 void History::Impl::add(Nanoseconds time, const record::MonitorRecord& record, const Place* place) {
@@ -299,6 +303,8 @@ void History::Impl::add(Nanoseconds time, const record::MonitorRecord& record, c
   if (const auto chart = subject.charts_by_id.find("monitor:" + record.monitor); chart != subject.charts_by_id.end())
     moment.configuration = configuration_of(chart->second, record.states);
   moment.violations = record.violations.value_or(moment.verdict == monitor::Verdict::kViolated ? 1 : 0);
+  const MonitorMoment* before = monitors[index].back();
+  moment.since = before != nullptr && before->configuration == moment.configuration ? before->since : time;
   monitors[index].push(time, moment);
 }
 

@@ -316,7 +316,7 @@ void History::Impl::append_chart(std::string& out, std::size_t index, Nanosecond
     if (entry == nullptr) return;
     out +=
         fmt::format("{{\"running\":true,\"active\":{},\"since\":", configurations[entry->value.configuration].active);
-    append_integer(out, entry->time);
+    append_integer(out, entry->value.since);
     out += '}';
     return;
   }
@@ -326,7 +326,7 @@ void History::Impl::append_chart(std::string& out, std::size_t index, Nanosecond
   out += configurations[entry->value.configuration].active + ',';
   out += shown(Shown::kChart, entry->value.place, entry->time);
   append_member(out, "since");
-  append_integer(out, entry->time);
+  append_integer(out, entry->value.since);
   out += '}';
 }
 

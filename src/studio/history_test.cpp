@@ -81,6 +81,32 @@ TEST(History, SaysOfTheTreeWhatAReplayOfAllMessagesSays) {
   }
 }
 
+TEST(History, SaysOfAChartSinceWhenItIsInItsStates) {
+  const Watched run;
+  Nanoseconds longest = 0;
+  for (const History::PartId& part : run.history.parts()) {
+    if (part.part != History::Part::kChart) continue;
+    const auto states_at = [&](Nanoseconds time) {
+      const auto chart = text::parse_json(part_text(run.history, part, time));
+      return chart ? to_json(*chart->find("running")) + to_json(*chart->find("active")) : std::string();
+    };
+    for (int i = 1; i <= 20; ++i) {
+      const Nanoseconds time = run.history.end() * i / 20;
+      const auto chart = text::parse_json(part_text(run.history, part, time));
+      if (!chart) continue;
+      const Nanoseconds since = *chart->find("since")->as_int();
+      EXPECT_EQ(states_at(since), states_at(time)) << part.index << " at " << time;
+      EXPECT_EQ(states_at(since + (time - since) / 2), states_at(time)) << part.index << " at " << time;
+      // A skill that does not run may have run within that instant, and a monitor may have left and come back.
+      if (!*chart->find("running")->as_bool() || chart->find("event") == nullptr) continue;
+      EXPECT_NE(states_at(since - 1), states_at(time)) << part.index << " at " << time;
+      // While it drives, its data and its last event change with every tick.
+      longest = std::max(longest, time - since);
+    }
+  }
+  EXPECT_GT(longest, ns(TimePoint(std::chrono::seconds(5))));
+}
+
 TEST(History, OfARecordingIsThatOfTheRun) {
   Watched run;
   auto reader = record::Reader::open(std::make_unique<record::StringSource>(run.file), "run.mcap");

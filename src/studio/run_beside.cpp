@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <future>
 #include <mutex>
 #include <optional>
@@ -63,6 +64,9 @@ Message reload_message(const Part& part, const std::vector<std::string>& changes
 }  // namespace
 
 struct RunBeside::Impl {
+  // What a part of a run in real time has begun is done by then, or its script is far beyond its deadline.
+  static constexpr std::chrono::seconds kRest{2};
+
   explicit Impl(Options given) : options(std::move(given)) {}
 
   void complain(const std::string& what) {
@@ -105,13 +109,18 @@ struct RunBeside::Impl {
     of.run.emplace(of.plan, std::move(how));
   }
 
-  // In the director's actor.
+  // In the director's actor, the scheduler being held.
   void hand_over(runtime::RunInside& run, const std::shared_ptr<Successor>& to) {
-    auto carried = mission::carry(current()->plan, run.capture(), to->part->plan);
+    Loaded<mission::Carried> carried;
+    if (auto settled = run.settle(kRest); !settled)
+      carried.diagnostics.push_back(settled.error());
+    else
+      carried = mission::carry(current()->plan, run.capture(), to->part->plan);
     if (!carried.ok()) {
       {
         const std::lock_guard lock(mutex);
         asked.reset();
+        run.scheduler().hold(false);  // before the next one is asked for, which holds it again
       }
       to->answer.set_value(std::move(carried.diagnostics));
       return;
@@ -217,14 +226,8 @@ Result<std::shared_ptr<RunBeside>> RunBeside::begin(project::Plan plan, const st
 Loaded<std::vector<std::string>> RunBeside::replace(project::Plan plan, std::vector<text::ReadFile> files) {
   const auto refuse = [](Diagnostics why) { return Loaded<std::vector<std::string>>{std::nullopt, std::move(why)}; };
   const std::shared_ptr<Part> before = impl_->current();
-  if (!before->plan.scenario.virtual_time)
-    return refuse({{Severity::kError,
-                    "run.real-time",
-                    "a run in real time cannot be held between two ticks; record one in step with the clock, or run it "
-                    "with sentree run --durable and go on with sentree run --resume --project",
-                    {}}});
   if (auto here = runs_here(plan); !here) return refuse({here.error()});
-  plan.scenario.virtual_time = true;
+  plan.scenario.virtual_time = before->plan.scenario.virtual_time;
   plan.scenario.factor = before->plan.scenario.factor;
   plan.scenario.seed = before->plan.scenario.seed;
   auto successor = std::make_shared<Successor>();
@@ -238,15 +241,19 @@ Loaded<std::vector<std::string>> RunBeside::replace(project::Plan plan, std::vec
   {
     const std::lock_guard lock(impl_->mutex);
     runtime::RunInside* const run = impl_->inside;
-    if (run == nullptr || impl_->is_over) {
+    if (impl_->is_over) {
       why = Impl::has_ended();
+    } else if (run == nullptr) {
+      why = {{Severity::kError, "run.busy", "the run begins or ends at this moment; try again", {}}};
     } else if (impl_->asked || impl_->follows) {
       why = {{Severity::kError, "run.busy", "the run is being replaced already", {}}};
     } else {
       impl_->asked = successor;
+      run->scheduler().hold(true);
       if (!run->scheduler().inject(run->director(),
                                    [impl = impl_.get(), run, successor] { impl->hand_over(*run, successor); })) {
         impl_->asked.reset();
+        run->scheduler().hold(false);
         why = {{Severity::kError, "steering.busy", "too many commands wait", {}}};
       }
     }

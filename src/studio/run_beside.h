@@ -35,11 +35,12 @@ class RunBeside {
   RunBeside(const RunBeside&) = delete;
   RunBeside& operator=(const RunBeside&) = delete;
 
-  /// Lets the run go on with another plan, from before its next tick, paused or not: see `mission::carry`. In its new
-  /// recording that is a "scenario.injection" whose `what` is "reload", with `changes`, and `nodes`: the nodes at work.
-  /// What a person asked to pause at is forgotten. One at a time, and not of the run's thread; waits until it is done.
-  /// Returns what came, went or is another one. Codes: those of `mission::carry`, then the run goes on as it did, and
-  /// of `begin`; run.real-time, run.ended.
+  /// Lets the run go on with another plan, from before its next tick, paused or not: see `mission::carry`. A run in
+  /// real time stands meanwhile: it is taken over when what its parts have begun is done, while no time passes. In its
+  /// new recording that is a "scenario.injection" whose `what` is "reload", with `changes`, and `nodes`: the nodes at
+  /// work. What a person asked to pause at is forgotten. One at a time, and not of the run's thread; waits until it is
+  /// done. Returns what came, went or is another one. Codes: those of `mission::carry`, then the run goes on as it did,
+  /// and of `begin`; run.cannot-carry (a part of a run in real time does not come to rest), run.busy, run.ended.
   [[nodiscard]] Loaded<std::vector<std::string>> replace(project::Plan plan, std::vector<text::ReadFile> files);
   /// Ends the run in order, if it goes on, and waits for that. Of the thread that destroys this.
   void end();

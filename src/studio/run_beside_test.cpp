@@ -32,8 +32,9 @@ class Beside : public testing::Test {
       fs::copy(SENTREE_SOURCE_DIR "/examples/recharge", folder_.path() / name, fs::copy_options::recursive);
   }
 
-  void edit(const std::string& file, const std::string& from, const std::string& to) const {
-    const fs::path path = folder_.path() / "after" / file;
+  void edit(const std::string& file, const std::string& from, const std::string& to,
+            const std::string& of = "after") const {
+    const fs::path path = folder_.path() / of / file;
     std::string text = *text::read_file(path);
     const auto at = text.find(from);
     ASSERT_NE(at, std::string::npos) << file << " has no " << from;
@@ -45,6 +46,7 @@ class Beside : public testing::Test {
     auto loaded = project::load_scenario(folder_.path() / name / "scenarios" / "recharge.yaml");
     EXPECT_TRUE(loaded.ok());
     loaded.value->virtual_time = virtual_time_;
+    if (!virtual_time_) loaded.value->factor = kFactor;
     auto plan = project::prepare(std::move(*loaded.value));
     EXPECT_TRUE(plan.ok());
     files = log.files();
@@ -70,12 +72,22 @@ class Beside : public testing::Test {
     }
   }
 
-  // Two hundred ticks later.
+  // Two hundred ticks later; fewer in real time.
   void hold() {
     ASSERT_TRUE(steer("pause"));
-    ASSERT_TRUE(steer("factor", R"({"value":1000})"));
-    ASSERT_TRUE(steer("step", R"({"ticks":200})"));
+    if (virtual_time_) {
+      ASSERT_TRUE(steer("factor", R"({"value":1000})"));
+    }
+    ASSERT_TRUE(steer("step", virtual_time_ ? R"({"ticks":200})" : R"({"ticks":30})"));
     wait_paused();
+  }
+
+  // However busy the machine is, the mission is late and does not fail.
+  void in_real_time() {
+    virtual_time_ = false;
+    for (const char* of : {"before", "after"})
+      edit("sentree.yaml", "mission:",
+           "deadlines: {script: 100 ms, call: 20 s, condition: 30 s, budget: 60 s, unresponsive: 60 s}\nmission:", of);
   }
 
   void wait_paused() {
@@ -83,13 +95,20 @@ class Beside : public testing::Test {
     ASSERT_EQ(run_->access()->facts().state, "paused");
   }
 
+  // It may not have begun yet.
   Loaded<std::vector<std::string>> replace() {
-    std::vector<text::ReadFile> files;
-    auto next = plan("after", files);
-    return run_->replace(std::move(next), std::move(files));
+    for (;;) {
+      std::vector<text::ReadFile> files;
+      auto next = plan("after", files);
+      auto replaced = run_->replace(std::move(next), std::move(files));
+      if (replaced.ok() || replaced.diagnostics.front().code != "run.busy") return replaced;
+      std::this_thread::yield();
+    }
   }
 
   [[nodiscard]] fs::path runs() const { return folder_.path() / "runs"; }
+
+  static constexpr double kFactor = 4.0;
 
   TemporaryFolder folder_{"beside-test"};
   bool virtual_time_ = true;
@@ -183,12 +202,108 @@ TEST_F(Beside, IsRefusedWithAllReasonsAndGoesOnAsItDid) {
   EXPECT_EQ(late.diagnostics.front().code, "run.ended");
 }
 
-TEST_F(Beside, InRealTimeIsNotReplaced) {
-  virtual_time_ = false;
+// Of all observations of the recordings, in their order.
+struct Seen {
+  std::vector<std::uint64_t> sequences;
+  std::vector<Nanoseconds> times;
+  std::vector<std::string> names;
+};
+
+Seen seen_in(std::initializer_list<replay::RecordedRun*> parts) {
+  Seen seen;
+  for (auto* part : parts) {
+    EXPECT_TRUE(part->each([&](const Message& message) {
+      seen.sequences.push_back(message.sequence);
+      seen.times.push_back(message.time.time_since_epoch().count());
+      seen.names.push_back(message.name);
+      return true;
+    }));
+  }
+  return seen;
+}
+
+TEST_F(Beside, InRealTimeItGoesOnFromWhereItIsPausedOrNot) {
+  in_real_time();
+  edit("mission.xml", R"(<ReactiveSequence name="Root">)",
+       R"(<ReactiveSequence name="Root"><AlwaysSuccess/><BatteryLevelAbove name="NotEmpty" threshold="1"/>)");
   begin();
+  hold();
+  const std::string first = run_->file();
+  const auto replaced = replace();
+  ASSERT_TRUE(replaced.ok()) << to_string(replaced.diagnostics.front());
+  EXPECT_THAT(*replaced.value, Contains("leaf NotEmpty is new"));
+  const std::string second = run_->file();
+  wait_paused();
+  ASSERT_TRUE(steer("resume"));
+  // Once more, in the midst of it.
+  const auto again = replace();
+  ASSERT_TRUE(again.ok()) << to_string(again.diagnostics.front());
+  EXPECT_THAT(*again.value, testing::IsEmpty());
+  EXPECT_EQ(run_->access()->facts().state, "running");
+  const std::string third = run_->file();
+  hold();
+  run_->end();
+  EXPECT_EQ(run_->problem(), "");
+
+  auto before = replay::RecordedRun::open((runs() / first).string());
+  auto then = replay::RecordedRun::open((runs() / second).string());
+  auto after = replay::RecordedRun::open((runs() / third).string());
+  ASSERT_TRUE(before.has_value() && then.has_value() && after.has_value());
+  EXPECT_EQ(before->fact("clock"), "real");
+  EXPECT_EQ(after->fact("clock"), "real");
+  EXPECT_EQ(then->fact("continues"), first);
+  EXPECT_EQ(after->fact("continues"), second);
+  const Seen seen = seen_in({&*before, &*then, &*after});
+  for (std::size_t i = 0; i < seen.sequences.size(); ++i) ASSERT_EQ(seen.sequences[i], i + 1);
+  EXPECT_TRUE(std::is_sorted(seen.times.begin(), seen.times.end()));
+  const auto count = [&](const char* name) { return std::count(seen.names.begin(), seen.names.end(), name); };
+  EXPECT_GT(count("NotEmpty.tick.reply"), 20);
+  // Each tick is one, and the goal that it had is followed.
+  EXPECT_EQ(count("GoToKitchen.tick.request"), count("AtKitchen.tick.reply"));
+  EXPECT_GE(count("GoToKitchen.tick.request"), 60);
+  EXPECT_EQ(count("navigation.gotoTargetByLocationName.request"), 1);
+}
+
+TEST_F(Beside, InRealTimeItIsRefusedWithAllReasonsAndGoesOnAsItDid) {
+  in_real_time();
+  edit("mission.xml", R"(<GoToLocation name="GoToKitchen")", R"(<GoToLocation name="DriveToKitchen")");
+  begin();
+  hold();
+  ASSERT_TRUE(steer("resume"));
+  const std::string file = run_->file();
   const auto refused = replace();
   ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.diagnostics.front().code, "run.real-time");
+  std::string all;
+  for (const Diagnostic& why : refused.diagnostics) all += to_string(why) + "\n";
+  EXPECT_THAT(all, HasSubstr("the skill of GoToKitchen is at work, and its leaf is gone"));
+  EXPECT_EQ(run_->access()->facts().state, "running");
+  hold();
+  EXPECT_EQ(run_->file(), file);
+  run_->end();
+  auto whole = replay::RecordedRun::open((runs() / file).string());
+  ASSERT_TRUE(whole.has_value());
+  EXPECT_GE(seen_in({&*whole}).sequences.size(), 1000U);
+}
+
+TEST_F(Beside, InRealTimeWhatAScriptThatDoesNotEndHasBegunIsNotTakenOver) {
+  in_real_time();
+  for (const char* of : {"before", "after"}) {
+    edit("mission.xml", R"(<ReactiveSequence name="Root">)",
+         R"(<ReactiveSequence name="Root"><ForceSuccess><Action ID="Stuck"/></ForceSuccess>)", of);
+    ASSERT_TRUE(text::write_file(
+        folder_.path() / of / "skills" / "Stuck.scxml",
+        "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'>"
+        "<state id='a'><transition event='tick'><script>while (true) {}</script></transition>"
+        "<transition event='halt' target='failure'/><transition event='never' target='success'/></state>"
+        "<final id='success'/><final id='failure'/></scxml>"));
+  }
+  begin();
+  // Whether it is at work at that moment, was left behind before, or begins only then.
+  const auto refused = replace();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.diagnostics.front().code, "run.cannot-carry");
+  EXPECT_THAT(refused.diagnostics.front().message, HasSubstr("Stuck"));
+  EXPECT_EQ(run_->access()->facts().state, "running");
   run_->end();
 }
 

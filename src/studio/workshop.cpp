@@ -327,6 +327,8 @@ Result<Value> Workshop::Impl::reached(bool of_all) {
 Result<Value> Workshop::Impl::add(const AskedEdit& asked) {
   const std::string kind = asked.text("kind");
   const std::string name = asked.text("name");
+  const design::Document* const yaml = workspace.find("sentree.yaml");
+  if (yaml == nullptr) return fail("design.no-such-file", "there is no sentree.yaml; begin a project first");
   const auto part = design::new_part(kind, name, shadow ? &shadow->plan : nullptr);
   if (!part) return tl::unexpected(part.error());
   std::vector<design::Workspace::NewText> texts;
@@ -336,8 +338,6 @@ Result<Value> Workshop::Impl::add(const AskedEdit& asked) {
     texts.push_back({path, content});
   }
   if (!part->entries.empty()) {
-    const design::Document* yaml = workspace.find("sentree.yaml");
-    if (yaml == nullptr) return fail("design.no-such-file", "there is no sentree.yaml");
     std::string source = yaml->text;
     for (const auto& [section, entry] : part->entries) {
       auto with = text::with_entry(source, section, entry, "sentree.yaml");

@@ -61,6 +61,7 @@ class Run::Impl final : public RunView, private RunInside {
   Steering& steering() override { return steering_; }
   void inject(const project::Injection& injection) override { steering_.inject(injection); }
   void put_faults_on_calls(bool on) override { steering_.faults().spare_calls(!on); }
+  Result<void> settle(std::chrono::milliseconds patience) override;
   mission::State capture() override;
   void end() override;
 

@@ -45,11 +45,13 @@ struct ChartMoment {
   Place place;
   std::uint32_t configuration = 0;
   bool running = false;
+  Nanoseconds since = 0;  ///< From which on it has been in this configuration.
 };
 
 struct MonitorMoment {
   Place place;
   std::uint32_t configuration = 0;
+  Nanoseconds since = 0;  ///< As of a chart.
   monitor::Verdict verdict = monitor::Verdict::kUndecided;
   std::int64_t violations = 0;
 };

@@ -58,7 +58,7 @@ test("edits are applied to a run that is paused, or refused with all reasons", a
   assert.equal(replayed.code, 0, replayed.stdout + replayed.stderr);
 });
 
-test("a project with errors, and a run in real time, are refused with reason and place", async () => {
+test("a project with errors is refused with reason and place; a run in real time goes on with the edits", async () => {
   const { folder, program, page, close } = await open_beside("recharge", "normal");
   await begin_run(page, "In step with the clock");
   await until(async () => (await text(page, "presence")) === "● Live", "the run goes on");
@@ -80,9 +80,19 @@ test("a project with errors, and a run in real time, are refused with reason and
 
   await begin_run(page, "In real time");
   await page.getByTestId("records").waitFor();
+  const first = await records(page);
   await rename_node(page, "AtKitchen", "InKitchen");
   await page.getByTestId("apply").click();
-  await reasons.getByText("a run in real time cannot be held between two ticks").waitFor();
+  await until(async () => (await records(page)) !== first, "the run is recorded into another file");
+  const second = await records(page);
+  await page.getByRole("button", { name: "Run", exact: true }).click();
+  await page.locator('[data-testid=tree] [aria-label^="InKitchen"]').waitFor();
+  assert.equal(await text(page, "presence"), "● Live");
+  // It has not begun anew: the goal that it had is followed.
+  await page.locator('[data-testid=tree] [data-status="RUNNING"][aria-label^="GoToKitchen"]').waitFor();
+  await stop_run(page);
   await close();
   assert.equal(await program.stop(), 0);
+  const info = await run(["info", join(folder, "runs", second)]);
+  assert.ok(info.stdout.includes(`continues ${first}`), info.stdout);
 });

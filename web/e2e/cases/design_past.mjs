@@ -23,7 +23,7 @@ test("a requirement shows when the last runs would have violated it, as monitor 
   assert.notEqual(await run_of("never_empty", "experiment1").getAttribute("data-violated"), "");
   assert.equal(await run_of("never_empty", "normal").getAttribute("data-violated"), "");
 
-  const section = page.getByTestId("past").getByRole("region", { name: "never_empty" });
+  const section = page.getByTestId("requirement-blocks").getByRole("region", { name: "never_empty" });
   await section.getByText("The chart that watches for it").click();
   await section.getByRole("img", { name: "Chart of never_empty" }).getByText("violated").waitFor();
 

@@ -4,6 +4,7 @@ import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
+import { sticks_out } from "../harness/browser.mjs";
 import { copy_of, node, open_design, serious, serve_design, settled } from "../harness/design.mjs";
 
 const kScreens = [[1920, 1080], [1440, 900], [1366, 768], [1024, 700]];
@@ -69,7 +70,21 @@ const kViews = {
   "help": [(page) => page.keyboard.press("Escape"), (page) => page.locator("body").press("?"), (page) => page.getByRole("dialog").waitFor()],
 };
 
-test("nothing serious bars the way in any view, menu or dialog", async () => {
+/** Each view in turn, by whatever is open in it; a chosen leaf first. */
+async function see_all(url, width, height) {
+  const { page, close } = await open_design(url, { width, height });
+  await settled(page);
+  const views = { "a leaf": [() => node(page, "GoToKitchen").click(), () => page.locator("#design-port-destination").waitFor()], ...kViews };
+  for (const [view, steps] of Object.entries(views)) {
+    for (const step of steps) await step(page);
+    for (const folded = page.locator("details:not([open]) > summary"); (await folded.count()) > 0; ) await folded.first().click();
+    assert.deepEqual(await sticks_out(page), [], `${view} at ${width}×${height}`);
+    if (pictures) await page.screenshot({ path: join(pictures, `design-${view.replaceAll(" ", "-")}-${width}.png`) });
+  }
+  await close();
+}
+
+test("nothing serious bars the way in any view, menu or dialog, and all of it can be seen on every screen", async () => {
   const program = await serve_design(copy_of("recharge"));
   const { page, close } = await open_design(program.url);
   await settled(page);
@@ -83,5 +98,6 @@ test("nothing serious bars the way in any view, menu or dialog", async () => {
     assert.deepEqual(await serious(page), [], view);
   }
   await close();
+  for (const [width, height] of kScreens) await see_all(program.url, width, height);
   await program.stop();
 });

@@ -123,7 +123,7 @@ test("a robot from nothing: a leaf, its chart drawn by mouse, a requirement and 
 
   // Its chart: four states of our own in place of the one that asks for the battery.
   await node(page, "Dock").click();
-  await page.getByRole("button", { name: "Open the skill’s chart" }).click();
+  await page.getByRole("button", { name: "Open its chart" }).click();
   await state_at(page, "asking").waitFor();
   const before = await page.locator("[data-testid=design-chart] [data-id]").count();
   const own = ["approach", "align", "touch", "rest"];

@@ -4,7 +4,7 @@ import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { first_message, open_page, text, until } from "../harness/browser.mjs";
+import { first_message, open_page, sticks_out, text, until } from "../harness/browser.mjs";
 import { serious } from "../harness/design.mjs";
 import { example, serve_run } from "../harness/program.mjs";
 
@@ -95,6 +95,7 @@ test("at a violation the tree, the stage and the chosen text keep their size on 
     assert.deepEqual(lanes.slice(0, 2), ["mission", "work"], `at ${width}×${height}`);
     assert.deepEqual(lanes.slice(2, 4).sort(), ["monitor:battery", "monitor:never_empty"], `at ${width}×${height}`);
     assert.deepEqual(await serious(page), [], `axe at ${width}×${height}`);
+    assert.deepEqual(await sticks_out(page), [], `at ${width}×${height}`);
     if (pictures) await page.screenshot({ path: join(pictures, `violation-${width}.png`) });
   }
   // However narrow the column is, each of its tabs can be reached from each.

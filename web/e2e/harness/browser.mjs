@@ -152,3 +152,36 @@ export async function shown_time(page) {
   const parts = (await text(page, "clock")).split(":").map(Number);
   return Math.round(parts.reduce((sum, part) => sum * 60 + part, 0) * 1e3) * 1e6;
 }
+
+/**
+ * What stands out of the box that it is drawn in, so that it cannot be seen or lies over the box's edge: at the right of
+ * any box that cuts off, below those that do not scroll.
+ */
+export const sticks_out = (page) =>
+  page.evaluate(() => {
+    const kTolerance_px = 1.5;
+    const named = (element) => `${element.tagName.toLowerCase()}.${element.getAttribute("class") ?? ""}`;
+    const found = [];
+    for (const element of document.querySelectorAll("body *")) {
+      const { width, height, right, bottom } = element.getBoundingClientRect();
+      // Editors see to their lines themselves, and pictures that do not fit are moved.
+      if (!element.checkVisibility() || width === 0 || height === 0 || element.closest(".cm-editor, .picture:not(.chart-sketch)")) continue;
+      const { position } = getComputedStyle(element);
+      const is_box = (other) => other.tagName === "svg" || getComputedStyle(other).overflow !== "visible";
+      let box = element.parentElement;
+      while (box && !is_box(box)) box = box.parentElement;
+      if (!box || position === "fixed") continue;
+      const { overflowX, overflowY, paddingRight, textOverflow } = getComputedStyle(box);
+      if (textOverflow === "ellipsis") continue;
+      const scrolls = (overflow) => overflow === "auto" || overflow === "scroll";
+      const edge = box.getBoundingClientRect();
+      // What is placed by hand may lie over the padding.
+      const inner = box.tagName === "svg" || position !== "static" ? edge.right : edge.left + box.clientLeft + box.clientWidth - parseFloat(paddingRight);
+      const over = right - inner;
+      const below = bottom - edge.bottom;
+      const who = `${named(element)} “${(element.textContent ?? "").slice(0, 40)}” in ${named(box)}`;
+      if (over > kTolerance_px && !(scrolls(overflowX) && !scrolls(overflowY))) found.push(`${who}: ${over.toFixed(0)} px at the right`);
+      if (below > kTolerance_px && !scrolls(overflowY) && box.tagName !== "svg") found.push(`${who}: ${below.toFixed(0)} px below`);
+    }
+    return found;
+  });

@@ -187,8 +187,8 @@ export default function CompareView({ with: side, sides, choose_side, file: firs
         )}
         <div className="compare-middle">
           {problem !== null ? (
-            <p className="empty" role="status">
-              {problem}{" "}
+            <p className="empty nothing" role="status">
+              {problem}
               {choose_side && side !== kSaved && (
                 <button className="button small" onClick={() => choose_side(kSaved)}>
                   Compare with what is saved

@@ -143,7 +143,7 @@ function Bench() {
 /** What is offered in a folder without a project. */
 function Nothing() {
   return (
-    <div className="empty">
+    <div className="empty nothing">
       <p>This folder is empty.</p>
       <button className="button primary" onClick={() => void begin_project()}>
         Begin a project that runs
@@ -168,8 +168,10 @@ function DesignBar() {
   const simulating = useSimulation(({ on }) => on);
   const trees = useDesign((state) => doc_of(state)?.shown_trees ?? null);
   const shown = useDesign((state) => tree_of(state)?.id);
-  const errors = summary?.files.reduce((sum, each) => sum + each.errors, 0) ?? 0;
-  const warnings = summary?.files.reduce((sum, each) => sum + each.warnings, 0) ?? 0;
+  // Not of the files: what is missing is none of them.
+  const found = (of: string) => summary?.findings.filter(({ severity }) => severity === of).length ?? 0;
+  const errors = found("error");
+  const warnings = found("warning");
   const dirty = summary?.files.filter((each) => each.dirty).length ?? 0;
   return (
     <div className="design-bar" role="toolbar" aria-label="Design">

@@ -99,7 +99,7 @@ function NodeForm({ node, tree }: { node: OutlineNode; tree: OutlineTree }) {
           {skill ? (
             <button type="button" className="button small" onClick={() => void open_file(skill)}>
               <Icon name="chart" />
-              Open the skill’s chart
+              Open its chart
             </button>
           ) : (
             model === null && (

@@ -1,6 +1,5 @@
 import { clock_text } from "../draw/format";
 import type { DesignPast } from "../protocol/types";
-import { ChartSketch } from "./ChartSketch";
 import { doc_of, go_to, useDesign } from "./design";
 import { line_start, type Places } from "./places";
 
@@ -36,10 +35,6 @@ function Requirement({ requirement, runs, places }: { requirement: DesignPast["r
           <Run key={run.name} run={run} at={requirement.violated[i] ?? null} requirement={requirement.name} />
         ))}
       </ul>
-      <details>
-        <summary>The chart that watches for it</summary>
-        <ChartSketch chart={requirement.chart} label={`Chart of ${requirement.name}`} />
-      </details>
     </section>
   );
 }

@@ -2,7 +2,8 @@ import "../styles/settings.css";
 
 import { useEffect, useId, useState } from "react";
 
-import type { Sentence } from "../protocol/types";
+import type { OutlineChart, Sentence } from "../protocol/types";
+import { ChartSketch } from "./ChartSketch";
 import { edit_text, gesture, go_to, obstacle, useDesign, type Doc } from "./design";
 import { Definitions } from "./Definitions";
 import { useTyped } from "./use_typed";
@@ -43,6 +44,7 @@ const kUnits = ["ms", "s", "min", "h", "us", "ns", "ticks", "events"];
 /** The requirements of a file as blocks beside their text; each edits the other. */
 export function RequirementBlocks({ doc, requirements }: { doc: Doc; requirements: readonly Sentence[] }) {
   const why_dim = useDesign(obstacle);
+  const watching = useDesign(({ past }) => past[doc.file]?.requirements);
   const [added, set_added] = useState<string | null>(null);
   useEffect(() => {
     if (added !== null) document.querySelector(`[data-requirement="${added}"]`)?.scrollIntoView({ block: "nearest" });
@@ -52,7 +54,7 @@ export function RequirementBlocks({ doc, requirements }: { doc: Doc; requirement
       <fieldset disabled={why_dim !== null}>
         <Definitions doc={doc} />
         {requirements.map((sentence) => (
-          <SentenceBlocks key={sentence.name} sentence={sentence} />
+          <SentenceBlocks key={sentence.name} sentence={sentence} chart={watching?.find(({ name }) => name === sentence.name)?.chart} />
         ))}
         <AddRequirement doc={doc} requirements={requirements} done={set_added} />
       </fieldset>
@@ -83,7 +85,7 @@ function AddRequirement({ doc, requirements, done }: { doc: Doc; requirements: r
   );
 }
 
-function SentenceBlocks({ sentence }: { sentence: Sentence }) {
+function SentenceBlocks({ sentence, chart }: { sentence: Sentence; chart: OutlineChart | undefined }) {
   const { name, scope, pattern, prose } = sentence;
   const scopes = kScopes[scope];
   const words = kPatterns[pattern]?.words ?? {};
@@ -114,6 +116,12 @@ function SentenceBlocks({ sentence }: { sentence: Sentence }) {
         })}
         <Block of="assuming" word="assuming" requirement={name} written={assuming?.text ?? ""} hint="nothing" />
       </div>
+      {chart && (
+        <details>
+          <summary>The chart that watches for it</summary>
+          <ChartSketch chart={chart} label={`Chart of ${name}`} />
+        </details>
+      )}
     </section>
   );
 }

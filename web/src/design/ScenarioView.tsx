@@ -18,6 +18,8 @@ import { duration_like, entry, typed_text, type YamlValue } from "./yaml_places"
 const kAxis_px = 30;
 const kRow_px = 30;
 const kMark_px = 7;
+/** From an entry's moment to its words. */
+const kWords_px = 13;
 const kLabelHalf_px = 22;
 const kDragFrom_px = 3;
 /** To a tenth of a second; with Alt to the millisecond. */
@@ -219,16 +221,20 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
   );
 }
 
+/** Its words stand where there is more room, and end there. */
 function Entry({ i, x, y, width, says, time, chosen, why }: { i: number; x: number; y: number; width: number; says: string; time: string; chosen: boolean; why: string }) {
-  const left = x > width * 0.55;
+  const left = x > width / 2;
+  const room = Math.max(0, (left ? x : width - x) - kWords_px);
   return (
     <g className={`injection${chosen ? " chosen" : ""}${why ? " wrong" : ""}`} data-entry={i < 0 ? undefined : i} role="img" aria-label={`${time} ${says}${why ? `: ${why}` : ""}`}>
       <title>{why || `${says}: drag, or the arrow keys`}</title>
       <rect className="lane" x={0} y={y - kRow_px / 2 + 1} width={width} height={kRow_px - 2} />
       <path className="mark" d={`M${x} ${y - kMark_px}L${x + kMark_px} ${y}L${x} ${y + kMark_px}L${x - kMark_px} ${y}Z`} />
-      <text x={left ? x - 13 : x + 13} y={y + 4.5} textAnchor={left ? "end" : "start"}>
-        <tspan className="time">{time}</tspan> {says}
-      </text>
+      <foreignObject x={left ? 0 : x + kWords_px} y={y - kRow_px / 2 + 1} width={room} height={kRow_px - 2}>
+        <div className={`words ellipsis${left ? " left" : ""}`}>
+          <span className="time">{time}</span> {says}
+        </div>
+      </foreignObject>
     </g>
   );
 }

@@ -13,12 +13,13 @@ export function ShadowStrip() {
   const shadow = useDesign((state) => state.summary?.shadow);
   const scenario = useDesign((state) => state.summary?.scenario ?? "");
   const scenarios = useDesign((state) => state.summary?.scenarios ?? kNoNames);
-  const errors = useDesign((state) => state.summary?.files.reduce((sum, file) => sum + file.errors, 0) ?? 0);
+  const errors = useDesign((state) => state.summary?.findings.filter(({ severity }) => severity === "error").length ?? 0);
+  const empty = useDesign((state) => state.summary?.files.length === 0);
   const checked = useDesign((state) => state.summary?.checked ?? false);
   const first = shadow?.differences?.[0];
   const on_show = useMode((state) => state.runs.on_show);
   const said = () => {
-    if (!shadow) return "";
+    if (!shadow || empty) return "";
     if (errors > 0 && checked && !shadow.current) return shadow.ready ? "Shows the run before the errors" : "Runs when the errors are mended";
     if (shadow.problem) return shadow.problem;
     if (!shadow.current) return "Runs again …";

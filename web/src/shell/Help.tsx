@@ -28,26 +28,28 @@ export function Help() {
           <Icon name="close" />
         </button>
       </header>
-      <div className="help-groups" tabIndex={0}>
-        {[...groups].map(([group, members]) => (
-          <section key={group}>
-            <h3>{group}</h3>
-            <dl>
-              {members.map((command) => (
-                <div key={command.id} className="help-line">
-                  <dt>{command.title}</dt>
-                  <dd>
-                    {command.keys?.map((key) => (
-                      <kbd key={key} className="kbd">
-                        {key}
-                      </kbd>
-                    ))}
-                  </dd>
-                </div>
-              ))}
-            </dl>
-          </section>
-        ))}
+      <div className="help-scroll" tabIndex={0}>
+        <div className="help-groups">
+          {[...groups].map(([group, members]) => (
+            <section key={group}>
+              <h3>{group}</h3>
+              <dl>
+                {members.map((command) => (
+                  <div key={command.id} className="help-line">
+                    <dt>{command.title}</dt>
+                    <dd>
+                      {command.keys?.map((key) => (
+                        <kbd key={key} className="kbd">
+                          {key}
+                        </kbd>
+                      ))}
+                    </dd>
+                  </div>
+                ))}
+              </dl>
+            </section>
+          ))}
+        </div>
       </div>
       <footer className="dialog-foot muted">
         Tab goes from part to part, arrow keys move inside one. Borders between panels move with arrow keys too. Sentree {version} ·{" "}

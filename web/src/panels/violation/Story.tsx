@@ -15,17 +15,19 @@ export function Story() {
       <section aria-label="Story">
         <h3>What happened</h3>
         <pre className="story">{violation.story.trim()}</pre>
-        <button className="button small" onClick={() => open_monitor_chart(violation.monitor)}>
-          Chart of {violation.monitor}
-        </button>
       </section>
       <section aria-label="Witness">
         <h3>{witness_title(violation)}</h3>
         <Witness witness={violation.witness} />
       </section>
-      <button className="button small story-close" onClick={() => useViolations.setState({ story: false })}>
-        Close
-      </button>
+      <div className="story-actions">
+        <button className="button small" onClick={() => useViolations.setState({ story: false })}>
+          Close
+        </button>
+        <button className="button small" onClick={() => open_monitor_chart(violation.monitor)}>
+          Chart of {violation.monitor}
+        </button>
+      </div>
     </section>
   );
 }
