@@ -160,7 +160,7 @@ def robot_of_nav2():
     with open("world/world.yaml", "w") as out:
         out.write(world.replace("angular_tolerance: 0.35}", "angular_tolerance: 0.35, contacts: true}"))
     sim = Program("sim", "--world", "world/world.yaml", "--ros", "--headless", "--speed", "10", until="listening on ros:/")
-    for topic, member in [("/clock", "clock"), ("/tf", "transforms"), ("/odom", "twist"), ("/scan", "ranges"), ("/map?qos=transient_local", "info"),
+    for topic, member in [("/clock", "clock"), ("/tf", "transforms"), ("/tf_static?qos=transient_local", "transforms"), ("/odom", "twist"), ("/scan", "ranges"), ("/map?qos=transient_local", "info"),
                           ("/amcl_pose", "pose"), ("/battery_state", "percentage")]:
         code, out, err = run("echo", "ros:" + topic, "-n", "1", "--json")
         check("the robot publishes " + topic, code == 0 and member in json.loads(json.loads(out)["text"]), out[:1000] + err)

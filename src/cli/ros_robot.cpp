@@ -44,6 +44,14 @@ List covariance(const Value* three) {
   return out;
 }
 
+// A geometry_msgs/TransformStamped.
+Map transform(double now, const std::string& parent, const std::string& child, const Pose& pose) {
+  return Map{
+      {"header", ros_header(now, parent)},
+      {"child_frame_id", child},
+      {"transform", Map{{"translation", ros_vector(pose.x, pose.y, 0)}, {"rotation", ros_rotation(pose.theta)}}}};
+}
+
 }  // namespace
 
 class RosRobot::Impl {
@@ -64,9 +72,13 @@ class RosRobot::Impl {
 
   Result<void> open(const sim::World& world) {
     const bool several = world.robots.size() > 1;
-    for (const auto& each : world.robots) robots_.push_back({each.name, several ? "/" + each.name : ""});
+    for (const auto& each : world.robots) {
+      const sim::Pose2& mount = each.laser.mount;
+      robots_.push_back({each.name, several ? "/" + each.name : "", {mount.x, mount.y, mount.theta}});
+    }
     if (auto done = publish("/clock", "rosgraph_msgs/msg/Clock", "best_effort"); !done) return done;
     if (auto done = publish("/tf", "tf2_msgs/msg/TFMessage", "default"); !done) return done;
+    if (auto done = publish("/tf_static", "tf2_msgs/msg/TFMessage", "transient_local"); !done) return done;
     for (const Robot& robot : robots_) {
       const struct {
         const char* name;
@@ -91,6 +103,9 @@ class RosRobot::Impl {
   struct Robot {
     std::string name;
     std::string prefix;
+    Pose laser;  ///< In base_link.
+
+    [[nodiscard]] std::string frames() const { return prefix.empty() ? "" : name + "/"; }
   };
 
   Result<void> publish(const std::string& name, const std::string& type, const std::string& qos) {
@@ -147,7 +162,16 @@ class RosRobot::Impl {
                            });
   }
 
+  // What is mounted on the robots.
+  void send_mounts() {
+    List transforms;
+    for (const Robot& robot : robots_)
+      transforms.push_back(transform(0, robot.frames() + "base_link", robot.frames() + "laser", robot.laser));
+    send("/tf_static", Map{{"transforms", std::move(transforms)}});
+  }
+
   void run() {
+    send_mounts();
     std::unique_lock lock(mutex_);
     for (std::int64_t tick = 0; !stopped_; ++tick) {
       lock.unlock();
@@ -162,20 +186,14 @@ class RosRobot::Impl {
   }
 
   void step(const Robot& robot, double now, std::int64_t tick, List& transforms) {
-    const std::string frames = robot.prefix.empty() ? "" : robot.name + "/";
+    const std::string frames = robot.frames();
     const Value odometry = ask(robot.name, "Base", "getOdometry");
     const Value position = ask(robot.name, "Localization", "getCurrentPosition");
     if (odometry.is_null() || position.is_null()) return;
     const Pose odom = pose_of(odometry.find("pose"));
     const Pose believed = pose_of(position.find("pose"));
-    const auto transform = [&](const std::string& parent, const std::string& child, const Pose& pose) {
-      transforms.push_back(Map{
-          {"header", ros_header(now, parent)},
-          {"child_frame_id", child},
-          {"transform", Map{{"translation", ros_vector(pose.x, pose.y, 0)}, {"rotation", ros_rotation(pose.theta)}}}});
-    };
-    transform("map", frames + "odom", believed * inverse(odom));
-    transform(frames + "odom", frames + "base_link", odom);
+    transforms.push_back(transform(now, "map", frames + "odom", believed * inverse(odom)));
+    transforms.push_back(transform(now, frames + "odom", frames + "base_link", odom));
     const Value* twist = odometry.find("twist");
     send(robot.prefix + "/odom",
          Map{{"header", ros_header(now, frames + "odom")},

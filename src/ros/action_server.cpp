@@ -173,8 +173,8 @@ class ActionServer::Impl {
     Octets out;
     begin_message(out);
     put_number(out, static_cast<std::uint32_t>(goals_.size()));
+    // An identity is octets, which are aligned to nothing.
     for (const Goal& goal : goals_) {
-      while (out.size() % 4 != 0) out.push_back(0);
       put_info(out, goal);
       out.push_back(static_cast<std::uint8_t>(goal.status));
     }

@@ -101,16 +101,18 @@ std::optional<Value> ActionType::read_cancelled(const Octets& reply) {
 // GoalStatusArray: all goals that the server remembers.
 std::vector<Map> ActionType::read_statuses(const Octets& message, std::map<std::string, std::string>& known) const {
   constexpr std::size_t kFirst = kEncapsulation + 4;
-  constexpr std::size_t kItem = kGoalIdSize + 8 + 4;  // with the padding behind the status
   std::vector<Map> out;
   if (message.size() < kFirst) return out;
   const idl::Type* type = argument_type(*interface_, "status", "status");
   const std::uint32_t count = number_at(message, kEncapsulation);
   std::map<std::string, std::string> now;
+  std::size_t at = kFirst;
   for (std::uint32_t i = 0; i < count && i < kStatusesMax; ++i) {
-    const std::size_t at = kFirst + i * kItem;
-    if (at + kGoalIdSize + 9 > message.size()) break;
-    now[goal_id_at(message, at)] = status_name(type, static_cast<std::int8_t>(message[at + kGoalIdSize + 8]));
+    // An identity, which is aligned to nothing, as octets are; a time, which is; and the status.
+    const std::size_t status_at = (at + kGoalIdSize + 3) / 4 * 4 + 8;
+    if (status_at >= message.size()) break;
+    now[goal_id_at(message, at)] = status_name(type, static_cast<std::int8_t>(message[status_at]));
+    at = status_at + 1;
   }
   for (const auto& [id, status] : now) {
     const auto before = known.find(id);

@@ -562,6 +562,13 @@ TEST_F(RosActions, TellFeedbackStatusAndResultOfAGoal) {
   });
   EXPECT_THAT(all,
               Contains(std::pair<std::string, Value>("feedback", Map{{"goal_id", id}, {"feedback", Map{{"now", 3}}}})));
+  // A server tells the statuses of all goals that it remembers.
+  for (const std::string& goal : {id, std::string(32, 'e')}) {
+    const std::pair<std::string, Value> status{"status", Map{{"goal_id", goal}, {"status", "SUCCEEDED"}}};
+    EXPECT_THAT(
+        heard_.wait([&](const auto& told) { return std::find(told.begin(), told.end(), status) != told.end(); }),
+        Contains(status));
+  }
 }
 
 TEST_F(RosActions, AreRefusedByTheirServer) {
@@ -706,9 +713,14 @@ TEST_F(RosActionServer, AnswersAsServersOfRosDo) {
   // accepted, at 7.5 s
   const std::vector<std::uint8_t> expected{0, 1, 0, 0, 1, 0, 0, 0, 7, 0, 0, 0, 0x00, 0x65, 0xcd, 0x1d};
   EXPECT_THAT(replies.wait_for(1), Contains(expected));
-  std::vector<std::uint8_t> array{0, 1, 0, 0, 1, 0, 0, 0};
-  array.insert(array.end(), request.begin() + 4, request.begin() + 20);
+  request[4] = 0xb0;
+  ASSERT_NE(writer->write(request, &from), 0);
+  // Both goals; what is aligned to four octets behind the second's identity is its time.
+  std::vector<std::uint8_t> array{0, 1, 0, 0, 2, 0, 0, 0, 0xa0};
+  array.insert(array.end(), request.begin() + 5, request.begin() + 20);
   array.insert(array.end(), {7, 0, 0, 0, 0x00, 0x65, 0xcd, 0x1d, 2});
+  array.insert(array.end(), request.begin() + 4, request.begin() + 20);
+  array.insert(array.end(), {0, 0, 0, 7, 0, 0, 0, 0x00, 0x65, 0xcd, 0x1d, 2});
   const auto all = statuses.wait([&](const auto& each) {
     return std::any_of(each.begin(), each.end(), [&](const auto& octets) { return octets.size() >= array.size(); });
   });

@@ -35,10 +35,14 @@ std::size_t begin_frame(std::vector<std::uint8_t>& out, char key) {
   // Mark, numbers of blocks, octets of ones, two lengths, the command's length and the command.
   std::uint8_t head[kIndexSize + 8] = {'Y', 'A', kIndexMark, 0, 0, 0, 'R', 'P', 1, 1};
   std::memset(head + kMarkSize + 2, 0xff, 8);
-  const std::uint8_t command[] = {'~', static_cast<std::uint8_t>(key), 0, 1};
+  // What is no data is written as a text behind the command, with its length.
+  const bool is_data = key == 'd' || key == 'D';
+  const std::uint8_t command[] = {'~', static_cast<std::uint8_t>(is_data ? key : '\0'), 0, 1};
   std::memcpy(head + kIndexSize + 4, command, sizeof command);
+  if (!is_data) head[kIndexSize] = 2;
   const std::size_t begun = out.size();
   out.insert(out.end(), std::begin(head), std::end(head));
+  if (!is_data) out.insert(out.end(), {static_cast<std::uint8_t>(key), 0});
   return begun;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "sentree/yarp/bottle.h"
 #include "sentree/yarp/detail/frame.h"
 #include "sentree/yarp/detail/line.h"
 
@@ -17,6 +18,9 @@ using rpc::Outcome;
 using rpc::StreamStatus;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
+
+// Asks whether somebody is there. What a port is asked as its tools ask it reaches no owner, whom it could move.
+constexpr std::string_view kProbe = "sentree_ping";
 
 }  // namespace
 
@@ -155,8 +159,12 @@ void PortLine::write(const idl::Method& method, const Value& arguments) {
   oneway_ = method.oneway;
   std::vector<std::uint8_t>& out = connection_->out;
   out.clear();
-  const std::size_t begun = begin_frame(out, oneway_ ? 'D' : 'd');
-  encoding_.write_call(out, method, arguments, data_ != &method);
+  const bool is_probe = method.name == kProbe;
+  const std::size_t begun = begin_frame(out, is_probe ? 'a' : oneway_ ? 'D' : 'd');
+  if (is_probe)
+    write_bottle(out, {Item::word("ver")}, address_.version);
+  else
+    encoding_.write_call(out, method, arguments, data_ != &method);
   finish_frame(out, begun);
   // Every message is confirmed on tcp, whatever else it is answered with.
   if (oneway_ && address_.carrier == Carrier::kTcp) ++acknowledgements_owed_;

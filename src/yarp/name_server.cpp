@@ -228,6 +228,7 @@ class NameServer::Impl {
     try {
       Inbox in(&visitor.stream(), 16U << 20U);
       bool talks = false;
+      bool confirms = false;
       while (!acceptor_is_stopping()) {
         visitor.idle();
         if (in.wait(rpc::kNoDeadline) != StreamStatus::kOk) return;
@@ -237,15 +238,17 @@ class NameServer::Impl {
         std::string answer;
         if (!talks && (line.starts_with("CONNACK ") || line.starts_with("CONNECT "))) {
           talks = true;
+          confirms = line.starts_with("CONNACK ");
           answer = fmt::format("Welcome {}\r\n", line.substr(8));
         } else if (talks) {
           if (line == "q") {
-            (void)say(visitor, "<ACK>\r\n");
+            if (confirms) (void)say(visitor, "<ACK>\r\n");
             return;
           }
           std::string second;
           if (line == "a" || line == "d") second = in.line(kRequestMax);
           answer = tell(line, second) + "<ACK>\r\n";
+          if (!confirms) continue;  // the carrier "text" has no answers
         } else {
           if (!line.starts_with("NAME_SERVER") && !line.empty())
             throw Broken{StreamStatus::kFailed, "it asks nothing that a name server is asked"};

@@ -87,6 +87,9 @@ TEST(NameServer, TalksToWhoeverDetectsIt) {
   const RawPeer peer(server->at());
   peer.send("CONNACK admin\r\na\r\n[ver]\r\nq\r\n");
   EXPECT_EQ(peer.receive_rest(), "Welcome admin\r\n[ver] 1 2 3\r\n<ACK>\r\n<ACK>\r\n");
+  const RawPeer silent(server->at());
+  silent.send("CONNECT admin\r\na\r\n[ver]\r\nq\r\n");
+  EXPECT_EQ(silent.receive_rest(), "Welcome admin\r\n") << "the carrier text has no answers";
 }
 
 TEST(NameServer, SurvivesWhoAsksNothingSensible) {

@@ -65,11 +65,7 @@ Output::~Output() {
     if (!over_.load() && waiting_.empty()) {
       // In order, as a port of YARP does; whoever does not take it at once finds the connection closed.
       std::vector<std::uint8_t> quit;
-      const std::size_t begun = begin_frame(quit, '\0');
-      yarp::put(quit, std::string_view("q\0", 2));
-      finish_frame(quit, begun);
-      // The command's own length stands before its mark.
-      quit[begun + kMarkSize + 18] = 2;
+      finish_frame(quit, begin_frame(quit, 'q'));
       (void)stream_->send_now(quit.data(), quit.size());
     }
   }

@@ -34,6 +34,14 @@ constexpr milliseconds kLook{50};
 constexpr std::string_view kNotFound =
     "* Error. Protocol not found.\r\n* Hello. You appear to be trying to communicate with a YARP Port.\r\n";
 
+// What services of YARP 4 are asked, and answer: four int16, which are the interface's own version and YARP's.
+constexpr std::string_view kVersionQuestion = "getRemoteProtocolVersion";
+void write_yarp4(std::vector<std::uint8_t>& out) {
+  put_int(out, 256);
+  put_int(out, 1);
+  for (const std::uint8_t part : {0, 4, 0, 0}) out.insert(out.end(), {part, 0});
+}
+
 // How people know the carriers that are not spoken here, by the first eight octets of a connection.
 std::string carrier_shown(const std::uint8_t* head) {
   const std::string text(reinterpret_cast<const char*>(head), kMarkSize);
@@ -394,9 +402,14 @@ class Port::Impl {
     } else if (const idl::Method* method =
                    got.asked.starts_with("help ") ? interface.find(got.asked.substr(5)) : nullptr) {
       write_many(out, {idl::signature(*method)});
+    } else if (got.asked == kVersionQuestion && options_.version == Version::kYarp4) {
+      write_yarp4(out);
     } else {
-      // Where the method exists, its caller waits for its result and would read nothing else.
-      if (got.wrong_arguments && with_reply) {
+      // Where the method exists, its caller waits for its result; [fail] is read as one of a bool, or as nothing.
+      const idl::Method* meant = got.wrong_arguments ? interface.find(got.asked) : nullptr;
+      const bool takes_fail =
+          meant != nullptr && (meant->result->kind == idl::Kind::kBool || meant->result->kind == idl::Kind::kVoid);
+      if (got.wrong_arguments && with_reply && !takes_fail) {
         complain(fmt::format("it called \"{}\" of {} with other arguments than that has", got.asked, interface.name));
         return false;
       }

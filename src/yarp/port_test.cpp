@@ -112,7 +112,13 @@ TEST(Port, NeverSendsWhatAGeneratedClientHangsOn) {
        ""},
       {"a number that has no result", octets("00010000 02000000 09000000 'ri64' 01000000 01000000"), ""},
       {"a known method called otherwise", octets("00010000 01000000 09000000 'ri32'"), ""},
+      {"a known method without result called otherwise", octets("00010000 02000000 09000000 'two' 00 09000000 'args'"),
+       octets("09010000 01000000 'fail'") + kAck},
+      {"a known bool called otherwise", octets("00010000 01000000 04000000 05000000 'rbool'"),
+       octets("09010000 01000000 'fail'") + kAck},
       {"a method that cannot be carried", octets("00010000 01000000 09000000 'rset'"), ""},
+      {"what only services of YARP 4 are asked", octets("04010000 01000000 18000000 'getRemoteProtocolVersion'"),
+       octets("09010000 01000000 'fail'") + kAck},
   };
   for (const Case& each : cases) {
     const RawPeer peer = greeted(*port);
@@ -121,6 +127,18 @@ TEST(Port, NeverSendsWhatAGeneratedClientHangsOn) {
         << each.what;
   }
   EXPECT_THAT(complaints.await(1)[0], HasSubstr("the robot refuses"));
+}
+
+TEST(Port, TellsItsVersionWhereThatIsAsked) {
+  PortOptions options;
+  options.name = "/probe";
+  options.version = Version::kYarp4;
+  const auto port = Port::open(std::move(options), {.service = test::probe_service(nullptr)});
+  ASSERT_TRUE(port) << to_string(port.error());
+  const RawPeer peer = greeted(**port);
+  peer.send(message(octets("04010000 01000000 18000000 'getRemoteProtocolVersion'")));
+  const std::string version = octets("00010000 01000000 0000 0400 0000 0000") + kAck;
+  EXPECT_EQ(shown(peer.receive(version.size())), shown(version));
 }
 
 TEST(Port, TellsWhatItHas) {
@@ -314,12 +332,12 @@ struct Asked {
   }
 };
 
-Asked client_of(const HostPort& at, Carrier carrier = Carrier::kTcp) {
+Asked client_of(const HostPort& at, Carrier carrier = Carrier::kTcp,
+                const idl::ServicePtr& interface = test::schema().service("Probe")) {
   PortAddress address;
   address.name = "/probe";
   address.direct = at;
   address.carrier = carrier;
-  const idl::ServicePtr interface = test::schema().service("Probe");
   auto line = std::make_unique<PortLine>(address, *interface, rpc::ClientOptions{.target = "probe"}, nullptr);
   auto client = rpc::AsyncClient::over(std::move(line), interface);
   EXPECT_TRUE(client);
@@ -370,6 +388,23 @@ TEST(PortLine, SendsWhatWasCaptured) {
   EXPECT_EQ(made.get_future().get(), rpc::Outcome(Value(-70000)));
   peer.send(kAck.substr(0, 3));
   peer.send(kAck.substr(3));
+}
+
+TEST(PortLine, AsksWhetherAPortIsThereAsToolsDoIt) {
+  const test::RawServer server;
+  const auto schema = idl::Schema::load("service Asked { void sentree_ping() }", "asked.thrift");
+  ASSERT_TRUE(schema.value);
+  Asked asked = client_of(server.at, Carrier::kTcp, schema.value->service("Asked"));
+  std::promise<rpc::Outcome> made;
+  asked.client->call("sentree_ping", Map{}, rpc::kNoDeadline,
+                     [&](rpc::Outcome out) { made.set_value(std::move(out)); });
+  const RawPeer peer = server.accept();
+  const std::string request = octets(
+      "5941 0a000000 5250 01 01 ffffffffffffffff 16000000 00000000 02000000 7e000001 'a' 00 09010000 01000000 'ver' "
+      "00");
+  EXPECT_EQ(shown(take_request(peer, request.size())), shown(request));
+  peer.send(octets("00010000 04000000 09000000 'ver' 00 01000000 01000000 01000000 02000000 01000000 03000000") + kAck);
+  EXPECT_EQ(made.get_future().get(), rpc::Outcome(Value()));
 }
 
 // What a server may answer, and what the caller is told.

@@ -60,10 +60,13 @@ class CountServer {
   Heard<Octets> cancelled_;
 
  private:
+  // Of a goal that has succeeded before, and of the one that was sent; octets follow each other without padding.
   void tell_status(std::uint8_t status) {
-    Octets out{0, 1, 0, 0, 1, 0, 0, 0};
+    Octets out{0, 1, 0, 0, 2, 0, 0, 0};
+    out.insert(out.end(), 16, 0xee);
+    out.insert(out.end(), {3, 0, 0, 0, 0, 0, 0, 0, 4});
     out.insert(out.end(), id_.begin(), id_.end());
-    out.insert(out.end(), {7, 0, 0, 0, 0, 0, 0, 0, status});
+    out.insert(out.end(), {0, 0, 0, 7, 0, 0, 0, 0, 0, 0, 0, status});
     static_cast<void>(status_->writer()->write(out, nullptr));
   }
   void end(std::uint8_t status, const std::string& how) {

@@ -86,10 +86,12 @@ static demo_action_dds__Count_GetResult_Request_ awaited;  // whose goal has not
 static bool is_awaited, finishes;
 static int32_t upto;
 
+// Of a goal that has succeeded before, too, as servers remember them.
 static void tell_status(const uint8_t* goal, uint8_t how) {
-  action_msgs_msg_dds__GoalStatus one = {.goal = {.sec = 7}, .status = how};
-  memcpy(one.goal.goal, goal, 16);
-  action_msgs_msg_dds__GoalStatusArray_ all = {.status_list = {._maximum = 1, ._length = 1, ._buffer = &one}};
+  action_msgs_msg_dds__GoalStatus both[2] = {{.goal = {.sec = 3}, .status = 4}, {.goal = {.sec = 7}, .status = how}};
+  memset(both[0].goal.goal, 0xee, 16);
+  memcpy(both[1].goal.goal, goal, 16);
+  action_msgs_msg_dds__GoalStatusArray_ all = {.status_list = {._maximum = 2, ._length = 2, ._buffer = both}};
   must(dds_write(status, &all), "status");
 }
 

@@ -249,6 +249,9 @@ TEST_F(RosCycloneActions, TakeOurGoalsAndTellHowTheyGo) {
   EXPECT_EQ(event("feedback"), Value(Map{{"goal_id", id}, {"feedback", Map{{"now", 3}}}}));
   EXPECT_EQ(event("result"),
             Value(Map{{"goal_id", id}, {"status", "SUCCEEDED"}, {"result", Map{{"reached", 5}, {"how", "fine"}}}}));
+  const Event status{"status", Map{{"goal_id", id}, {"status", "SUCCEEDED"}}};
+  EXPECT_THAT(heard_.wait([&](const auto& all) { return std::find(all.begin(), all.end(), status) != all.end(); }),
+              Contains(status));
 }
 
 TEST_F(RosCycloneActions, EndGoalsThatWeCancel) {

@@ -22,7 +22,8 @@ void put_mark(std::vector<std::uint8_t>& out, std::int32_t number);
 /// Throws Broken where there is none; `what` was to come.
 [[nodiscard]] std::int32_t take_mark(Inbox& in, std::string_view what);
 
-/// The head of a message of one block. `finish_frame` fills in its length once the payload stands behind it.
+/// The head of a message of one block: 'd' data that are answered, 'D' others, 'a' administration, 'q' the end.
+/// `finish_frame` fills in its length once the payload stands behind it.
 [[nodiscard]] std::size_t begin_frame(std::vector<std::uint8_t>& out, char key);
 void finish_frame(std::vector<std::uint8_t>& out, std::size_t begun);
 
