@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -362,6 +363,7 @@ class Verifying {
                        grouped(graph.edges.size()),
                        graph.complete ? "complete" : fmt::format("up to tick {}: {}", graph.complete_to, graph.limit),
                        result_.explored_s);
+    if (!graph.grows.empty()) out += fmt::format("            most values had {}\n", graph.grows);
     std::size_t width = 0;
     for (const auto& judgement : result_.judgements) width = std::max(width, judgement.requirement.size());
     for (const auto& judgement : result_.judgements) {
@@ -438,8 +440,11 @@ class Verifying {
     } else if (judgement.finding == verify::Finding::kHolds) {
       out = judgement.vacuous.empty() ? "holds" : "holds VACUOUSLY: " + judgement.vacuous;
       if (judgement.vacuous.empty()) out += fmt::format("    {} states with it", grouped(judgement.states));
+      if (judgement.vacuous.empty() && !judgement.never_seen.empty())
+        out += fmt::format("\n  never seen: {}", fmt::join(judgement.never_seen, ", "));
     } else {
-      out = fmt::format("not refuted up to tick {}", result_.graph.complete_to);
+      out = judgement.limit.empty() ? fmt::format("not refuted up to tick {}", result_.graph.complete_to)
+                                    : "not decided: " + judgement.limit;
     }
     if (!judgement.fair.empty() && judgement.finding == verify::Finding::kHolds) {
       std::string fair;
@@ -472,12 +477,17 @@ class Verifying {
       Map one{{"name", judgement.requirement},
               {"verdict", to_string(judgement.finding)},
               {"vacuous", !judgement.vacuous.empty()},
-              {"complete", graph.complete},
+              {"complete", graph.complete && judgement.limit.empty()},
               {"states", static_cast<std::int64_t>(judgement.states)},
               {"first_violation", Value()},
               {"counterexample", Value()},
               {"probability", Value()}};
       if (!judgement.vacuous.empty()) one["vacuous_because"] = judgement.vacuous;
+      if (!judgement.never_seen.empty()) {
+        List never_seen;
+        for (const std::string& what : judgement.never_seen) never_seen.emplace_back(what);
+        one["never_seen"] = std::move(never_seen);
+      }
       if (!judgement.error.empty()) one["error"] = judgement.error;
       List fair;
       for (const std::string& name : judgement.fair) fair.emplace_back(name);
@@ -534,6 +544,7 @@ class Verifying {
     }
     Map limits{{"complete_to_tick", static_cast<std::int64_t>(graph.complete_to)}, {"same_hash", same_hash(asked)}};
     if (!graph.complete) limits["ended_by"] = graph.limit;
+    if (!graph.grows.empty()) limits["most_values"] = graph.grows;
     return Map{
         {"tool", "sentree verify"},
         {"version", SENTREE_VERSION},
@@ -557,14 +568,16 @@ class Verifying {
   int code() const {
     bool refuted = false;
     bool error = false;
+    bool unknown = !result_.graph.complete;
     for (const auto& judgement : result_.judgements) {
+      unknown = unknown || judgement.finding == verify::Finding::kUnknown;
       refuted = refuted || judgement.finding == verify::Finding::kRefuted || !judgement.vacuous.empty();
       error = error || !judgement.error.empty();
     }
     if (error) return kInvalidInput;
     if (refuted) return kFindings;
     if (is_interrupted()) return kInterrupted;
-    return result_.graph.complete ? kOk : kTimeLimit;
+    return unknown ? kTimeLimit : kOk;
   }
 
   const VerifyCommand& command_;

@@ -274,11 +274,9 @@ Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Out
   return done;
 }
 
-void PartMemory::each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const {
-  for (const Kept& kept : tables_->kept) {
-    if (const auto* const skill = std::get_if<SkillState>(kept.state.get())) visit(kept.part, skill->session);
-    if (const auto* const model = std::get_if<ModelState>(kept.state.get())) visit(kept.part, model->session);
-  }
+void PartMemory::each_state(
+    const std::function<void(std::size_t part, const PartState&, std::optional<Duration> wake)>& visit) const {
+  for (const Kept& kept : tables_->kept) visit(kept.part, *kept.state, kept.wake);
 }
 
 void PartMemory::settle(Run& run) {

@@ -27,6 +27,8 @@
 
 namespace sentree::mission {
 
+using PartState = std::variant<TreeState, SkillState, ModelState>;
+
 /// Runs in virtual time as `VirtualHost` does, but each state of a part is a number, and a step of a part is looked up:
 /// the machines are asked once for each state, delivery and answers of what the step asks. A run is a few numbers.
 ///
@@ -162,7 +164,8 @@ class PartMemory final : private Ground {
   }
 
   /// Every session of a part, by its index among leaves, then models, in any state that was found.
-  void each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const;
+  void each_state(
+      const std::function<void(std::size_t part, const PartState&, std::optional<Duration> wake)>& visit) const;
 
   /// Brings every part to now, and leaves out what can have no effect any more.
   void settle(Run& run);
@@ -182,7 +185,6 @@ class PartMemory final : private Ground {
  private:
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  using PartState = std::variant<TreeState, SkillState, ModelState>;
   // A state of a part as it was found first, at a time that means nothing but what its own times are relative to.
   struct Kept {
     std::unique_ptr<const PartState> state;

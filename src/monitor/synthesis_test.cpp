@@ -252,6 +252,30 @@ TEST(Unknown, DecidesNothing) {
               ElementsAre(at(1002)));
 }
 
+TEST(Unknown, AreNotEqualToEachOther) {
+  const auto two = [](const std::string& condition) {
+    auto file = parse_requirements("let x = reply(s.a)\nlet y = reply(s.b)\nR: never " + condition + ".");
+    const Model model = *Model::make(file.value->requirements.at(0)).value;
+    State state = start(model, {});
+    std::vector<std::size_t> violations;
+    std::size_t number = 0;
+    for (const auto& [name, value] : std::vector<std::pair<std::string, Value>>{
+             {"s.a.reply", Value()}, {"s.b.reply", Value()}, {"s.a.reply", 7}, {"s.b.reply", 7}}) {
+      Message m;
+      m.time = at(static_cast<int>(++number));
+      m.name = name;
+      m.data = value.is_null() ? Map{} : Map{{"result", value}};
+      for (const Decision& decision : observe(model, state, m)) {
+        if (decision.verdict == Verdict::kViolated) violations.push_back(number);
+      }
+    }
+    return violations;
+  };
+  EXPECT_THAT(two("x = y"), ElementsAre(4));
+  EXPECT_THAT(two("x - y = 0"), ElementsAre(4));
+  EXPECT_THAT(two("(x = y or x = 8)"), ElementsAre(4));
+}
+
 // ---- Verdicts ----
 
 TEST(Verdicts, AreIrrevocableUnlessReArming) {

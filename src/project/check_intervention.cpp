@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sentree/idl/conform.h"
 
@@ -102,8 +103,11 @@ class Check {
     Names names;
     for (const SteeredPart& part : parts_of(scope_)) names.push_back(part.name);
     if (contains(names, wanted)) return {};
-    std::string why =
-        fmt::format("nothing of this run that can be killed is called \"{}\"{}", wanted, did_you_mean(wanted, names));
+    std::string way_out = did_you_mean(wanted, names);
+    constexpr std::size_t kShownMax = 8;
+    if (way_out.empty() && !names.empty() && names.size() <= kShownMax)
+      way_out = fmt::format("; there are {}", fmt::join(names, ", "));
+    std::string why = fmt::format("nothing of this run that can be killed is called \"{}\"{}", wanted, way_out);
     if (scope_.monitors != nullptr) {
       for (const monitor::Model& monitor : *scope_.monitors) {
         if (monitor.name() == wanted)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sentree/base/json.h"
 #include "sentree/project/yaml_reader.h"
@@ -51,7 +52,7 @@ std::string times(std::uint64_t count) {
 void check_status(YamlReader& reader, const std::string& status, const std::vector<std::string>& statuses) {
   if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
   reader.error(reader.span("status"), "scenario.status",
-               fmt::format("there is no status \"{}\"{}", status, did_you_mean(status, statuses)));
+               fmt::format("there is no status \"{}\"; it is one of {}", status, fmt::join(statuses, ", ")));
 }
 
 // Of each kind: how it is read, what an entry says of it, whom it concerns, and how it is told in one line.

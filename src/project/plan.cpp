@@ -114,7 +114,9 @@ class Preparation {
               entry.serves_span);
         } else if (const auto other = served.emplace(name, entry.name); !other.second) {
           add("check.model",
-              fmt::format("service \"{}\" is served by two models, {} and {}", name, other.first->second, entry.name),
+              other.first->second == entry.name ? fmt::format("model \"{}\" serves \"{}\" twice", entry.name, name)
+                                                : fmt::format("service \"{}\" is served by two models, {} and {}", name,
+                                                              other.first->second, entry.name),
               entry.serves_span);
         } else if (service->at == "model") {
           serves.push_back(name);

@@ -180,11 +180,16 @@ void read_fault_section(const text::YamlNode& node, VerifySection& verify, Diagn
   if (any_of == nullptr) return;
   for (const text::YamlNode& entry : any_of->items) {
     YamlReader fault(entry, "fault", diagnostics);
-    Intervention what = read_intervention(fault, entry, diagnostics);
-    const bool can_be_tried = std::holds_alternative<intervention::Kill>(what) ||
-                              (stands(what) && !std::holds_alternative<intervention::Breakpoint>(what));
-    if (!can_be_tried) {
+    std::size_t words = 0;
+    for (const char* const word : {"kill", "delay", "falsify", "force", "unreachable", "late"})
+      words += fault.node(word) != nullptr ? 1U : 0U;
+    if (words != 1) {
       fault.error(entry.span, "project.verify", "a fault is one of kill, delay, falsify, force, unreachable and late");
+      continue;
+    }
+    Intervention what = read_intervention(fault, entry, diagnostics);
+    if (std::find(verify.faults.begin(), verify.faults.end(), what) != verify.faults.end()) {
+      fault.error(entry.span, "project.verify", "this fault is named twice; one and the same stands once at a time");
       continue;
     }
     verify.faults.push_back(std::move(what));

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sentree/project/project.h"
 #include "sentree/project/variant.h"
@@ -18,8 +19,12 @@ YamlReader::YamlReader(const text::YamlNode& node, std::string what, Diagnostics
 YamlReader::~YamlReader() {
   for (const auto& [key, value] : node_.entries) {
     if (std::find(known_.begin(), known_.end(), key.scalar) != known_.end()) continue;
-    error(key.span, "project.unknown-key",
-          fmt::format("{} has no key \"{}\"{}", what_, key.scalar, did_you_mean(key.scalar, known_)));
+    std::string way_out = did_you_mean(key.scalar, known_);
+    // Where nothing is like it, what there is, if one can take it in at a glance.
+    constexpr std::size_t kShownMax = 8;
+    if (way_out.empty() && !known_.empty() && known_.size() <= kShownMax)
+      way_out = fmt::format("; it can have {}", fmt::join(known_, ", "));
+    error(key.span, "project.unknown-key", fmt::format("{} has no key \"{}\"{}", what_, key.scalar, way_out));
   }
 }
 

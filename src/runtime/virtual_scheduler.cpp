@@ -234,7 +234,7 @@ class VirtualScheduler final : public Scheduler {
     if (which == 0) return;
     // It takes the place of the first; those between move one back.
     const auto chosen = std::find(due.begin(), due.end(), first[which]);
-    for (auto at = chosen; at != due.begin(); --at) std::swap((*at)->order, (*std::prev(at))->order);
+    for (auto at = chosen; at != due.begin(); --at) std::swap((*chosen)->order, (*std::prev(at))->order);
     std::make_heap(queue_.begin(), queue_.end(), Later());
   }
 

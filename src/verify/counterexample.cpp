@@ -44,10 +44,18 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
   std::map<std::string, std::uint64_t> numbers;
   std::map<std::string, std::uint64_t> standing;  // faults, by what they say
   std::uint64_t last_id = 0;
+  const auto stands_now = [&](const project::Intervention& what) {
+    if (project::stands(what)) standing[to_json(Value(project::to_entry(what)))] = ++last_id;
+  };
+  // What the scenario does itself has numbers too.
+  for (const project::DelayFault& delay : scenario.delays)
+    stands_now(project::intervention::Delay{.message = delay.message, .by = delay.by});
+  auto own = scenario.timeline.begin();
   std::uint64_t orders = 0;
   const auto edges = unrolled(*judgement.path);
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const TimePoint tick_time = TimePoint{} + graph.period * static_cast<std::int64_t>(i);
+    for (; own != scenario.timeline.end() && own->at <= tick_time; ++own) stands_now(own->what);
     for (const Made& decision : graph.decisions[graph.edges[edges[i]].made]) {
       if (decision.kind == Made::Kind::kOrder) {
         ++orders;
@@ -65,8 +73,8 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
             what = project::intervention::Restart{std::string(kill->part)};
           else
             what = project::intervention::Clear{standing[point.value]};
-        } else if (project::stands(*what)) {
-          standing[point.value] = ++last_id;
+        } else {
+          stands_now(*what);
         }
         made.timeline.push_back({.at = tick_time, .what = *what, .source = "scenario", .span = {}});
         continue;

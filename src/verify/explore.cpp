@@ -37,6 +37,7 @@ class Explorer {
     Graph& graph = periods_.graph();
     for (std::uint32_t at = 0; at < graph.nodes.size(); ++at) {
       graph.limit = limit(graph.nodes[at].depth);
+      graph.complete_to = graph.nodes[at].depth;  // of those before all is known
       if (!graph.limit.empty()) break;
       if (at >= ahead_end_) go_ahead(at);
       graph.nodes[at].first_edge = static_cast<std::uint32_t>(graph.edges.size());
@@ -46,16 +47,18 @@ class Explorer {
       }
       // How likely something is can depend on any order.
       if (graph.reduced && graph.probabilistic) return std::move(graph);
+      // Some ways of a state are no ways of it: what is drawn there would be drawn from too little.
+      if (!graph.limit.empty()) graph.edges.resize(graph.nodes[at].first_edge);
       graph.nodes[at].edges = static_cast<std::uint32_t>(graph.edges.size()) - graph.nodes[at].first_edge;
       if (!graph.limit.empty()) break;
-      graph.complete_to = graph.nodes[at].depth + 1;
       periods_.drop();
       if (options_.progress && at % 1024 == 0) options_.progress(graph.nodes.size(), graph.edges.size());
     }
     graph.complete = graph.limit.empty();
-    // What grows without end, most likely.
-    if (graph.limit == kMemory || graph.limit.ends_with(" states")) {
-      if (const std::string most = periods_.most_varied(3); !most.empty()) graph.limit += "; most values had " + most;
+    if (graph.complete) graph.complete_to = graph.nodes.back().depth + 1;
+    // What grows without end, most likely; of ticks somebody wanted so many.
+    if (!graph.complete && !graph.limit.ends_with(" ticks")) {
+      graph.grows = periods_.most_varied(3);
     }
     return std::move(graph);
   }

@@ -64,10 +64,17 @@ class Executing final : public Frontier {
   }
   const mission::ModelState& model(std::size_t index) const override { return run_.models[index]; }
   Result<void> inject(const project::Intervention& what) override { return host_.inject(run_, what, surroundings_); }
-  void each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const override {
+  void each_state(const Visit& visit) const override {
     for (const mission::State& state : states_) {
-      for (std::size_t i = 0; i < state.skills.size(); ++i) visit(i, state.skills[i].session);
-      for (std::size_t i = 0; i < state.models.size(); ++i) visit(state.skills.size() + i, state.models[i].session);
+      const auto wake = [&](const scxml::Session& session) -> std::optional<Duration> {
+        if (session.status() == scxml::SessionStatus::kNew || session.next_timer() == kNever) return std::nullopt;
+        return session.next_timer() - state.now;
+      };
+      const std::size_t skills = state.skills.size();
+      for (std::size_t i = 0; i < skills; ++i) visit(i, state.skills[i], wake(state.skills[i].session));
+      for (std::size_t i = 0; i < state.models.size(); ++i)
+        visit(skills + i, state.models[i], wake(state.models[i].session));
+      visit(skills + state.models.size(), state.tree, std::nullopt);
     }
   }
   std::uint64_t bytes() const override {
@@ -165,9 +172,7 @@ class Remembering final : public Frontier {
   }
   const mission::ModelState& model(std::size_t index) const override { return memory_->model(run_, index); }
   Result<void> inject(const project::Intervention& what) override { return memory_->inject(run_, what, outside_); }
-  void each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const override {
-    memory_->each_session(visit);
-  }
+  void each_state(const Visit& visit) const override { memory_->each_state(visit); }
   std::uint64_t bytes() const override { return memory_->bytes() + waiting_.capacity() * sizeof(std::uint32_t); }
 
  private:

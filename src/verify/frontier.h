@@ -61,9 +61,10 @@ class Frontier {
   [[nodiscard]] virtual const mission::ModelState& model(std::size_t index) const = 0;
   virtual Result<void> inject(const project::Intervention& what) = 0;
 
-  /// Sessions by the index of their part among leaves, then models: of all states that were found, or of those that are
-  /// kept, if the others are not known any more.
-  virtual void each_session(const std::function<void(std::size_t part, const scxml::Session&)>& visit) const = 0;
+  /// States of parts by the index of their part among leaves, then models, then the tree, each with the time until a
+  /// timer of it rings: all that were found, or those that are kept, if the others are not known any more.
+  using Visit = std::function<void(std::size_t part, const mission::PartState&, std::optional<Duration> wake)>;
+  virtual void each_state(const Visit& visit) const = 0;
   /// About.
   [[nodiscard]] virtual std::uint64_t bytes() const = 0;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,12 +31,13 @@ struct Path {
 struct Judgement {
   std::string requirement;
   Finding finding = Finding::kUnknown;
-  std::uint64_t states = 0;  ///< Of mission and monitor together.
-  std::optional<Path> path;  ///< If refuted: one of the shortest behaviours that show it.
-  TimePoint at{};            ///< When it is violated on that path.
-  std::string observation;   ///< Name of what violates it; empty: time that passed, or a loop.
-  std::string state;         ///< Of the monitor, then.
-  std::string vacuous;       ///< Why it says nothing that it holds; empty: it was put to the test.
+  std::uint64_t states = 0;             ///< Of mission and monitor together.
+  std::optional<Path> path;             ///< If refuted: one of the shortest behaviours that show it.
+  TimePoint at{};                       ///< When it is violated on that path.
+  std::string observation;              ///< Name of what violates it; empty: time that passed, or a loop.
+  std::string state;                    ///< Of the monitor, then.
+  std::string vacuous;                  ///< Why it says nothing that it holds; empty: it was put to the test.
+  std::vector<std::string> never_seen;  ///< Observations that it speaks of, besides others, and that never come.
   /// A bounded obligation can be open when the mission ends, on this path: no violation.
   std::optional<Path> can_stay_open;
   std::vector<std::string> fair;  ///< Choices whose fairness it rests on: "MODEL.NAME".
@@ -50,6 +52,7 @@ struct Judgement {
   std::optional<Probability> least;
   std::optional<Probability> greatest;
   std::string error;  ///< It could not be judged.
+  std::string limit;  ///< Why it is unknown though everything was explored; empty: it is not.
 };
 
 struct JudgeOptions {
@@ -57,6 +60,7 @@ struct JudgeOptions {
   std::vector<std::string> fair;
   bool all_fair = false;
   bool probabilities = true;
+  std::function<bool()> interrupted;  ///< What is not decided then stays unknown; may be empty.
 };
 
 /// Steps a monitor along the graph: each of its states with each state of the mission once, breadth first. Obligations

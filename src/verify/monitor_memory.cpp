@@ -11,8 +11,42 @@ namespace sentree::verify {
 using monitor::Core;
 using monitor::Verdict;
 
+namespace {
+
+// Whether something can be owed for ever. Of what must be kept the end need not come, and between two events only what
+// is closed counts.
+bool can_owe_for_ever(const monitor::Model& model) {
+  if (model.origin() == nullptr) return false;
+  const monitor::Requirement& of = model.origin()->requirement;
+  const bool wants = of.pattern == monitor::Pattern::kEventually || of.pattern == monitor::Pattern::kRespond;
+  return wants && !of.bound && of.scope.kind != monitor::Scope::Kind::kBetween;
+}
+
+bool has_scope(const monitor::Model& model) {
+  if (model.origin() == nullptr) return false;
+  const auto& situations = model.origin()->situations;
+  return std::any_of(situations.begin(), situations.end(), [](const monitor::Situation& situation) {
+    return situation.role == monitor::Situation::Role::kOutside;
+  });
+}
+
+// Of its scope, or its assumption is broken.
+bool is_outside(const monitor::Model& model, const Core& core) {
+  const auto& situations = model.origin()->situations;
+  return std::any_of(situations.begin(), situations.end(), [&](const monitor::Situation& situation) {
+    const auto state = model.chart().find(situation.state);
+    return situation.role == monitor::Situation::Role::kOutside && state && core.session.is_active(*state);
+  });
+}
+
+}  // namespace
+
 MonitorMemory::MonitorMemory(const Graph& graph, const monitor::Model& model)
-    : graph_(graph), model_(model), dispatch_(std::span<const monitor::Model>(&model, 1)) {}
+    : graph_(graph),
+      model_(model),
+      dispatch_(std::span<const monitor::Model>(&model, 1)),
+      can_owe_for_ever_(can_owe_for_ever(model)),
+      inside_(!has_scope(model)) {}
 
 std::optional<std::uint32_t> MonitorMemory::begin() {
   return intern(monitor::begin(model_, TimePoint{}), TimePoint{}, false);
@@ -64,7 +98,7 @@ std::optional<std::uint32_t> MonitorMemory::intern(Core core, TimePoint at, bool
     bytes_ += sizeof(Kept) + 6 * form_.size() + 500;
     cores_.push_back({.core = std::move(core),
                       .at = at,
-                      .owes = undecided && standing.pending && !bounded,
+                      .owes = undecided && standing.pending && can_owe_for_ever_,
                       .owes_until = undecided && standing.pending && bounded,
                       .violated = violated});
   }
@@ -72,9 +106,7 @@ std::optional<std::uint32_t> MonitorMemory::intern(Core core, TimePoint at, bool
 }
 
 bool MonitorMemory::owes_without_bound(const Core& core) const {
-  if (core.verdict != Verdict::kUndecided) return false;
-  const monitor::Standing standing = monitor::standing(model_, core);
-  return standing.pending && !standing.deadline && standing.counted.empty();
+  return can_owe_for_ever_ && core.verdict == Verdict::kUndecided && monitor::standing(model_, core).pending;
 }
 
 const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint32_t heard, Duration period) {
@@ -108,6 +140,7 @@ const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint
     message_.time = begin + seen.after;
     take(monitor::step(model_, stepped, message_), seen.after, message_.name);
     owed_ = owed_ || monitor::standing(model_, stepped).pending;
+    inside_ = inside_ || !is_outside(model_, stepped);
     if (!owes_without_bound(stepped)) outcome.discharged = true;
   }
   until(begin + period);

@@ -82,13 +82,16 @@ class BruteForce final : public mission::Surroundings {
     return taken;
   }
 
-  // Before a tick one of the faults may come, or go.
+  // Before a tick faults may go, in their order, and then others come.
   Result<void> fault(mission::VirtualHost& host, mission::State& state) {
     using namespace project::intervention;
-    std::vector<project::Intervention> possible;
-    std::size_t stand = 0;
-    for (const bool ends : {true, false}) {
-      for (const project::Intervention& one : options_.faults) {
+    const std::size_t count = options_.faults.size();
+    for (std::size_t from = 0;;) {
+      std::vector<std::pair<std::size_t, project::Intervention>> possible;
+      std::size_t stand = 0;
+      for (std::size_t number = 0; number < 2 * count; ++number) {
+        const bool ends = number < count;
+        const project::Intervention& one = options_.faults[number % count];
         project::Intervention end;
         bool stands = false;
         if (const auto* kill = std::get_if<Kill>(&one)) {
@@ -104,17 +107,16 @@ class BruteForce final : public mission::Surroundings {
             end = Clear{standing.id};
           }
         }
-        if (ends && stands) {
-          ++stand;
-          possible.push_back(end);
-        } else if (!ends && !stands && stand < options_.faults_at_most) {
-          possible.push_back(one);
-        }
+        if (ends && stands) ++stand;
+        if (number < from || stands != ends || (!ends && stand >= options_.faults_at_most)) continue;
+        possible.emplace_back(number, ends ? end : one);
       }
+      if (possible.empty()) return {};
+      const std::size_t taken = decide(possible.size() + 1);
+      if (taken == 0) return {};
+      if (auto done = host.inject(state, possible[taken - 1].second, *this); !done) return done;
+      from = possible[taken - 1].first + 1;
     }
-    if (possible.empty()) return {};
-    const std::size_t taken = decide(possible.size() + 1);
-    return taken == 0 ? Result<void>() : host.inject(state, possible[taken - 1], *this);
   }
 
   void observed(const Message& message) override {

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <map>
 #include <utility>
 
 #include "sentree/project/intervention.h"
+#include "sentree/verify/growth.h"
 #include "sentree/verify/period.h"
 
 namespace sentree::verify {
@@ -110,26 +112,7 @@ std::uint64_t Periods::bytes() const {
          frontier_->bytes() + kept_bytes_;
 }
 
-std::string Periods::most_varied(std::size_t count) const {
-  std::map<std::string, std::set<std::string>> values;
-  frontier_->each_session([&](std::size_t part, const scxml::Session& session) {
-    if (session.status() == scxml::SessionStatus::kNew) return;
-    const bool is_leaf = part < plan_.leaves.size();
-    const scxml::Chart& chart = is_leaf ? *plan_.leaves[part].chart : plan_.models[part - plan_.leaves.size()].chart;
-    session.visit_data(chart, [&](const std::string& name, const Value& value) {
-      values[fmt::format("{}.{}", graph_.parts[part], name)].insert(to_json(value));
-    });
-  });
-  std::vector<std::pair<std::size_t, std::string>> most;
-  for (const auto& [name, of] : values) {
-    if (of.size() > 1) most.emplace_back(of.size(), name);
-  }
-  std::stable_sort(most.begin(), most.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  if (most.size() > count) most.resize(count);
-  std::string text;
-  for (const auto& [size, name] : most) text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", name, size);
-  return text;
-}
+std::string Periods::most_varied(std::size_t count) const { return verify::most_varied(plan_, *frontier_, count); }
 
 // ---- what is decided
 
@@ -157,8 +140,10 @@ std::uint64_t Periods::decide_choice(const mission::Choice& choice) {
   return decide(Made::Kind::kChoice, choice.count, &choice);
 }
 
-// Before the tick of a period: a fault that comes or goes.
-std::vector<Periods::Possible> Periods::possible_faults(const Options& options, const Frontier& frontier) {
+// Before the tick of a period: faults that go, then faults that come, from the one with the number `from` on; those
+// that come are numbered behind all that may go.
+std::vector<Periods::Possible> Periods::possible_faults(const Options& options, const Frontier& frontier,
+                                                        std::size_t from) {
   std::vector<Possible> possible;
   const auto standing = frontier.faults().list();
   std::size_t stand = 0;
@@ -169,10 +154,12 @@ std::vector<Periods::Possible> Periods::possible_faults(const Options& options, 
     const auto* kill = std::get_if<Kill>(&fault);
     if (kill != nullptr ? !frontier.is_down(kill->part) : found == standing.end()) continue;
     ++stand;
+    if (i < from) continue;
     project::Intervention end = kill != nullptr ? project::Intervention(Restart{kill->part}) : Clear{found->id};
     possible.push_back({std::move(end), i, true});
   }
   for (std::size_t i = 0; i < options.faults.size() && stand < options.faults_at_most; ++i) {
+    if (options.faults.size() + i < from) continue;
     const project::Intervention& fault = options.faults[i];
     const bool stands = std::any_of(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
     const auto* kill = std::get_if<Kill>(&fault);
@@ -189,13 +176,17 @@ ChoicePoint Periods::point_of(const Possible& fault) const {
 
 Result<void> Periods::fault() {
   if (options_.faults.empty()) return {};
-  const std::vector<Possible> possible = possible_faults(options_, *frontier_);
-  if (possible.empty()) return {};
-  graph_.nondeterministic = true;
-  const std::uint32_t taken = decide(Made::Kind::kFault, possible.size() + 1);
-  if (taken == 0) return {};
-  made_.back().what = intern_choice(point_of(possible[taken - 1]));
-  return frontier_->inject(possible[taken - 1].what);
+  for (std::size_t from = 0;;) {
+    const std::vector<Possible> possible = possible_faults(options_, *frontier_, from);
+    if (possible.empty()) return {};
+    graph_.nondeterministic = true;
+    const std::uint32_t taken = decide(Made::Kind::kFault, possible.size() + 1);
+    if (taken == 0) return {};
+    const Possible& fault = possible[taken - 1];
+    made_.back().what = intern_choice(point_of(fault));
+    if (auto injected = frontier_->inject(fault.what); !injected) return injected;
+    from = fault.number(options_) + 1;
+  }
 }
 
 std::string Periods::key_of(const ChoicePoint& point) {
@@ -428,8 +419,13 @@ Hash128 Periods::hash_of(const std::vector<Seen>& all, std::vector<std::uint32_t
 
 Hash128 Periods::hash_of(const std::vector<Made>& all, std::vector<std::uint32_t>& words) {
   words.clear();
-  for (const Made& made : all)
-    words.insert(words.end(), {static_cast<std::uint32_t>(made.kind), made.alternative, made.count, made.what});
+  for (const Made& made : all) {
+    // What is called alike may be drawn with another probability elsewhere.
+    const auto probability = std::bit_cast<std::uint64_t>(made.probability);
+    words.insert(words.end(),
+                 {static_cast<std::uint32_t>(made.kind), made.alternative, made.count, made.what,
+                  static_cast<std::uint32_t>(probability), static_cast<std::uint32_t>(probability >> 32U)});
+  }
   return hash128({reinterpret_cast<const char*>(words.data()), words.size() * sizeof(std::uint32_t)});
 }
 

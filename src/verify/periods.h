@@ -94,7 +94,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   [[nodiscard]] std::uint32_t keep_seen();
   [[nodiscard]] std::uint32_t keep_made();
 
-  /// The data of charts that had most values, at most `count`: "robot.level (41,022)". As far as `Frontier` knows.
+  /// See `verify::most_varied`.
   [[nodiscard]] std::string most_varied(std::size_t count) const;
 
   [[nodiscard]] Graph& graph() { return graph_; }
@@ -121,8 +121,13 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
     project::Intervention what;
     std::size_t fault = 0;
     bool ends = false;
+    /// Those that may go come before those that may come.
+    [[nodiscard]] std::size_t number(const Options& options) const {
+      return ends ? fault : options.faults.size() + fault;
+    }
   };
-  [[nodiscard]] static std::vector<Possible> possible_faults(const Options& options, const Frontier& frontier);
+  [[nodiscard]] static std::vector<Possible> possible_faults(const Options& options, const Frontier& frontier,
+                                                             std::size_t from);
   [[nodiscard]] ChoicePoint point_of(const Possible& fault) const;
   [[nodiscard]] static std::string key_of(const ChoicePoint& point);
   static Hash128 hash_of(const std::vector<Seen>& seen, std::vector<std::uint32_t>& words);

@@ -24,6 +24,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::Pair;
+using ::testing::StartsWith;
 
 const std::string kHead = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
 
@@ -263,6 +264,25 @@ TEST_F(Verify, TriesCallsThatAreUnreachableOrLate) {
   }
 }
 
+TEST_F(Verify, EndsFaultsByTheirNumberBesideThoseOfTheScenario) {
+  tree(
+      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
+      "</RetryUntilSuccessful>");
+  model("5");
+  requirements("stays \"What is wrong stays so.\": after said = 1, never said = 5.\n");
+  const project::Plan plain = plan("verify: {faults: {any_of: [{falsify: {call: door.ask, value: 1}}]}}\n");
+  project::Scenario scenario = plain.scenario;
+  scenario.delays.push_back({.message = "door.ask.reply", .by = std::chrono::milliseconds(10), .span = {}});
+  const auto delayed = project::prepare(std::move(scenario));
+  ASSERT_TRUE(delayed.ok()) << to_string(delayed.diagnostics.front());
+  Asked asked;
+  asked.explore.faults = plain.scenario.project.verify.faults;
+  const Verification found = verify(*delayed.value, asked);
+  ASSERT_THAT(found.errors, IsEmpty());
+  ASSERT_EQ(found.judgements.front().finding, Finding::kRefuted);
+  EXPECT_EQ(verdict_of(found, *delayed.value), monitor::Verdict::kViolated);
+}
+
 TEST_F(Verify, RefusesWhatNeverComesAgain) {
   model("Math.random() &lt; 0.5 ? 1 : 6");
   requirements("small \"It says little.\": always said <= 6.\n");
@@ -380,10 +400,53 @@ TEST_F(Verify, SaysWhatGrowsWithoutEnd) {
   requirements("small \"It says little.\": always said <= 1000000.\n");
   Asked asked;
   asked.explore.states = 50;
-  EXPECT_THAT(verify(plan(), asked).graph.limit, HasSubstr("the limit of 50 states; most values had keeper.asked ("));
+  const Graph counts = verify(plan(), asked).graph;
+  EXPECT_EQ(counts.limit, "the limit of 50 states");
+  EXPECT_THAT(counts.grows,
+              AllOf(StartsWith("keeper.asked ("), HasSubstr("count no further than anybody tells apart")));
+  asked.explore.states = 1'000'000;
+  asked.explore.interrupted = [looks = 0]() mutable { return ++looks > 100; };
+  EXPECT_THAT(verify(plan(), asked).graph.grows, StartsWith("keeper.asked ("));
   asked.explore = {};
   asked.explore.ticks = 20;
-  EXPECT_EQ(verify(plan(), asked).graph.limit, "the limit of 20 ticks") << "which somebody wanted";
+  EXPECT_EQ(verify(plan(), asked).graph.grows, "") << "somebody wanted so many";
+
+  asked.explore.ticks = UINT64_MAX;
+  asked.explore.states = 50;
+  model("fresh() * 0 + 1");
+  EXPECT_THAT(verify(plan(), asked).graph.grows, StartsWith("fresh() of keeper ("));
+  write("models/door.scxml", kHead + R"(initial="there"><state id="there"><transition event="door.ask.request">
+  <send event="later" delay="3600s"/><send type="thrift" target="door" event="ask.reply"><param name="result" expr="1"/></send>
+  </transition></state></scxml>)");
+  EXPECT_THAT(verify(plan(), asked).graph.grows,
+              AllOf(HasSubstr("the number of delayed <send>s of keeper ("), HasSubstr("what is left of a delay")));
+  model("1");
+  tree(
+      "<Sequence><Script code=\"n := 0\"/><KeepRunningUntilFailure><Sequence><Sleep msec=\"100\"/>"
+      "<Script code=\"n := n + 1\"/><ForceSuccess><Condition ID=\"Ask\"/></ForceSuccess></Sequence>"
+      "</KeepRunningUntilFailure></Sequence>");
+  EXPECT_THAT(verify(plan(), asked).graph.grows, StartsWith("the blackboard's n ("));
+}
+
+TEST_F(Verify, IsCompleteToWhereEveryBehaviourIsKnown) {
+  tree(
+      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
+      "</RetryUntilSuccessful>");
+  // Each tick has ten times the states of the one before.
+  write("models/door.scxml", kHead + R"(initial="there"><datamodel><data id="n" expr="0"/></datamodel><state id="there">
+  <transition event="door.ask.request"><assign location="n" expr="n * 10 + between(0, 9)" /
+                                 > <send type = "thrift" target = "door" event = "ask.reply">
+                                 <param name = "result" expr = "1" /></ send></ transition></ state></ scxml>) ");
+      requirements("small \"It says little.\": always said <= 1.\n");
+  Asked asked;
+  asked.explore.states = 500;
+  const Graph graph = verify(plan(), asked).graph;
+  EXPECT_EQ(graph.limit, "the limit of 500 states");
+  std::size_t known = 0;
+  for (const Graph::Node& node : graph.nodes) known += node.depth < graph.complete_to ? 1U : 0U;
+  std::size_t gone_on = 0;
+  while (gone_on < graph.nodes.size() && graph.nodes[gone_on].edges > 0) ++gone_on;
+  EXPECT_LE(known, gone_on) << "from each of them every way on is known";
 }
 
 TEST_F(Verify, AnyOrderReachesWhatVirtualTimeReaches) {

@@ -1,0 +1,422 @@
+// Small projects whose verdicts somebody has worked out by hand: why is said beside each. Every one is explored with a
+// memory of steps and executed step by step, and what is refuted is run again.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sentree/base/temporary_folder.h"
+#include "sentree/text/file.h"
+#include "sentree/verify/verify.h"
+
+namespace sentree::verify {
+namespace {
+
+struct Expected {
+  std::string requirement;
+  std::string verdict;                         // holds, vacuous, refuted; "@0.3" behind it: at that time [s]
+  std::optional<std::pair<double, double>> p;  // that it is violated: least and greatest
+};
+
+struct Known {
+  std::string name;
+  std::string why;
+  std::string tree;
+  std::string model;  // inside of the chart that serves d; MODEL(…) below
+  std::string requirements;
+  std::vector<Expected> expected;
+  std::string yaml = "";
+  bool all_fair = false;
+  std::string other_model = "";  // that serves e
+};
+
+std::string chart(const std::string& inside) {
+  return "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">" + inside +
+         "</scxml>\n";
+}
+
+// A skill that calls SERVICE.ask and succeeds with 6.
+std::string asks(const std::string& service) {
+  return chart("<state id=\"a\"><onentry><send type=\"thrift\" target=\"" + service + "\" event=\"ask\"/></onentry>" +
+               "<transition event=\"" + service +
+               ".ask.reply\" cond=\"_event.data.result === 6\" target=\"success\"/>" + "<transition event=\"" +
+               service + ".ask.reply\" target=\"failure\"/>" + "<transition event=\"error " + service +
+               ".ask.error\" target=\"failure\"/></state><final id=\"success\"/><final id=\"failure\"/>");
+}
+
+std::string reply(const std::string& result, const std::string& service = "d") {
+  return "<send type=\"thrift\" target=\"" + service + "\" event=\"ask.reply\"><param name=\"result\" expr=\"" +
+         result + "\"/></send>";
+}
+
+// A model with numbers that are 0 to begin with, which on each question does something and answers.
+std::string answers(const std::string& does, const std::string& result, const std::string& service = "d") {
+  std::string data;
+  for (const char* const name : {"a", "b", "k"}) data += std::string("<data id=\"") + name + "\" expr=\"0\"/>";
+  return chart("<datamodel>" + data + "</datamodel><state id=\"t\"><transition event=\"" + service + ".ask.request\">" +
+               does + reply(result, service) + "</transition></state>");
+}
+
+std::string assign(const std::string& name, const std::string& value) {
+  return "<assign location=\"" + name + "\" expr=\"" + value + "\"/>";
+}
+
+// Asks at 0, 100, 200 ms … until there is a 6; again and again from 100 ms on; twice at once.
+const std::string kEachTick = "<ReactiveFallback><Condition ID=\"Ask\"/><Action ID=\"Hold\"/></ReactiveFallback>";
+const std::string kAgain =
+    "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
+    "</RetryUntilSuccessful>";
+const std::string kTwice = "<RetryUntilSuccessful num_attempts=\"2\"><Condition ID=\"Ask\"/></RetryUntilSuccessful>";
+const std::string kBoth =
+    "<ReactiveSequence><ForceSuccess><Condition ID=\"Ask\"/></ForceSuccess><ForceSuccess><Condition ID=\"AskE\"/>"
+    "</ForceSuccess><Action ID=\"Hold\"/></ReactiveSequence>";
+const std::string kOpens = "opens: eventually said = 6.\n";
+const std::string kNested = "pick('mode', 'skip', 'try') === 'try' &amp;&amp; pick('open', false, true) ? 6 : 1";
+const std::string kTwoFaults = "any_of: [{falsify: {call: d.ask, value: 1}}, {falsify: {call: e.ask, value: 1}}]}}\n";
+
+std::vector<Known> known() {
+  std::vector<Known> all;
+  // ---- order
+  Known orders{"ThreeAtOneInstant",
+               "Three timers ring at 50 ms, so the model counts them in each of the six orders.",
+               "<ParallelAll><Action ID=\"Later\" name=\"A\"/><Action ID=\"Later\" name=\"B\"/>"
+               "<Action ID=\"Later\" name=\"C\"/></ParallelAll>",
+               answers(assign("k", "k + 1"), "k"),
+               "let x = reply(d.ask from A)\nlet y = reply(d.ask from B)\nlet z = reply(d.ask from C)\n"
+               "same: never (x = y or y = z or x = z).\nfour: never x = 4.\n",
+               {{"same", "holds", {}}, {"four", "holds", {}}}};
+  for (const char* const one : {"123", "132", "213", "231", "312", "321"}) {
+    orders.requirements +=
+        std::string("p") + one + ": never (x = " + one[0] + " and y = " + one[1] + " and z = " + one[2] + ").\n";
+    orders.expected.push_back({std::string("p") + one, "refuted@0.05", {}});
+  }
+  all.push_back(std::move(orders));
+  // ---- time
+  all.push_back({"BoundsAreClosed",
+                 "Asked at 0, 100, 200 ms …; windows and bounds are closed.",
+                 kEachTick,
+                 answers("", "1"),
+                 "three: event(request(d.ask)) at most 3 times per 200 ms.\n"
+                 "two: event(request(d.ask)) at most 2 times per 200 ms.\n"
+                 "two199: event(request(d.ask)) at most 2 times per 199 ms.\n"
+                 "every100: event(request(d.ask)) at least every 100 ms.\n"
+                 "every99: event(request(d.ask)) at least every 99 ms.\n",
+                 {{"three", "holds", {}},
+                  {"two", "refuted@0.2", {}},
+                  {"two199", "holds", {}},
+                  {"every100", "holds", {}},
+                  {"every99", "refuted@0.099", {}}}});
+  all.push_back({"ScopesAndBounds",
+                 "1 at 100 ms, 2 at 200, 3 at 300, 0 at 400, and round again.",
+                 kAgain,
+                 answers(assign("k", "(k + 1) % 4"), "k"),
+                 "f: after said = 3, eventually said = 2 within 300 ms.\n"
+                 "g: after said = 3, eventually said = 2 within 299 ms.\n"
+                 "h: whenever said = 3, keep said != 2 for 299 ms.\ni: whenever said = 3, keep said != 2 for 300 ms.\n"
+                 "m: said = 1 precedes said = 2 by at most 100 ms.\nn: said = 1 precedes said = 2 by at most 99 ms.\n"
+                 "q: said = 1 holds for at least 99 ms.\nr: said = 1 holds for at least 100 ms.\n",
+                 {{"f", "holds", {}},
+                  {"g", "refuted@0.599", {}},
+                  {"h", "holds", {}},
+                  {"i", "refuted@0.6", {}},
+                  {"m", "holds", {}},
+                  {"n", "refuted@0.2", {}},
+                  {"q", "holds", {}},
+                  {"r", "refuted@0.6", {}}}});
+  all.push_back({"OpenForEver",
+                 "8 and 9 never come: what must be kept until then is kept, and between two events only what is closed "
+                 "counts; but what must come while a scope is open never does.",
+                 kAgain,
+                 answers(assign("k", "(k + 1) % 4"), "k"),
+                 "keep: whenever said = 1, keep said != 9 until said = 8.\n"
+                 "between_: between said = 1 and said = 8, never said = 3.\n"
+                 "until_: after said = 1 until said = 8, eventually said = 9.\n"
+                 "closed: between said = 1 and said = 3, eventually said = 0.\n"
+                 "open_: between said = 1 and said = 8, eventually said = 9.\n",
+                 {{"keep", "holds", {}},
+                  {"between_", "holds", {}},
+                  {"until_", "refuted", {}},
+                  {"closed", "refuted@0.3", {}},
+                  {"open_", "holds", {}}}});
+  // ---- vacuity
+  all.push_back({"Vacuous",
+                 "Nobody says 9, and nobody calls e.",
+                 kAgain,
+                 answers("", "pick('says', 1, 6)"),
+                 "let told = reply(e.ask)\n"
+                 "trigger: whenever said = 9, robot shall said = 6 within 1 s.\n"
+                 "scope: after said = 9, always said = 6.\nsegment: between said = 9 and said = 1, never said = 6.\n"
+                 "assumed: always said = 1 assuming said = 9.\nunseen: never told = 3.\n"
+                 "precedes_: said = 1 precedes event(reply(e.ask)).\n"
+                 "hidden: always (said <= 6 or told = 3).\nbefore_: before said = 9, always said <= 6.\n",
+                 {{"trigger", "vacuous", {}},
+                  {"scope", "vacuous", {}},
+                  {"segment", "vacuous", {}},
+                  {"assumed", "vacuous", {}},
+                  {"unseen", "vacuous", {}},
+                  {"precedes_", "vacuous", {}},
+                  {"hidden", "holds", {}},
+                  {"before_", "holds", {}}},
+                 "",
+                 false,
+                 answers("", "1", "e")});
+  // ---- fairness
+  all.push_back({"OfferedOnlyIfTried",
+                 "Who always skips is never offered to open, so no fairness of that helps.",
+                 kAgain,
+                 answers("", kNested),
+                 kOpens,
+                 {{"opens", "refuted", {}}},
+                 "verify: {fair: [m.open]}\n"});
+  all.push_back({"TriedAndNeverOpened",
+                 "Trying again and again, and never opening.",
+                 kAgain,
+                 answers("", kNested),
+                 kOpens,
+                 {{"opens", "refuted", {}}},
+                 "verify: {fair: [m.mode]}\n"});
+  all.push_back({"TriedAndOpened",
+                 "Tried again and again, so offered again and again, so opened.",
+                 kAgain,
+                 answers("", kNested),
+                 kOpens,
+                 {{"opens", "holds", {}}},
+                 "verify: {fair: [m.mode, m.open]}\n"});
+  all.push_back({"StrongFairness",
+                 "Offered at every second question, so never all the time, yet again and again.",
+                 kAgain,
+                 answers(assign("k", "1 - k") + "<if cond=\"k === 1\">" + assign("a", "pick('open', 1, 6)") +
+                             "<else/>" + assign("a", "2") + "</if>",
+                         "a"),
+                 kOpens,
+                 {{"opens", "holds", {}}},
+                 "verify: {fair: [m.open]}\n"});
+  all.push_back({"FairByTurns",
+                 "6 and 1, then 1 and 6: each is taken again and again, and never both at once.",
+                 kBoth,
+                 answers("", "pick('x', 1, 6)"),
+                 "let other = reply(e.ask)\nboth: eventually (said = 6 and other = 6).\none: eventually said = 6.\n",
+                 {{"both", "refuted", {}}, {"one", "holds", {}}},
+                 "",
+                 true,
+                 answers("", "pick('x', 1, 6)", "e")});
+  all.push_back({"ChancesMeet",
+                 "What is drawn comes in every combination some day, with probability 1.",
+                 kBoth,
+                 answers("", "chance(0.5) ? 6 : 1"),
+                 "let other = reply(e.ask)\nboth: eventually (said = 6 and other = 6).\n",
+                 {{"both", "holds", {{0, 0}}}},
+                 "",
+                 false,
+                 answers("", "chance(0.5) ? 6 : 1", "e")});
+  all.push_back({"TwoChances",
+                 "That another chance comes true, in the same place, says nothing of this one.",
+                 kAgain,
+                 answers(assign("b", "chance(0.5)") + assign("a", "chance(0.5)"), "a ? 6 : 1"),
+                 kOpens,
+                 {{"opens", "holds", {{0, 0}}}}});
+  all.push_back({"ChanceNotTaken",
+                 "Who always skips draws nothing; who always tries succeeds with probability 1.",
+                 kAgain,
+                 answers("", "pick('mode', 'skip', 'try') === 'try' &amp;&amp; chance(0.5) ? 6 : 1"),
+                 kOpens,
+                 {{"opens", "refuted", {{0, 1}}}}});
+  // ---- probabilities
+  all.push_back({"Ruin",
+                 "From 2 of 4 with 0.4 up: ruin with 1 - 1 / (1 + 1.5²); an end comes with probability 1.",
+                 kAgain,
+                 answers("<if cond=\"k === 0\">" + assign("k", "1") + assign("a", "2") + "</if>" +
+                             assign("a", "a + (chance(0.4) ? 1 : -1)"),
+                         "a === 0 ? 0 : a === 4 ? 6 : 1"),
+                 "ruin: never said = 0.\nends: eventually (said = 0 or said = 6).\n",
+                 {{"ruin", "refuted", {{1 - 1 / 3.25, 1 - 1 / 3.25}}}, {"ends", "holds", {{0, 0}}}},
+                 "skills: {Ask: {file: skills/Ends.scxml}}\n"});
+  all.push_back({"OtherDiceInTurn",
+                 "The second die is another one, though its sides have the same names: 1 - 0.9 · 0.5.",
+                 kTwice,
+                 answers(assign("k", "k + 1"), "draw(k === 1 ? [[0.1, 6], [0.9, 1]] : [[0.5, 6], [0.5, 1]])"),
+                 "six: never said = 6.\n",
+                 {{"six", "refuted", {{0.55, 0.55}}}}});
+  all.push_back(
+      {"StayingIsNoProgress",
+       "Who waits for ever never loses; who goes once loses with 0.5, and not with more.",
+       kAgain,
+       answers("", "pick('go', 'stay', 'go') === 'go' ? draw([[0.5, 6], [0.5, 7]]) : draw([[0.5, 1], [0.5, 2]])"),
+       "lose: never said = 7.\n",
+       {{"lose", "refuted", {{0, 0.5}}}},
+       "skills: {Ask: {file: skills/Ends.scxml}}\n"});
+  all.push_back({"AtOnceOrForEver",
+                 "a for ever loses with probability 1, b at once with 0.3.",
+                 kAgain,
+                 answers("", "pick('by', 'a', 'b') === 'a' ? draw([[0.1, 7], [0.9, 1]]) : draw([[0.3, 7], [0.7, 6]])"),
+                 "lose: never said = 7.\n",
+                 {{"lose", "refuted", {{0.3, 1}}}},
+                 "skills: {Ask: {file: skills/Ends.scxml}}\n"});
+  all.push_back({"OwedAtTheEnd",
+                 "Two throws, and the mission ends without a six in 25 of 36 cases.",
+                 kTwice,
+                 answers("", "draw([[1/6, 6], [5/6, 1]])"),
+                 kOpens + "soon: eventually said = 6 within 1 s.\n",
+                 {{"opens", "refuted", {{25.0 / 36, 25.0 / 36}}}, {"soon", "holds", {{0, 0}}}}});
+  all.push_back({"BrokenFromTheBeginning",
+                 "In a quarter of the cases it never opens, else with probability 1.",
+                 kAgain,
+                 answers("<if cond=\"k === 0\">" + assign("k", "1") + assign("b", "chance(0.25)") + "</if>",
+                         "b ? 1 : chance(0.5) ? 6 : 1"),
+                 kOpens,
+                 {{"opens", "refuted", {{0.25, 0.25}}}}});
+  all.push_back({"TriesInTime",
+                 "Four tries within 300 ms, three within 299 ms.",
+                 kEachTick,
+                 answers("", "chance(0.5) ? 6 : 1"),
+                 "four: eventually said = 6 within 300 ms.\nthree: eventually said = 6 within 299 ms.\n",
+                 {{"four", "refuted@0.3", {{1.0 / 16, 1.0 / 16}}}, {"three", "refuted@0.299", {{0.125, 0.125}}}}});
+  // ---- faults
+  const std::string then =
+      "<Sequence><ForceSuccess><Condition ID=\"Ask\"/></ForceSuccess><Sleep msec=\"100\"/>"
+      "<ForceSuccess><Condition ID=\"AskE\"/></ForceSuccess></Sequence>";
+  const std::string at_once =
+      "<Sequence><ForceSuccess><Condition ID=\"Ask\"/></ForceSuccess><ForceSuccess>"
+      "<Condition ID=\"AskE\"/></ForceSuccess></Sequence>";
+  const std::string never_both = "let other = reply(e.ask)\nboth: never (said = 1 and other = 1).\n";
+  all.push_back({"OneFaultAfterTheOther",
+                 "The first is gone when the other comes, before one tick.",
+                 then,
+                 answers("", "6"),
+                 never_both,
+                 {{"both", "refuted@0.1", {}}},
+                 "verify: {faults: {at_most: 1, " + kTwoFaults,
+                 false,
+                 answers("", "6", "e")});
+  all.push_back({"TwoFaultsAtOnce",
+                 "Two may stand, so they may both come before the first tick.",
+                 at_once,
+                 answers("", "6"),
+                 never_both,
+                 {{"both", "refuted@0.0", {}}},
+                 "verify: {faults: {at_most: 2, " + kTwoFaults,
+                 false,
+                 answers("", "6", "e")});
+  all.push_back({"OneFaultAtATime",
+                 "Both are asked at one instant, and one fault stands.",
+                 at_once,
+                 answers("", "6"),
+                 never_both,
+                 {{"both", "holds", {}}},
+                 "verify: {faults: {at_most: 1, " + kTwoFaults,
+                 false,
+                 answers("", "6", "e")});
+  return all;
+}
+
+class KnownVerdicts : public ::testing::TestWithParam<Known> {
+ protected:
+  project::Plan plan() const {
+    const Known& of = GetParam();
+    const auto write = [&](const std::string& name, const std::string& text) {
+      std::filesystem::create_directories((folder_.path() / name).parent_path());
+      ASSERT_TRUE(text::write_file(folder_.path() / name, text));
+    };
+    write("interfaces/d.thrift", "service D { i32 ask() }\n");
+    write("mission.xml", "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\">" + of.tree + "</BehaviorTree></root>");
+    write("skills/Ask.scxml", asks("d"));
+    write("skills/AskE.scxml", asks("e"));
+    write("skills/Ends.scxml",
+          chart("<state id=\"a\"><onentry><send type=\"thrift\" target=\"d\" event=\"ask\"/></onentry>"
+                "<transition event=\"d.ask.reply\" cond=\"_event.data.result === 0 || _event.data.result &gt; 5\" "
+                "target=\"success\"/><transition event=\"d.ask.reply error\" target=\"failure\"/></state>"
+                "<final id=\"success\"/><final id=\"failure\"/>"));
+    write("skills/Hold.scxml", chart("<state id=\"h\"><transition event=\"tick\"/><transition event=\"stop\" "
+                                     "target=\"success\"/></state><final id=\"success\"/>"));
+    write("skills/Later.scxml",
+          chart("<state id=\"w\"><onentry><send event=\"go\" delay=\"50ms\"/></onentry><transition event=\"go\" "
+                "target=\"a\"/></state><state id=\"a\"><onentry><send type=\"thrift\" target=\"d\" event=\"ask\"/>"
+                "</onentry><transition event=\"d.ask.reply\" target=\"success\"/><transition event=\"error\" "
+                "target=\"failure\"/></state><final id=\"success\"/><final id=\"failure\"/>"));
+    write("models/m.scxml", of.model);
+    const bool two = !of.other_model.empty();
+    if (two) write("models/n.scxml", of.other_model);
+    write("r.req", "let said = reply(d.ask)\n" + of.requirements);
+    write("sentree.yaml",
+          std::string("mission: {file: mission.xml, rate: 10 Hz}\nservices: {d: {interface: d.thrift/D, at: model}") +
+              (two ? ", e: {interface: d.thrift/D, at: model}" : "") +
+              "}\nmodels: [{file: models/m.scxml, serves: [d]}" + (two ? ", {file: models/n.scxml, serves: [e]}" : "") +
+              "]\nmonitors: [{file: r.req}]\n" + of.yaml);
+    auto project = project::load_project(folder_.path());
+    EXPECT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+    auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+    for (const Diagnostic& diagnostic : prepared.diagnostics) EXPECT_TRUE(prepared.ok()) << to_string(diagnostic);
+    return std::move(prepared.value.value());
+  }
+
+  // What the monitor says when a counterexample is run again.
+  static monitor::Verdict again(const Verification& found, const Judgement& judgement, const project::Plan& of) {
+    auto prepared = project::prepare(counterexample(found.graph, judgement, of.scenario));
+    EXPECT_TRUE(prepared.ok());
+    const auto told = retell(*prepared.value);
+    EXPECT_TRUE(told);
+    monitor::MonitorSet monitors(prepared.value->monitors, TimePoint{});
+    std::vector<monitor::MonitorSet::Decided> decided;
+    for (const Told& tick : *told) {
+      for (const Message& message : tick.messages) monitors.observe(message, decided);
+    }
+    monitors.advance(TimePoint{} + prepared.value->scenario.duration, decided);
+    for (std::size_t i = 0; i < prepared.value->monitors.size(); ++i) {
+      if (prepared.value->monitors[i].name() == judgement.requirement) return monitors.state(i).verdict;
+    }
+    return monitor::Verdict::kSatisfied;
+  }
+
+  TemporaryFolder folder_{"known"};
+};
+
+TEST_P(KnownVerdicts, AreFound) {
+  SCOPED_TRACE(GetParam().why);
+  const project::Plan of = plan();
+  for (const bool memory : {true, false}) {
+    SCOPED_TRACE(memory ? "with a memory of steps" : "every step executed");
+    Asked asked;
+    asked.explore.memory_of_steps = memory;
+    asked.explore.faults = of.scenario.project.verify.faults;
+    asked.explore.faults_at_most = of.scenario.project.verify.faults_at_most;
+    asked.judge.fair = of.scenario.project.verify.fair;
+    asked.judge.all_fair = GetParam().all_fair;
+    const Verification found = verify(of, asked);
+    for (const Diagnostic& error : found.errors) FAIL() << to_string(error);
+    ASSERT_TRUE(found.graph.complete);
+    ASSERT_EQ(found.judgements.size(), GetParam().expected.size());
+    for (const Expected& expected : GetParam().expected) {
+      SCOPED_TRACE(expected.requirement);
+      const auto judgement = std::find_if(found.judgements.begin(), found.judgements.end(),
+                                          [&](const Judgement& j) { return j.requirement == expected.requirement; });
+      ASSERT_NE(judgement, found.judgements.end());
+      ASSERT_EQ(judgement->error, "");
+      const std::size_t at = expected.verdict.find('@');
+      EXPECT_EQ(judgement->vacuous.empty() ? to_string(judgement->finding) : "vacuous", expected.verdict.substr(0, at));
+      if (at != std::string::npos) {
+        EXPECT_DOUBLE_EQ(seconds(judgement->at), std::stod(expected.verdict.substr(at + 1)));
+      }
+      if (judgement->finding == Finding::kRefuted) {
+        const bool is_owed = judgement->path->loop || judgement->state == "the mission ends";
+        EXPECT_EQ(again(found, *judgement, of), is_owed ? monitor::Verdict::kUndecided : monitor::Verdict::kViolated);
+      }
+      EXPECT_EQ(judgement->least.has_value(), found.graph.probabilistic);
+      if (!expected.p) continue;
+      ASSERT_TRUE(judgement->least);
+      EXPECT_NEAR(judgement->least->low, expected.p->first, 1e-9);
+      EXPECT_NEAR(judgement->least->high, expected.p->first, 1e-9);
+      EXPECT_NEAR(judgement->greatest->low, expected.p->second, 1e-9);
+      EXPECT_NEAR(judgement->greatest->high, expected.p->second, 1e-9);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(ByHand, KnownVerdicts, ::testing::ValuesIn(known()),
+                         [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace sentree::verify
