@@ -106,6 +106,12 @@ test("a robot from nothing: a leaf, its chart drawn by mouse, a requirement and 
   git("init", "-q");
   const program = await serve_design(folder);
   const { page, close } = await open_design(program.url);
+  // There is nothing yet that a part could belong to.
+  await page.locator(".project-tree").getByRole("button", { name: "Add a skill" }).click();
+  await page.keyboard.type("Early");
+  await page.keyboard.press("Enter");
+  await page.getByTestId("refused").getByText("begin a project first").waitFor();
+  await page.keyboard.press("Escape");
   await page.getByRole("button", { name: "Begin a project that runs" }).click();
   await page.getByTestId("design-tree").waitFor();
   await page.locator('[data-palette="Fallback"]').waitFor();

@@ -113,6 +113,8 @@ test("at a violation the tree, the stage and the chosen text keep their size on 
   assert.equal(await nodes_in_sight(page), wanted);
   const story = await page.getByTestId("violation-story").boundingBox();
   const lowest = await page.evaluate(() => Math.max(...[...document.querySelectorAll("[data-testid=tree] [data-node] > .shape")].map((shape) => shape.getBoundingClientRect().bottom)));
+  const chart = await page.getByTestId("violation-story").getByRole("button", { name: "Chart of never_empty" }).boundingBox();
+  assert.ok(chart.y >= story.y && chart.y + chart.height <= story.y + story.height, "the way to the chart is in sight");
   assert.ok(story.y >= lowest, `the story begins at ${story.y}, the lowest node ends at ${lowest}`);
   if (pictures) await page.screenshot({ path: join(pictures, "story-1024.png") });
   await close();
