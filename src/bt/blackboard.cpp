@@ -214,10 +214,9 @@ std::vector<EntryFact> Blackboard::list(const Tree& tree, const State& state) {
     if (link == State::kNoEntry || listed[link]) return;
     listed[link] = true;
     const Entry& entry = state.entries_[link];
-    const NodeId subtree = model.scopes[scope].subtree;
-    facts.push_back(
-        {subtree == kNoNode ? std::string() : tree.path(subtree), std::string(view.name(cell)), &entry.datum.value,
-         entry.type != nullptr ? std::string_view(entry.type->name) : std::string_view(), entry.sequence, entry.stamp});
+    facts.push_back({model.scopes[scope].path, std::string(view.name(cell)), &entry.datum.value,
+                     entry.type != nullptr ? std::string_view(entry.type->name) : std::string_view(), entry.sequence,
+                     entry.stamp});
   };
   for (std::uint32_t scope = 0; scope < model.scopes.size(); ++scope) {
     for (const std::uint32_t cell : model.scopes[scope].first_mention) add(scope, cell);

@@ -565,4 +565,23 @@ void Loader::check_leaf_names() {
   }
 }
 
+// SubTrees without a name of their own have one path; their blackboards are told apart as BehaviorTree.CPP does it.
+void Loader::name_scopes() {
+  std::unordered_map<std::string, std::size_t> uses;
+  for (Scope& scope : model_->scopes) {
+    if (scope.subtree == kNoNode) continue;
+    scope.path = path_of(scope.subtree, false);
+    ++uses[scope.path];
+  }
+  std::unordered_set<std::string> taken;
+  std::vector<bool> is_numbered(model_->scopes.size(), false);  // as what is below it is, too
+  for (std::size_t i = 0; i < model_->scopes.size(); ++i) {
+    Scope& scope = model_->scopes[i];
+    if (scope.subtree == kNoNode) continue;
+    is_numbered[i] = uses[scope.path] > 1 || is_numbered[scope.parent];
+    if (is_numbered[i]) scope.path = path_of(scope.subtree, true);
+    while (!taken.insert(scope.path).second) scope.path += fmt::format("::{}", scope.subtree + 1);
+  }
+}
+
 }  // namespace sentree::bt

@@ -369,7 +369,10 @@ Loaded<Tree> Loader::load(std::string xml, std::string file) {
       model_->id = definitions_[main].id;
       model_->scopes.emplace_back();
       const bool complete = instantiate(main, kNoNode, 0, 0);
-      if (complete) check_leaf_names();
+      if (complete) {
+        check_leaf_names();
+        name_scopes();
+      }
     }
     if (main == kNone && missing_files_ && !has_errors(diagnostics_)) box_main(root);
     if (root.name() == "root") check_definitions();

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <tuple>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "sentree/base/result.h"
@@ -175,6 +176,7 @@ class Loader {
   [[nodiscard]] std::string path_of(NodeId id, bool numbered) const;
   /// Gives leaves that are called alike their numbers, and finds those that stay alike.
   void check_leaf_names();
+  void name_scopes();
 
   // check.cpp: what loads, and still deserves a word.
   void check_definitions();

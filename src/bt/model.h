@@ -107,6 +107,7 @@ struct Cell {
 struct Scope {
   std::uint32_t parent = kNone;
   NodeId subtree = kNoNode;  ///< Its SubTree node.
+  std::string path;          ///< No other one has it; empty for the root's.
   bool autoremap = false;
   bool shared = false;  ///< Format 3, __shared_blackboard: every name is the parent's, '_' included.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> remaps;  ///< Own name → parent's name, by string.

@@ -447,8 +447,8 @@ Loaded<Carried> Snapshot::carry(const Tree& before, const State& state, const Tr
 
   for (const EntryFact& fact : blackboard(before, state)) {
     if (fact.value->is_null()) continue;
-    const NodeId subtree = fact.scope.empty() ? kNoNode : after.find(fact.scope);
-    if (!fact.scope.empty() && (subtree == kNoNode || after.category(subtree) != Category::kSubTree)) continue;
+    const NodeId subtree = fact.scope.empty() ? kNoNode : find_scope(after, fact.scope);
+    if (!fact.scope.empty() && subtree == kNoNode) continue;
     if (const auto set = set_entry(after, next, fact.name, *fact.value, fact.stamp, subtree); !set) {
       out.diagnostics.push_back({Severity::kError, "bt.cannot-carry", set.error().message, before.span(0)});
       continue;

@@ -58,6 +58,19 @@ const Value* entry(const Tree& tree, const State& state, std::string_view name, 
   return Blackboard::peek(model, state, scope_of(model, subtree), name);
 }
 
+std::string scope_path(const Tree& tree, NodeId subtree) {
+  const Scope& scope = tree.model().scopes[scope_of(tree.model(), subtree)];
+  return scope.subtree == subtree ? scope.path : tree.path(subtree);
+}
+
+NodeId find_scope(const Tree& tree, std::string_view path) {
+  for (const Scope& scope : tree.model().scopes) {
+    if (scope.subtree != kNoNode && scope.path == path) return scope.subtree;
+  }
+  const NodeId node = tree.find(path);
+  return node != kNoNode && tree.category(node) == Category::kSubTree ? node : kNoNode;
+}
+
 std::vector<EntryFact> blackboard(const Tree& tree, const State& state) { return Blackboard::list(tree, state); }
 
 Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Value value, TimePoint now,
@@ -95,8 +108,8 @@ Result<void> import_blackboard(const Tree& tree, State& state, const Value& blac
   if (scopes == nullptr) return fail("bt.bad-blackboard", "a blackboard is a map of SubTrees, each a map of entries");
   State changed = state;
   for (const auto& [path, entries] : *scopes) {
-    const NodeId subtree = path.empty() ? kNoNode : tree.find(path);
-    if (!path.empty() && (subtree == kNoNode || tree.category(subtree) != Category::kSubTree)) {
+    const NodeId subtree = path.empty() ? kNoNode : find_scope(tree, path);
+    if (!path.empty() && subtree == kNoNode) {
       return fail("bt.bad-blackboard", fmt::format("there is no SubTree \"{}\"", path));
     }
     if (entries.as_map() == nullptr) {

@@ -103,7 +103,7 @@ class State {
 
 /// One entry of the blackboard as seen from outside.
 struct EntryFact {
-  std::string scope;  ///< Path of the SubTree that owns it; empty for the root's.
+  std::string scope;  ///< `scope_path` of the SubTree that owns it; empty for the root's.
   std::string name;
   const Value* value;  ///< Null value if it was declared and never written, or holds a C++ object.
   std::string_view type;
@@ -111,6 +111,11 @@ struct EntryFact {
   TimePoint stamp;
 };
 
+/// What the blackboard of a SubTree is called: its path, and where others have that path too, one with numbers in the
+/// place of names that nobody has given, as BehaviorTree.CPP writes them: "Mission::10".
+[[nodiscard]] std::string scope_path(const Tree& tree, NodeId subtree);
+/// The SubTree whose blackboard is called so, or whose path that is; kNoNode: none.
+[[nodiscard]] NodeId find_scope(const Tree& tree, std::string_view path);
 /// All entries, each once, under its owner; in the order of the scopes, then of first mention.
 [[nodiscard]] std::vector<EntryFact> blackboard(const Tree& tree, const State& state);
 /// The value of an entry by name, as the root tree or the given SubTree sees it; null if there is none or it is empty.
@@ -119,8 +124,8 @@ struct EntryFact {
 [[nodiscard]] Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Value value, TimePoint now,
                                      NodeId subtree = kNoNode);
 
-/// All entries as a map of maps: by the path of the SubTree that owns them ("" for the main tree's), then by name. C++
-/// objects and entries without a value are left out. `to_json` makes a file of it.
+/// All entries as a map of maps: by the `scope_path` of the SubTree that owns them ("" for the main tree's), then by
+/// name. C++ objects and entries without a value are left out. `to_json` makes a file of it.
 [[nodiscard]] Value export_blackboard(const Tree& tree, const State& state);
 /// Writes entries in that form, all or none. Errors: bt.bad-blackboard (not of that form, no such SubTree),
 /// bt.entry-type, bt.too-many-entries.

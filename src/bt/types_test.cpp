@@ -256,6 +256,24 @@ TEST(BlackboardJson, ComesBackAsItWas) {
   EXPECT_EQ(to_json(export_blackboard(other.tree(), other.state())), json);
 }
 
+TEST(BlackboardJson, TellsSubTreesApartThatNobodyHasNamed) {
+  const Registry registry;
+  const std::string body =
+      "<Sequence><SubTree ID=\"S\"/><SubTree ID=\"T\"/><SubTree ID=\"S\" name=\"sub\"/></Sequence>";
+  const std::string more =
+      "<BehaviorTree ID=\"S\"><Script code=\"a := 1\"/></BehaviorTree>"
+      "<BehaviorTree ID=\"T\"><Sequence><Script code=\"b := 2\"/><SubTree ID=\"S\"/></Sequence></BehaviorTree>";
+  Runner r = runner(body, registry, more);
+  ASSERT_EQ(r.tick(), Status::kSuccess);
+  const std::string json = to_json(export_blackboard(r.tree(), r.state()));
+  EXPECT_EQ(json, R"({"S::2":{"a":1},"T::4":{"b":2},"T::4.S::7":{"a":1},"sub":{"a":1}})");
+  Runner other = runner(body, registry, more);
+  ASSERT_TRUE(import_blackboard(other.tree(), other.state(), text::parse_json(json).value(), TimePoint{}));
+  EXPECT_EQ(to_json(export_blackboard(other.tree(), other.state())), json);
+  EXPECT_EQ(find_scope(r.tree(), "T::4"), 3U);
+  EXPECT_EQ(find_scope(r.tree(), "U::4"), kNoNode);
+}
+
 TEST(BlackboardJson, IsTakenWholeOrNotAtAll) {
   const Registry registry;
   Runner r = runner("<Script code=\"n := 1\"/>", registry);

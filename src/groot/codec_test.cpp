@@ -5,6 +5,7 @@
 
 #include "sentree/base/json.h"
 #include "sentree/bt/load.h"
+#include "sentree/bt/state.h"
 #include "sentree/groot/message_pack.h"
 #include "sentree/groot/responder.h"
 #include "sentree/text/json.h"
@@ -259,6 +260,21 @@ TEST_F(ResponderTest, TellsTreeStatusesAndBlackboards) {
             R"({"Main":{"goal":"kitchen","n":7},"dock":{"tries":2}})");
   EXPECT_EQ(ask(Ask::kBlackboard, "nosuch"), "\xC0");
   EXPECT_EQ(ask(Ask::kBlackboard, ""), "\xC0");
+}
+
+TEST_F(ResponderTest, TellsTheBlackboardsOfSubTreesApartThatNobodyHasNamed) {
+  const bt::Tree tree =
+      load_tree(R"(<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence>
+      <SubTree ID="A"/><SubTree ID="B"/></Sequence></BehaviorTree>
+    <BehaviorTree ID="A"><Script code="a := 1"/></BehaviorTree>
+    <BehaviorTree ID="B"><Script code="b := 2"/></BehaviorTree></root>)");
+  bt::State state(tree);
+  ASSERT_TRUE(bt::set_entry(tree, state, "a", Value(1), TimePoint{}, 1));
+  ASSERT_TRUE(bt::set_entry(tree, state, "b", Value(2), TimePoint{}, 3));
+  scene.begin(*describe(tree), TreeId{1});
+  scene.blackboard(bt::export_blackboard(tree, state));
+  EXPECT_EQ(to_json(*parse_message_pack(ask(Ask::kBlackboard, "A::2;B::4"))), R"({"A::2":{"a":1},"B::4":{"b":2}})");
+  EXPECT_THAT(ask(Ask::kTree), HasSubstr(R"(<SubTree ID="SubTree")")) << "real publishers describe it";
 }
 
 TEST_F(ResponderTest, RecordsWhatChangesUntilItIsTakenAndNoMoreThanFits) {

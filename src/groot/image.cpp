@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "sentree/bt/model.h"
+#include "sentree/bt/state.h"
 #include "sentree/bt/write.h"
 #include "sentree/groot/detail/bytes.h"
 #include "sentree/text/xml.h"
@@ -45,6 +46,7 @@ class XmlWriter {
         write_tree(id_of(tree_, node), paths_[node], tree_.children(node)[0]);
     }
     std::vector<bt::NodeModel> all = bt::models(bt::Registry(), true);
+    all.push_back({"SubTree", Category::kSubTree, {}, {}});
     std::set<std::string, std::less<>> described;
     for (const bt::NodeModel& model : all) described.insert(model.id);
     for (NodeId node = 0; node < tree_.size(); ++node) {
@@ -253,7 +255,7 @@ Result<TreeImage> describe(const Tree& tree, std::uint16_t base) {
   image.boards.push_back({std::string(tree.id()), ""});
   const auto paths = instance_paths(tree);
   for (NodeId node = 0; node < tree.size(); ++node) {
-    if (!paths[node].empty()) image.boards.push_back({paths[node], tree.path(node)});
+    if (!paths[node].empty()) image.boards.push_back({paths[node], bt::scope_path(tree, node)});
   }
   return image;
 }

@@ -78,7 +78,7 @@ struct Watch::Impl final : runtime::Steering {
     board_names.clear();
     for (const groot::RemoteTree::Board& board : remote.boards) {
       board_names += (board_names.empty() ? "" : ";") + board.name;
-      scopes[board.name] = board.uid == 0 ? std::string() : plan->tree.path(nodes[board.uid]);
+      scopes[board.name] = board.uid == 0 ? std::string() : bt::scope_path(plan->tree, nodes[board.uid]);
     }
     return {};
   }
