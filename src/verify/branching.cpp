@@ -10,6 +10,7 @@ namespace sentree::verify {
 Branching branching(const Graph& graph, std::size_t pairs, const std::vector<Step>& steps) {
   Branching out;
   out.places.resize(pairs);
+  for (std::uint32_t pair = 0; pair < pairs; ++pair) out.places[pair].pair = pair;
   const auto made_of = [&](std::uint32_t step) -> const std::vector<Made>& {
     return graph.decisions[graph.edges[steps[step].edge].made];
   };
@@ -22,7 +23,6 @@ Branching branching(const Graph& graph, std::size_t pairs, const std::vector<Ste
   std::deque<Open> open;
   for (std::uint32_t begin = 0, end = 0; begin < steps.size(); begin = end) {
     for (end = begin + 1; end < steps.size() && steps[end].from == steps[begin].from;) ++end;
-    out.places[steps[begin].from].pair = steps[begin].from;
     open.push_back({steps[begin].from, begin, end, 0});
     while (!open.empty()) {
       Open one = open.front();

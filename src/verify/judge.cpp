@@ -186,9 +186,6 @@ class Judge {
       }
     }
     if (!why.empty()) return why;
-    if (!memory_.ever_inside())
-      return of.scope.kind == monitor::Scope::Kind::kGlobally ? "what it assumes never holds"
-                                                              : "its scope never begins";
     switch (of.pattern) {
       case monitor::Pattern::kRespond:
       case monitor::Pattern::kKeepFor:

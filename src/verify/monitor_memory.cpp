@@ -22,31 +22,13 @@ bool can_owe_for_ever(const monitor::Model& model) {
   return wants && !of.bound && of.scope.kind != monitor::Scope::Kind::kBetween;
 }
 
-bool has_scope(const monitor::Model& model) {
-  if (model.origin() == nullptr) return false;
-  const auto& situations = model.origin()->situations;
-  return std::any_of(situations.begin(), situations.end(), [](const monitor::Situation& situation) {
-    return situation.role == monitor::Situation::Role::kOutside;
-  });
-}
-
-// Of its scope, or its assumption is broken.
-bool is_outside(const monitor::Model& model, const Core& core) {
-  const auto& situations = model.origin()->situations;
-  return std::any_of(situations.begin(), situations.end(), [&](const monitor::Situation& situation) {
-    const auto state = model.chart().find(situation.state);
-    return situation.role == monitor::Situation::Role::kOutside && state && core.session.is_active(*state);
-  });
-}
-
 }  // namespace
 
 MonitorMemory::MonitorMemory(const Graph& graph, const monitor::Model& model)
     : graph_(graph),
       model_(model),
       dispatch_(std::span<const monitor::Model>(&model, 1)),
-      can_owe_for_ever_(can_owe_for_ever(model)),
-      inside_(!has_scope(model)) {}
+      can_owe_for_ever_(can_owe_for_ever(model)) {}
 
 std::optional<std::uint32_t> MonitorMemory::begin() {
   return intern(monitor::begin(model_, TimePoint{}), TimePoint{}, false);
@@ -140,7 +122,6 @@ const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint
     message_.time = begin + seen.after;
     take(monitor::step(model_, stepped, message_), seen.after, message_.name);
     owed_ = owed_ || monitor::standing(model_, stepped).pending;
-    inside_ = inside_ || !is_outside(model_, stepped);
     if (!owes_without_bound(stepped)) outcome.discharged = true;
   }
   until(begin + period);

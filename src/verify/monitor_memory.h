@@ -55,8 +55,6 @@ class MonitorMemory {
   [[nodiscard]] const std::vector<Kept>& all() const { return cores_; }
   [[nodiscard]] bool ever_heard() const { return ever_heard_; }
   [[nodiscard]] bool ever_owed() const { return owed_; }
-  /// Of one without a scope and without an assumption always.
-  [[nodiscard]] bool ever_inside() const { return inside_; }
   /// Why it cannot be judged.
   [[nodiscard]] const std::optional<Diagnostic>& error() const { return error_; }
   /// About.
@@ -83,7 +81,6 @@ class MonitorMemory {
   bool ever_heard_ = false;
   bool can_owe_for_ever_;
   bool owed_ = false;  // something, at some time
-  bool inside_;        // its scope
   std::uint64_t bytes_ = 0;
   std::optional<Diagnostic> error_;
   std::vector<std::uint64_t> words_;
