@@ -17,6 +17,7 @@
 #include "sentree/yarp/detail/frame.h"
 #include "sentree/yarp/detail/output.h"
 #include "sentree/yarp/encoding.h"
+#include "sentree/yarp/name_server.h"
 #include "sentree/yarp/names.h"
 
 namespace sentree::yarp {
@@ -39,7 +40,7 @@ constexpr std::string_view kVersionQuestion = "getRemoteProtocolVersion";
 void write_yarp4(std::vector<std::uint8_t>& out) {
   put_int(out, 256);
   put_int(out, 1);
-  for (const std::uint8_t part : {0, 4, 0, 0}) out.insert(out.end(), {part, 0});
+  for (const int part : {0, 4, 0, 0}) out.insert(out.end(), {static_cast<std::uint8_t>(part), 0});
 }
 
 // How people know the carriers that are not spoken here, by the first eight octets of a connection.
@@ -612,7 +613,6 @@ class Port::Impl {
     };
     const std::lock_guard lock(mutex_);
     if (set) {
-      constexpr std::size_t kPropertiesMax = 100;
       if (properties_.size() >= kPropertiesMax) return {Item::word("fail")};
       std::erase_if(properties_, [&](const auto& known) { return known.first == key; });
       properties_.emplace_back(key, value);
