@@ -107,8 +107,7 @@ std::string coverage(const project::Plan& plan, const Facts& facts) {
   for (std::size_t node = 0; node < picture.nodes.size() && node < facts.counts.size(); ++node) {
     const auto& counts = facts.counts[node];
     std::string line;
-    for (const auto& [status, count] : counts)
-      line += fmt::format("{}{} {}", line.empty() ? "" : ", ", status, count);
+    for (const auto& [status, count] : counts) line += fmt::format("{}{} {}", line.empty() ? "" : ", ", status, count);
     reached += counts.empty() ? 0 : 1;
     picture.nodes[node].lines.push_back(counts.empty() ? "never ticked" : line);
     if (!counts.empty()) {
@@ -117,8 +116,10 @@ std::string coverage(const project::Plan& plan, const Facts& facts) {
                                                                 : draw::TreeStatus::kRunning;
     }
   }
-  return fmt::format("{}{}</div></div>\n", fmt::format("<div class=\"card\"><p>{} of {} nodes were ticked.</p>\n<div class=\"scroll tree\">", reached,
-                     picture.nodes.size()), draw::to_svg(picture));
+  return fmt::format("{}{}</div></div>\n",
+                     fmt::format("<div class=\"card\"><p>{} of {} nodes were ticked.</p>\n<div class=\"scroll tree\">",
+                                 reached, picture.nodes.size()),
+                     draw::to_svg(picture));
 }
 
 struct WitnessRow {
@@ -162,12 +163,14 @@ std::string verdicts(const project::Plan& plan, const Facts& facts) {
                                                                           : "",
                         text::xml_escape(monitor.name), verdict, verdict);
     if (const monitor::Origin* origin = plan.monitors[i].origin()) {
-      if (!origin->requirement.prose.empty()) html += fmt::format("<p>{}</p>\n", text::xml_escape(origin->requirement.prose));
+      if (!origin->requirement.prose.empty())
+        html += fmt::format("<p>{}</p>\n", text::xml_escape(origin->requirement.prose));
       html += fmt::format("<p class=soft><code>{}</code></p>\n", text::xml_escape(origin->requirement.text()));
     }
     if (!monitor.standing.empty()) html += fmt::format("<p class=soft>{}</p>\n", text::xml_escape(monitor.standing));
     if (!monitor.vacuity.empty()) html += fmt::format("<p>It {}.</p>\n", text::xml_escape(monitor.vacuity));
-    if (!monitor.failure.empty()) html += fmt::format("<p class=violated>given up: {}</p>\n", text::xml_escape(monitor.failure));
+    if (!monitor.failure.empty())
+      html += fmt::format("<p class=violated>given up: {}</p>\n", text::xml_escape(monitor.failure));
     if (!monitor.decision) {
       html += "</div>\n";
       continue;
@@ -237,7 +240,8 @@ std::string page(const ReportCommand& command, replay::RecordedRun& run, const p
                           text::xml_escape(message.source), text::xml_escape(intervention(message.data)));
     html += "</table></div></div>\n";
   }
-  return fmt::format("{}<h2>Tree coverage</h2>\n{}{}</html>\n", html, coverage(plan, facts), coverage_section(command, plan));
+  return fmt::format("{}<h2>Tree coverage</h2>\n{}{}</html>\n", html, coverage(plan, facts),
+                     coverage_section(command, plan));
 }
 
 }  // namespace
