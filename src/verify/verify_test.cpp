@@ -433,11 +433,11 @@ TEST_F(Verify, IsCompleteToWhereEveryBehaviourIsKnown) {
       "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
       "</RetryUntilSuccessful>");
   // Each tick has ten times the states of the one before.
-  write("models/door.scxml", kHead + R"(initial="there"><datamodel><data id="n" expr="0"/></datamodel><state id="there">
-  <transition event="door.ask.request"><assign location="n" expr="n * 10 + between(0, 9)" /
-                                 > <send type = "thrift" target = "door" event = "ask.reply">
-                                 <param name = "result" expr = "1" /></ send></ transition></ state></ scxml>) ");
-      requirements("small \"It says little.\": always said <= 1.\n");
+  write("models/door.scxml",
+        kHead + R"x(initial="there"><datamodel><data id="n" expr="0"/></datamodel>
+<state id="there"><transition event="door.ask.request"><assign location="n" expr="n * 10 + between(0, 9)"/>
+<send type="thrift" target="door" event="ask.reply"><param name="result" expr="1"/></send></transition></state></scxml>)x");
+  requirements("small \"It says little.\": always said <= 1.\n");
   Asked asked;
   asked.explore.states = 500;
   const Graph graph = verify(plan(), asked).graph;
