@@ -481,7 +481,7 @@ TEST_F(Verify, FindsWhatOnlyAnotherOrderBrings) {
         kHead + R"(initial="free"><state id="free"><transition event="door.ask.request" target="taken">
   <send type="thrift" target="door" event="ask.reply"><param name="result" expr="6"/></send></transition></state>
   <state id="taken"><transition event="door.ask.request"><send type="thrift" target="door" event="ask.reply">
-  <param name="result" expr="1"/></send></transition></state></scxml>)x");
+  <param name="result" expr="1"/></send></transition></state></scxml>)");
   requirements("first \"A is first.\": never node(B) in SUCCESS.\n");
   const project::Plan of = plan();
   const Verification found = verify(of, {});
