@@ -12,7 +12,7 @@ export function Inspector({ index, node: id, close }: { index: Index; node: numb
   const node = id === null ? undefined : index.model.tree.nodes[id];
   const blackboard = useStudio((studio) => studio.state?.blackboard);
   const outputs = useStudio((studio) => (node ? studio.state?.outputs?.[node.message_name ?? ""] : undefined));
-  const scope = node ? scope_of(node.path, Object.keys(blackboard ?? {})) : "";
+  const scope = node ? scope_of(index.model.tree.nodes, node.id, Object.keys(blackboard ?? {})) : "";
   return (
     <aside className="inspector" aria-label="The chosen node">
       <header className="inspector-head">

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { Rect, TreeNode } from "../../protocol/types";
-import { ancestors, descendants, neighbour, running, search, shown, uncover, visible_for } from "./tree";
+import { ancestors, descendants, neighbour, running, scope_of, search, shown, uncover, visible_for } from "./tree";
 
 function node(id: number, parent: number | null, name: string, ports: TreeNode["ports"] = []): TreeNode {
   return { id, parent, path: `Main.${name}`, name, type: id === 0 ? "ReactiveSequence" : "GoTo", kind: "action", symbol: "", leaf: null, message_name: null, ports };
@@ -84,5 +84,19 @@ describe("arrow keys", () => {
     expect(neighbour(right, parent_of, 1, "ArrowDown")).toBe(2);
     expect(neighbour(right, parent_of, 2, "ArrowRight")).toBe(5);
     expect(neighbour(right, parent_of, 4, "ArrowDown")).toBe(5);
+  });
+});
+
+describe("the blackboard that a node sees", () => {
+  it("is that of the innermost SubTree around it", () => {
+    expect(scope_of(kNodes, 3, ["", "Main.Energy"])).toBe("Main.Energy");
+    expect(scope_of(kNodes, 1, ["", "Main.Energy"])).toBe("");
+    expect(scope_of(kNodes, 5, ["", "Main.Energy"])).toBe("");
+  });
+
+  it("is found by the number of a SubTree that others are called like", () => {
+    expect(scope_of(kNodes, 3, ["", "Go::2", "Go::3"])).toBe("Go::2");
+    expect(scope_of(kNodes, 5, ["", "Go::2", "Go::3"])).toBe("Go::3");
+    expect(scope_of(kNodes, 3, ["", "Go::12"])).toBe("");
   });
 });

@@ -112,11 +112,11 @@ function depth(parent_of: (id: number) => number, id: number): number {
   return levels;
 }
 
-/** The blackboard that a node sees: that of the innermost SubTree on its path which has one. */
-export function scope_of(path: string, scopes: readonly string[]): string {
-  let best = "";
-  for (const scope of scopes) {
-    if (scope.length > best.length && path.startsWith(scope) && /^[./]/.test(path.slice(scope.length))) best = scope;
+/** The blackboard that a node sees: that of the innermost SubTree around it which has one. Where several SubTrees have one path, each is called by its number. */
+export function scope_of(nodes: readonly TreeNode[], id: number, scopes: readonly string[]): string {
+  for (const around of ancestors(nodes, id)) {
+    const found = scopes.find((scope) => scope.endsWith(`::${around + 1}`)) ?? scopes.find((scope) => scope !== "" && scope === nodes[around]?.path);
+    if (found !== undefined) return found;
   }
-  return best;
+  return "";
 }
