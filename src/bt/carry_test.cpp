@@ -77,6 +77,27 @@ TEST(CarryTree, EntriesOfTheBlackboardKeepValueAndNumberOfWrites) {
   EXPECT_EQ(blackboard(after, carried.value->state)[0].sequence, blackboard(before, state)[0].sequence);
 }
 
+TEST(CarryTree, EntriesOfASubTreeGoWhereItHasGone) {
+  const auto of = [](const std::string& children) {
+    auto loaded =
+        load("<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\"><Sequence>" + children +
+             "</Sequence></BehaviorTree><BehaviorTree ID=\"S\"><Sequence><Script code=\"n := k\"/>"
+             "<Go name=\"{k}\"/></Sequence></BehaviorTree>"
+             "<TreeNodesModel><Action ID=\"Go\"/></TreeNodesModel></root>");
+    EXPECT_TRUE(loaded.ok());
+    return std::move(*loaded.value);
+  };
+  const Tree before = of(R"(<SubTree ID="S" k="1"/><SubTree ID="S" k="2"/>)");
+  const Tree after = of(R"(<AlwaysSuccess/><SubTree ID="S" k="1"/><SubTree ID="S" k="2"/>)");
+  State state(before);
+  run(before, state, {Status::kRunning});
+  const auto carried = carry(before, state, after);
+  ASSERT_TRUE(carried.ok()) << to_string(carried.diagnostics.front());
+  const Value* n = entry(after, carried.value->state, "n", 2);
+  ASSERT_NE(n, nullptr);
+  EXPECT_EQ(n->number(), 1.0);
+}
+
 TEST(CarryTree, RefusesALeafAtWorkThatIsGoneOrHasMoved) {
   const Tree before = tree(R"(<Sequence><Go name="a"/><Go name="b"/></Sequence>)");
   State state(before);

@@ -447,8 +447,13 @@ Loaded<Carried> Snapshot::carry(const Tree& before, const State& state, const Tr
 
   for (const EntryFact& fact : blackboard(before, state)) {
     if (fact.value->is_null()) continue;
-    const NodeId subtree = fact.scope.empty() ? kNoNode : find_scope(after, fact.scope);
-    if (!fact.scope.empty() && subtree == kNoNode) continue;
+    NodeId subtree = kNoNode;
+    if (!fact.scope.empty()) {
+      // That of a SubTree at work goes where the SubTree has gone, whatever it is called there.
+      const NodeId own = find_scope(before, fact.scope);
+      subtree = own != kNoNode && node_of[own] != kNoNode ? node_of[own] : find_scope(after, fact.scope);
+      if (subtree == kNoNode) continue;
+    }
     if (const auto set = set_entry(after, next, fact.name, *fact.value, fact.stamp, subtree); !set) {
       out.diagnostics.push_back({Severity::kError, "bt.cannot-carry", set.error().message, before.span(0)});
       continue;

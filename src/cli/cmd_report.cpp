@@ -116,10 +116,9 @@ std::string coverage(const project::Plan& plan, const Facts& facts) {
                                                                 : draw::TreeStatus::kRunning;
     }
   }
-  return fmt::format("{}{}</div></div>\n",
-                     fmt::format("<div class=\"card\"><p>{} of {} nodes were ticked.</p>\n<div class=\"scroll tree\">",
-                                 reached, picture.nodes.size()),
-                     draw::to_svg(picture));
+  return fmt::format(
+      "<div class=\"card\"><p>{} of {} nodes were ticked.</p>\n<div class=\"scroll tree\">{}</div></div>\n", reached,
+      picture.nodes.size(), draw::to_svg(picture));
 }
 
 struct WitnessRow {

@@ -394,7 +394,7 @@ Result<void> Workspace::write(const std::string& file, const std::string& text) 
   constexpr mode_t kPermissions = 07777;
   struct stat before {};
   const mode_t mode = stat(place->c_str(), &before) == 0 ? before.st_mode & kPermissions : kNewFile;
-  const fs::path beside = place->parent_path() / (fmt::format(".{}.part", place->filename().string()));
+  const fs::path beside = place->parent_path() / fmt::format(".{}.part", place->filename().string());
   unlink(beside.c_str());  // what a machine that stopped has left
   const int descriptor = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode);
   if (descriptor < 0) return unwritable(file);

@@ -266,14 +266,15 @@ TEST_F(ResponderTest, TellsTheBlackboardsOfSubTreesApartThatNobodyHasNamed) {
   const bt::Tree tree =
       load_tree(R"(<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence>
       <SubTree ID="A"/><SubTree ID="B"/></Sequence></BehaviorTree>
-    <BehaviorTree ID="A"><Script code="a := 1"/></BehaviorTree>
+    <BehaviorTree ID="A"><Sequence><Script code="a := 1"/><SetBlackboard value="{unset}" output_key="a"/></Sequence></BehaviorTree>
     <BehaviorTree ID="B"><Script code="b := 2"/></BehaviorTree></root>)");
   bt::State state(tree);
   ASSERT_TRUE(bt::set_entry(tree, state, "a", Value(1), TimePoint{}, 1));
   ASSERT_TRUE(bt::set_entry(tree, state, "b", Value(2), TimePoint{}, 3));
   scene.begin(*describe(tree), TreeId{1});
-  scene.blackboard(bt::export_blackboard(tree, state));
-  EXPECT_EQ(to_json(*parse_message_pack(ask(Ask::kBlackboard, "A::2;B::4"))), R"({"A::2":{"a":1},"B::4":{"b":2}})");
+  scene.blackboard(boards(tree, state));
+  EXPECT_EQ(to_json(*parse_message_pack(ask(Ask::kBlackboard, "A::2;B::4"))),
+            R"({"A::2":{"a":1,"unset":null},"B::4":{"b":2}})");
   EXPECT_THAT(ask(Ask::kTree), HasSubstr(R"(<SubTree ID="SubTree")")) << "real publishers describe it";
 }
 

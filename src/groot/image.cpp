@@ -260,4 +260,14 @@ Result<TreeImage> describe(const Tree& tree, std::uint16_t base) {
   return image;
 }
 
+Value boards(const bt::Tree& tree, const bt::State& state) {
+  Map scopes;
+  for (const bt::EntryFact& fact : bt::blackboard(tree, state)) {
+    Value& scope = scopes[fact.scope];
+    if (scope.is_null()) scope = Map{};
+    scope.as_map()->append(fact.name, *fact.value);
+  }
+  return scopes;
+}
+
 }  // namespace sentree::groot

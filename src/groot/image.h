@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sentree/base/result.h"
+#include "sentree/bt/state.h"
 #include "sentree/bt/tree.h"
 
 namespace sentree::groot {
@@ -38,6 +39,10 @@ struct TreeImage {
 /// The tree as BehaviorTree.CPP 4.10 shows it to Groot 2: every node with its number as `_uid`, every instance of a
 /// SubTree as a BehaviorTree of its own with its `_fullpath`, and models of all nodes, built-in ones included.
 [[nodiscard]] std::string write_xml(const bt::Tree& tree);
+
+/// All entries as `bt::export_blackboard` gives them, and as null those without a value and C++ objects: so
+/// BehaviorTree.CPP shows them to Groot 2.
+[[nodiscard]] Value boards(const bt::Tree& tree, const bt::State& state);
 
 /// What BehaviorTree.CPP calls the instance of a SubTree, by its node: the names of the instances around it and its
 /// own, joined with '/'; the own name is its attribute `name`, else its ID and its number ("Dock::7"). Each is there

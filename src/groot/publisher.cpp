@@ -43,7 +43,7 @@ struct Publisher::Impl final : bt::Observer, Hooks {
   // Between two nodes nothing of the state is in the middle of a change.
   void copy_board() {
     const bt::Runner& runner = executor.runner();
-    scene.blackboard(bt::export_blackboard(runner.tree(), runner.state()));
+    scene.blackboard(boards(runner.tree(), runner.state()));
   }
 
   bt::Status at(bt::NodeId node, Hook::Position position) {

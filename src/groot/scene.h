@@ -28,7 +28,7 @@ class Scene {
   void changed(const Change& change);
   /// A node was skipped, which changes no status.
   void skipped(bt::NodeId node, std::int64_t at_us);
-  /// All entries, as `bt::export_blackboard` gives them.
+  /// All entries, as `boards` gives them.
   void blackboard(Value entries);
 
   // --- For who serves it --------------------------------------------------------------------------------------------

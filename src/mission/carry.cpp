@@ -137,7 +137,7 @@ class Mapping {
         return service == after_.services.end() || !is_action(*service->second.service);
       });
       std::erase_if(next.heard, [&](const Shared<Publication>& heard) {
-        return std::find(leaf.latest.begin(), leaf.latest.end(), heard->topic) == leaf.latest.end();
+        return std::find(other.latest.begin(), other.latest.end(), heard->topic) == other.latest.end();
       });
       for (SkillState::Line& line : next.lines) {
         for (const Shared<Call>& call : line.waiting) check(call);

@@ -163,7 +163,8 @@ class PartMemory final : private Ground {
     return std::get<ModelState>(*tables_->kept[run.parts[tables_->parts.skills() + index]].state);
   }
 
-  /// Every session of a part, by its index among leaves, then models, in any state that was found.
+  /// Every state of a part that was found, by its index: leaves, then models, then the tree. `wake` is how long its
+  /// chart waits for its next timer.
   void each_state(
       const std::function<void(std::size_t part, const PartState&, std::optional<Duration> wake)>& visit) const;
 

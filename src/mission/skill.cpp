@@ -623,16 +623,17 @@ class SkillMachine::Step {
     machine_.said_.clear();
     follow();
     for (const Shared<Publication>& heard : state_.heard) {
-      if (lives_) hear(*heard);
+      if (lives_) hear(*heard, !model_.protocol);
     }
   }
 
-  void hear(const Publication& published) {
+  // @param answers  As of `step`.
+  void hear(const Publication& published, bool answers = true) {
     scxml::Event event;
     event.name = published.topic;
     event.origintype = "thrift";
     event.data = idl::for_script(published.args);
-    step(event);
+    step(event, answers);
   }
 
   // For the runs that begin later.
@@ -648,11 +649,12 @@ class SkillMachine::Step {
       state_.heard.insert(at, what);
   }
 
-  // Whether the chart took it.
-  bool step(const scxml::Event& event) {
+  // Whether the chart took it. @param answers  Whether what it does then may answer a tick.
+  bool step(const scxml::Event& event, bool answers = true) {
     const bool enabled =
         execute(machine_.memory_ ? StepMemory::name_of(event) : std::string(),
                 {.kind = scxml::StepOrder::Kind::kEvent, .now = host_.now(), .event = event, .options = {}});
+    if (!answers) machine_.said_.clear();
     follow();
     return enabled;
   }

@@ -730,6 +730,25 @@ TEST(SkillTopics, AChartThatATopicBeginsHearsItOnce) {
   EXPECT_THAT(p.done(), ElementsAre("log heard"));
 }
 
+TEST(SkillTopics, WhatARememberedTopicBringsAboutIsNoAnswer) {
+  const project::SkillProtocol protocol{.tick = "tick", .states = {{"done", bt::Status::kSuccess}}};
+  SkillPlayer p(R"(
+  <state id="asked">
+    <transition event="s.level" target="done"/>
+    <transition event="end" target="gone"/>
+  </state>
+  <state id="done">
+    <transition event="tick" target="gone"><log label="ticked"/></transition>
+  </state>
+  <final id="gone"/>)",
+                {.protocol = protocol, .latest_topics = {"s.level"}});
+  p.hear(20);
+  p.tick(true);
+  EXPECT_THAT(p.done(), testing::Contains("log ticked"));
+  p.tick(true);
+  EXPECT_THAT(p.done(), testing::Contains("log ticked")) << "what it hears again as it begins is no answer to the tick";
+}
+
 TEST(SkillTopics, WithoutThatARunKnowsWhatComesWhileItGoesOn) {
   SkillPlayer p(kLow);
   p.hear(20);

@@ -26,8 +26,8 @@ struct Waiting {
   friend bool operator==(const Waiting&, const Waiting&) = default;
 };
 
-/// A whole run in virtual time, between two deliveries: everything that what follows depends on. A plain value: a copy
-/// goes on alike. It must only be used with the plan of its run.
+/// A whole run between two deliveries (in real time while all of its parts are at rest): everything that what follows
+/// depends on. A plain value: a copy goes on alike. It must only be used with the plan of its run.
 struct State {
   TimePoint now{};
   /// More than injections has happened at `now`: what is commanded from outside comes a nanosecond later.

@@ -436,14 +436,11 @@ Js Script::equal(const Condition& c, bool wanted) {
   if (type == Type::kUnknown) type = type_of(right).kind;
   if (type == Type::kNumber) {
     // Of what is no number (undefined, 0/0) neither holds; two that are undefined are equal to JavaScript.
-    const auto is_datum = [](const Condition& side) {
-      const Kind kind = inside(side).kind;
-      return kind == Kind::kValue || kind == Kind::kMember;
-    };
+    const auto is_literal = [](const Condition& side) { return inside(side).kind == Kind::kNumber; };
     if (wanted) {
-      const Js set = is_datum(left) && is_datum(right)
-                         ? js_and(there, {fmt::format("typeof {} === 'number'", value(inside(left)).text), kEquality})
-                         : there;
+      const Js set = is_literal(left) || is_literal(right)
+                         ? there
+                         : js_and(there, {fmt::format("typeof {} === 'number'", in(a, kPrimary)), kEquality});
       return js_and(set, infix(a, "===", b, kEquality));
     }
     return js_and(there, js_or(infix(a, "<", b, kRelation), infix(a, ">", b, kRelation)));

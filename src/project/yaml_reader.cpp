@@ -43,7 +43,7 @@ SourceSpan YamlReader::span(const std::string& key) const {
 
 const text::YamlNode* YamlReader::node(const std::string& key) {
   const bool is_first = std::find(known_.begin(), known_.end(), key) == known_.end();
-  known_.push_back(key);
+  if (is_first) known_.push_back(key);
   const text::YamlNode* found = node_.find(key);
   if (is_first && found != nullptr && found->is_null()) {
     diagnostics_.push_back({Severity::kWarning, "project.no-value",

@@ -92,9 +92,9 @@ void SkillActor::tick(std::uint64_t tick, bool started, Map inputs, TimePoint as
   mission::SkillDelivery what = mission::TickSkill{tick, started, std::move(inputs)};
   {
     const std::lock_guard lock(order_mutex_);
-    const bool held = held_back("tick", what);
-    asked_ = held ? kNever : asked;
-    if (held) return;
+    asked_ = kNever;
+    if (held_back("tick", what)) return;
+    asked_ = asked;
   }
   scheduler_.hand_over(actor_, addressed(std::move(what)));
 }

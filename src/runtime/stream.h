@@ -73,7 +73,7 @@ class Stream {
   std::optional<mission::Admission> publish_if(Message message, const Judge& judge, TimePoint deadline,
                                                Decided decided);
 
-  // Virtual time only, between two tasks: its part of the state of a run.
+  // Between two tasks, in real time while the scheduler is held: its part of the state of a run.
   void save(mission::State& state) const;
   void load(const mission::State& state);
 

@@ -17,6 +17,7 @@ bool TopicInbox::add(const Scheduler& scheduler, const Topics::Told& told) {
   const std::lock_guard lock(mutex_);
   if (has_room) {
     told_.push_back(told);
+    if (told_.size() > kWaitingMax) told_.pop_front();
     return true;
   }
   waiting_.fetch_sub(1);
@@ -33,9 +34,10 @@ std::optional<Topics::Told> TopicInbox::taken(const mission::Publication& what, 
   {
     const std::lock_guard lock(mutex_);
     // What a durable run found in its journal is not there.
-    if (!told_.empty() && &*told_.front().what == &what) {
-      told = std::move(told_.front());
-      told_.pop_front();
+    const auto found = std::find_if(told_.begin(), told_.end(), [&](const auto& each) { return &*each.what == &what; });
+    if (found != told_.end()) {
+      told = std::move(*found);
+      told_.erase(told_.begin(), found + 1);
     }
     if (lost_ == 0) return told;
     message.data = Map{{"count", std::exchange(lost_, 0)}, {"first", first_lost_}};

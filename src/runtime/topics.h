@@ -22,9 +22,9 @@ class Topics {
  public:
   struct Told {
     mission::Shared<mission::Publication> what;
-    Duration delay{};        ///< By faults.
-    TimePoint published{};   ///< When.
-    std::uint64_t sequence;  ///< Its number among the observations.
+    Duration delay{};            ///< By faults.
+    TimePoint published{};       ///< When.
+    std::uint64_t sequence = 0;  ///< Its number among the observations.
   };
   using Take = std::function<void(const Told&)>;
 

@@ -75,7 +75,7 @@ struct GrootRun::Impl final : groot::Hooks {
     const auto now = SteadyClock::now();
     if (!at_once && now - board_copied < kBoardPeriod) return;
     board_copied = now;
-    const auto copy = [this, run] { scene.blackboard(bt::export_blackboard(*tree, run->mission().state().tree)); };
+    const auto copy = [this, run] { scene.blackboard(groot::boards(*tree, run->mission().state().tree)); };
     if (run->scheduler().is_virtual())
       copy();
     else
@@ -235,7 +235,7 @@ struct GrootRun::Impl final : groot::Hooks {
     if (!image) return tl::unexpected(image.error());
     tree = &plan.tree;
     scene.begin(std::move(*image), groot::new_tree_id());
-    scene.blackboard(bt::export_blackboard(plan.tree, bt::State(plan.tree)));
+    scene.blackboard(groot::boards(plan.tree, bt::State(plan.tree)));
     return {};
   }
 

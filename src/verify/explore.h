@@ -75,8 +75,8 @@ struct Graph {
   std::vector<ChoicePoint> choices;
   std::vector<std::string> parts;  ///< Of the mission, by name.
   bool complete = true;
-  std::string limit;  ///< Why it is not complete,
-  std::string grows;  ///< and what took most values until then, with a way out (`most_varied`); may be empty.
+  std::string limit;  ///< Why it is not complete; empty: it is.
+  std::string grows;  ///< What took most values until a limit, with a way out (`most_varied`); may be empty.
   Duration period{};
   std::uint32_t complete_to = 0;  ///< Ticks up to which every behaviour is known.
 

@@ -69,12 +69,12 @@ class Varied {
   }
 
  private:
-  void add(Kind kind, std::string name, std::string value) {
-    values_[{kind, std::move(name)}].insert(std::move(value));
+  void add(Kind kind, std::string name, const std::string& value) {
+    values_[{kind, std::move(name)}].insert(hash_bytes(value));
   }
 
   const project::Plan& plan_;
-  std::map<std::pair<Kind, std::string>, std::set<std::string>> values_;
+  std::map<std::pair<Kind, std::string>, std::set<std::uint64_t>> values_;  // hashes
 };
 
 }  // namespace

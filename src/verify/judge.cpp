@@ -166,8 +166,10 @@ class Judge {
   // ----
 
   std::string vacuity() {
-    if (!memory_.ever_heard()) return "no observation that it waits for is ever made";
     const monitor::Origin* origin = model_.origin();
+    const bool may_be_silent =
+        origin != nullptr && !origin->requirement.scope.open && is_ruled_out(origin->requirement);
+    if (!memory_.ever_heard() && !may_be_silent) return "no observation that it waits for is ever made";
     if (origin == nullptr) return {};
     const monitor::Requirement& of = origin->requirement;
     std::string why;
@@ -177,7 +179,8 @@ class Judge {
       monitor::collect_sources(*condition, sources);
       const std::size_t all = sources.size();
       std::erase_if(sources, [&](const monitor::Source& source) { return is_seen(source); });
-      const bool can_be_wanting = condition != of.scope.close && condition != of.r && condition != of.assuming;
+      const bool can_be_wanting = condition != of.scope.close && condition != of.r && condition != of.assuming &&
+                                  !(condition == of.p && is_ruled_out(of));
       if (can_be_wanting && all > 0 && sources.size() == all && why.empty())
         why = fmt::format("{} is never seen", sources.front().text());
       for (const monitor::Source& source : sources) {
@@ -195,6 +198,17 @@ class Judge {
       default: return {};
     }
     return memory_.ever_owed() ? "" : "it is never triggered, or what it asks for holds then at once";
+  }
+
+  // That an event never comes is what is asked for, and may be so.
+  static bool is_ruled_out(const monitor::Requirement& of) {
+    const bool forbids = of.pattern == monitor::Pattern::kNever || of.pattern == monitor::Pattern::kAtMost;
+    return forbids && speaks_of_events(*of.p);
+  }
+  static bool speaks_of_events(const monitor::Condition& condition) {
+    if (condition.kind == monitor::Condition::Kind::kEvent) return true;
+    return !condition.operands.empty() && std::all_of(condition.operands.begin(), condition.operands.end(),
+                                                      [](const auto& operand) { return speaks_of_events(*operand); });
   }
 
   // Whether anybody observes that at all, whatever is in it.

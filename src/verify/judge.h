@@ -52,7 +52,7 @@ struct Judgement {
   std::optional<Probability> least;
   std::optional<Probability> greatest;
   std::string error;  ///< It could not be judged.
-  std::string limit;  ///< Why it is unknown though everything was explored; empty: it is not.
+  std::string limit;  ///< Why judging ended before it was known; empty: it did not.
 };
 
 struct JudgeOptions {

@@ -151,12 +151,15 @@ std::vector<Known> known() {
                  "trigger: whenever said = 9, robot shall said = 6 within 1 s.\n"
                  "unseen: never told = 3.\n"
                  "precedes_: said = 1 precedes event(reply(e.ask)).\n"
-                 "hidden: always (said <= 6 or told = 3).\nbefore_: before said = 9, always said <= 6.\n",
+                 "hidden: always (said <= 6 or told = 3).\nbefore_: before said = 9, always said <= 6.\n"
+                 "silent: never event(reply(e.ask)).\nafter_: after said = 1, never event(reply(e.ask)).\n",
                  {{"trigger", "vacuous", {}},
                   {"unseen", "vacuous", {}},
                   {"precedes_", "vacuous", {}},
                   {"hidden", "holds", {}},
-                  {"before_", "holds", {}}},
+                  {"before_", "holds", {}},
+                  {"silent", "holds", {}},
+                  {"after_", "holds", {}}},
                  "",
                  false,
                  answers("", "1", "e")});

@@ -18,7 +18,8 @@ class Reaching {
   Judgement::Probability operator()(const std::function<bool()>& interrupted) {
     const std::vector<bool> can = reaches(std::vector<bool>(n_, true));
     if (!can[0]) return {0, 0};
-    const std::vector<bool> surely = reaches_surely(can);
+    const std::vector<bool> surely = reaches_surely(can, interrupted);
+    if (surely.empty()) return {0, 1};
     if (surely[0]) return {1, 1};
     low_.assign(n_, 0);
     high_.assign(n_, 0);
@@ -99,11 +100,12 @@ class Reaching {
     return found;
   }
 
-  // From where what is left open can be decided so that a target is reached with probability 1.
-  std::vector<bool> reaches_surely(std::vector<bool> within) const {
+  // From where what is left open can be decided so that a target is reached with probability 1; empty: interrupted.
+  std::vector<bool> reaches_surely(std::vector<bool> within, const std::function<bool()>& interrupted) const {
     for (;;) {
       std::vector<bool> less = reaches(within);
       if (less == within) return within;
+      if (interrupted && interrupted()) return {};
       within = std::move(less);
     }
   }

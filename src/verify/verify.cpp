@@ -118,14 +118,16 @@ Verification verify(const project::Plan& plan, const Asked& asked) {
     if (only.empty() || std::find(only.begin(), only.end(), model.name()) != only.end()) judged.push_back(&model);
   }
   out.judgements.resize(judged.size());
-  JudgeOptions how = asked.judge;
-  const auto judging = std::chrono::steady_clock::now();
   // What is known of a part is told too: who was interrupted before is not so again.
-  how.interrupted = [&, explored = out.graph.complete] {
-    return (explored && options.interrupted && options.interrupted()) ||
-           (options.time && std::chrono::steady_clock::now() - judging > *options.time);
-  };
-  for_each(asked.each, judged.size(), [&](std::size_t i) { out.judgements[i] = judge(out.graph, *judged[i], how); });
+  const bool was_interrupted = options.interrupted && options.interrupted();
+  for_each(asked.each, judged.size(), [&](std::size_t i) {
+    JudgeOptions how = asked.judge;
+    how.interrupted = [&, begun = std::chrono::steady_clock::now()] {
+      return (!was_interrupted && options.interrupted && options.interrupted()) ||
+             (options.time && std::chrono::steady_clock::now() - begun > *options.time);
+    };
+    out.judgements[i] = judge(out.graph, *judged[i], how);
+  });
   if (out.graph.complete) out.not_reached = not_reached(plan, out.graph);
   return out;
 }

@@ -356,10 +356,13 @@ class Port::Impl {
     Encoding::Call got = encoding_.read_call(in, bytes, *role_.interface, role_.only);
     if (got.method != nullptr && conform(*got.method, got.arguments))
       return role_.take(*got.method, std::move(got.arguments));
-    peer_errors_.fetch_add(1);
-    if (options_.on_peer_error)
-      options_.on_peer_error(fmt::format("data for yarp:{} are none of {}{}", options_.name, role_.interface->name,
-                                         got.asked.empty() ? "" : fmt::format(" (\"{}\")", got.asked)));
+    // Whoever writes what is not wanted may do so a thousand times a second.
+    constexpr std::uint64_t kToldMax = 10;
+    const std::uint64_t before = peer_errors_.fetch_add(1);
+    if (options_.on_peer_error && before < kToldMax)
+      options_.on_peer_error(fmt::format("data for yarp:{} are none of {}{}{}", options_.name, role_.interface->name,
+                                         got.asked.empty() ? "" : fmt::format(" (\"{}\")", got.asked),
+                                         before + 1 == kToldMax ? "; what follows is not told" : ""));
   }
 
   static bool conform(const idl::Method& method, Value& arguments) {
@@ -613,8 +616,8 @@ class Port::Impl {
     };
     const std::lock_guard lock(mutex_);
     if (set) {
-      if (properties_.size() >= kPropertiesMax) return {Item::word("fail")};
       std::erase_if(properties_, [&](const auto& known) { return known.first == key; });
+      if (properties_.size() >= kPropertiesMax) return {Item::word("fail")};
       properties_.emplace_back(key, value);
       return {Item::word("ok")};
     }

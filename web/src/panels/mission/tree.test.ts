@@ -88,15 +88,23 @@ describe("arrow keys", () => {
 });
 
 describe("the blackboard that a node sees", () => {
+  const subtree = (id: number, parent: number, path: string): TreeNode => ({ ...node(id, parent, path), path, kind: "subtree" });
+  // 0 ─ Go ─ Energy ─ 3
+  //   └ Go ─ 5
+  const nodes = [node(0, null, "Root"), subtree(1, 0, "Go"), subtree(2, 1, "Go.Energy"), node(3, 2, "Leaf"), subtree(4, 0, "Go"), node(5, 4, "Leaf")];
+
   it("is that of the innermost SubTree around it", () => {
-    expect(scope_of(kNodes, 3, ["", "Main.Energy"])).toBe("Main.Energy");
-    expect(scope_of(kNodes, 1, ["", "Main.Energy"])).toBe("");
-    expect(scope_of(kNodes, 5, ["", "Main.Energy"])).toBe("");
+    expect(scope_of(nodes, 3, ["", "Go", "Go.Energy"])).toBe("Go.Energy");
+    expect(scope_of(nodes, 3, ["", "Go"])).toBe("Go");
+    expect(scope_of(nodes, 1, ["", "Go"])).toBe("");
+    expect(scope_of(nodes, 5, ["", "Other"])).toBe("");
   });
 
   it("is found by the number of a SubTree that others are called like", () => {
-    expect(scope_of(kNodes, 3, ["", "Go::2", "Go::3"])).toBe("Go::2");
-    expect(scope_of(kNodes, 5, ["", "Go::2", "Go::3"])).toBe("Go::3");
-    expect(scope_of(kNodes, 3, ["", "Go::12"])).toBe("");
+    const scopes = ["", "Go::2", "Go::2.Energy", "Go::5"];
+    expect(scope_of(nodes, 3, scopes)).toBe("Go::2.Energy");
+    expect(scope_of(nodes, 2, scopes)).toBe("Go::2");
+    expect(scope_of(nodes, 5, scopes)).toBe("Go::5");
+    expect(scope_of(nodes, 5, ["", "Go::15"])).toBe("");
   });
 });

@@ -114,8 +114,27 @@ function depth(parent_of: (id: number) => number, id: number): number {
 
 /** The blackboard that a node sees: that of the innermost SubTree around it which has one. Where several SubTrees have one path, each is called by its number. */
 export function scope_of(nodes: readonly TreeNode[], id: number, scopes: readonly string[]): string {
-  for (const around of ancestors(nodes, id)) {
-    const found = scopes.find((scope) => scope.endsWith(`::${around + 1}`)) ?? scopes.find((scope) => scope !== "" && scope === nodes[around]?.path);
+  const around = ancestors(nodes, id).filter((ancestor) => nodes[ancestor]?.kind === "subtree");
+  // The name of each behind that of the one around it.
+  const names = around.map((ancestor, i) => {
+    const path = nodes[ancestor]?.path ?? "";
+    const outer = around[i + 1];
+    return outer === undefined ? path : path.slice((nodes[outer]?.path.length ?? 0) + 1);
+  });
+  for (let i = 0; i < around.length; i += 1) {
+    const inner = around.slice(i).reverse();
+    const found = scopes.find((scope) => {
+      let rest = scope;
+      const is_it = inner.every((ancestor, k) => {
+        const own = names[around.length - 1 - k] ?? "";
+        const number = new RegExp(`^[^.]+::${ancestor + 1}(?![^.])`).exec(rest)?.[0];
+        const part = number ?? (rest === own || rest.startsWith(`${own}.`) ? own : null);
+        if (part === null) return false;
+        rest = rest.slice(part.length + 1);
+        return true;
+      });
+      return is_it && rest === "";
+    });
     if (found !== undefined) return found;
   }
   return "";
