@@ -51,8 +51,9 @@ std::string times(std::uint64_t count) {
 
 void check_status(YamlReader& reader, const std::string& status, const std::vector<std::string>& statuses) {
   if (status.empty() || std::find(statuses.begin(), statuses.end(), status) != statuses.end()) return;
-  reader.error(reader.span("status"), "scenario.status",
-               fmt::format("there is no status \"{}\"; it is one of {}", status, fmt::join(statuses, ", ")));
+  std::string way_out = did_you_mean(status, statuses);
+  if (way_out.empty()) way_out = fmt::format("; it is one of {}", fmt::join(statuses, ", "));
+  reader.error(reader.span("status"), "scenario.status", fmt::format("there is no status \"{}\"{}", status, way_out));
 }
 
 // Of each kind: how it is read, what an entry says of it, whom it concerns, and how it is told in one line.
