@@ -270,11 +270,11 @@ TEST_F(ResponderTest, TellsTheBlackboardsOfSubTreesApartThatNobodyHasNamed) {
     <BehaviorTree ID="B"><Script code="b := 2"/></BehaviorTree></root>)");
   bt::State state(tree);
   ASSERT_TRUE(bt::set_entry(tree, state, "a", Value(1), TimePoint{}, 1));
-  ASSERT_TRUE(bt::set_entry(tree, state, "b", Value(2), TimePoint{}, 3));
+  ASSERT_TRUE(bt::set_entry(tree, state, "b", Value(2), TimePoint{}, 5));
   scene.begin(*describe(tree), TreeId{1});
   scene.blackboard(boards(tree, state));
-  EXPECT_EQ(to_json(*parse_message_pack(ask(Ask::kBlackboard, "A::2;B::4"))),
-            R"({"A::2":{"a":1,"unset":null},"B::4":{"b":2}})");
+  EXPECT_EQ(to_json(*parse_message_pack(ask(Ask::kBlackboard, "A::2;B::6"))),
+            R"({"A::2":{"a":1,"unset":null},"B::6":{"b":2}})");
   EXPECT_THAT(ask(Ask::kTree), HasSubstr(R"(<SubTree ID="SubTree")")) << "real publishers describe it";
 }
 
