@@ -78,6 +78,13 @@ class Replays : public ::testing::Test {
     return std::move(*report);
   }
 
+  void expect_the_same(RecordedRun& run) {
+    const ReplayReport report = replay_with(run, run.scenario(), false);
+    for (const Difference& d : report.differences)
+      ADD_FAILURE() << sentree::seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
+    EXPECT_EQ(report.unrecorded, "");
+  }
+
   // What was observed after the last snapshot before that moment.
   static std::vector<Message> since_snapshot(RecordedRun& run, TimePoint moment) {
     const auto snapshot = *run.snapshot(moment);
@@ -131,19 +138,13 @@ override:
 
 TEST_F(Replays, ARecordingInRealTimeDoesTheSame) {
   RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(8), 4);
-  const ReplayReport report = replay_with(run, run.scenario(), false);
-  for (const Difference& d : report.differences)
-    ADD_FAILURE() << sentree::seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
-  EXPECT_EQ(report.unrecorded, "");
+  expect_the_same(run);
 }
 
 TEST_F(Replays, ARecordingOfAMachineThatWasLateDoesTheSame) {
   // A period is a millisecond here, so that everything is late now and then, deadlines included.
   RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(60), 100);
-  const ReplayReport report = replay_with(run, run.scenario(), false);
-  for (const Difference& d : report.differences)
-    ADD_FAILURE() << sentree::seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
-  EXPECT_EQ(report.unrecorded, "");
+  expect_the_same(run);
 }
 
 // Answers when the mission has published the second tick, and the leaf has not taken that yet.
@@ -187,9 +188,7 @@ services:
   RecordedRun run = record_run(folder_.path() / "sentree.yaml", false, std::chrono::seconds(20));
   ASSERT_EQ(ticks, 2);
   ASSERT_EQ(run.fact("mission"), "SUCCESS");
-  const ReplayReport report = replay_with(run, run.scenario(), false);
-  for (const Difference& d : report.differences)
-    ADD_FAILURE() << sentree::seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
+  expect_the_same(run);
 }
 
 TEST_F(Replays, ATopicIsTakenBehindWhatWasTakenBeforeIt) {
@@ -224,9 +223,7 @@ skills:
   };
   RecordedRun run = record_run(folder_.path() / "scenarios/said.yaml", false, std::chrono::seconds(20));
   ASSERT_EQ(run.fact("mission"), "SUCCESS");
-  const ReplayReport report = replay_with(run, run.scenario(), false);
-  for (const Difference& d : report.differences)
-    ADD_FAILURE() << sentree::seconds(d.time) << " " << d.who << ": " << d.recorded << " / " << d.replayed;
+  expect_the_same(run);
 }
 
 // Everything that a run is when all up to `at` has happened, but for what has no value form.

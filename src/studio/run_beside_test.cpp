@@ -106,6 +106,18 @@ class Beside : public testing::Test {
     }
   }
 
+  // Held at a moment, the run goes on with one leaf more. @param first  The recording until then.
+  void begin_and_add_a_leaf(std::string& first) {
+    edit("mission.xml", R"(<ReactiveSequence name="Root">)",
+         R"(<ReactiveSequence name="Root"><AlwaysSuccess/><BatteryLevelAbove name="NotEmpty" threshold="1"/>)");
+    begin();
+    hold();
+    first = run_->file();
+    const auto replaced = replace();
+    ASSERT_TRUE(replaced.ok()) << to_string(replaced.diagnostics.front());
+    EXPECT_THAT(*replaced.value, testing::Contains("leaf NotEmpty is new"));
+  }
+
   [[nodiscard]] fs::path runs() const { return folder_.path() / "runs"; }
 
   static constexpr double kFactor = 4.0;
@@ -117,14 +129,8 @@ class Beside : public testing::Test {
 };
 
 TEST_F(Beside, GoesOnWithTheEditedProjectFromWhereItIsAndBothRecordingsAreWhole) {
-  edit("mission.xml", R"(<ReactiveSequence name="Root">)",
-       R"(<ReactiveSequence name="Root"><AlwaysSuccess/><BatteryLevelAbove name="NotEmpty" threshold="1"/>)");
-  begin();
-  hold();
-  const std::string first = run_->file();
-  const auto replaced = replace();
-  ASSERT_TRUE(replaced.ok()) << to_string(replaced.diagnostics.front());
-  EXPECT_THAT(*replaced.value, Contains("leaf NotEmpty is new"));
+  std::string first;
+  ASSERT_NO_FATAL_FAILURE(begin_and_add_a_leaf(first));
   const std::string second = run_->file();
   EXPECT_NE(first, second);
   // As it was held it is held.
@@ -224,14 +230,8 @@ Seen seen_in(std::initializer_list<replay::RecordedRun*> parts) {
 
 TEST_F(Beside, InRealTimeItGoesOnFromWhereItIsPausedOrNot) {
   in_real_time();
-  edit("mission.xml", R"(<ReactiveSequence name="Root">)",
-       R"(<ReactiveSequence name="Root"><AlwaysSuccess/><BatteryLevelAbove name="NotEmpty" threshold="1"/>)");
-  begin();
-  hold();
-  const std::string first = run_->file();
-  const auto replaced = replace();
-  ASSERT_TRUE(replaced.ok()) << to_string(replaced.diagnostics.front());
-  EXPECT_THAT(*replaced.value, Contains("leaf NotEmpty is new"));
+  std::string first;
+  ASSERT_NO_FATAL_FAILURE(begin_and_add_a_leaf(first));
   const std::string second = run_->file();
   wait_paused();
   ASSERT_TRUE(steer("resume"));

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,8 @@ struct Known {
   bool all_fair = false;
   std::string other_model = "";  // that serves e
 };
+
+void PrintTo(const Known& known, std::ostream* out) { *out << known.why; }
 
 std::string chart(const std::string& inside) {
   return "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">" + inside +

@@ -174,19 +174,26 @@ ChoicePoint Periods::point_of(const Possible& fault) const {
   return {"", fault.ends ? "end of fault" : "fault", project::describe(what), to_json(Value(project::to_entry(what)))};
 }
 
-Result<void> Periods::fault() {
-  if (options_.faults.empty()) return {};
+Result<void> Periods::put_faults(const Options& options, Frontier& frontier,
+                                 const std::function<const Possible*(const std::vector<Possible>& possible)>& decide) {
+  if (options.faults.empty()) return {};
   for (std::size_t from = 0;;) {
-    const std::vector<Possible> possible = possible_faults(options_, *frontier_, from);
-    if (possible.empty()) return {};
+    const std::vector<Possible> possible = possible_faults(options, frontier, from);
+    const Possible* const fault = possible.empty() ? nullptr : decide(possible);
+    if (fault == nullptr) return {};
+    if (auto injected = frontier.inject(fault->what); !injected) return injected;
+    from = fault->number(options) + 1;
+  }
+}
+
+Result<void> Periods::fault() {
+  return put_faults(options_, *frontier_, [this](const std::vector<Possible>& possible) -> const Possible* {
     graph_.nondeterministic = true;
     const std::uint32_t taken = decide(Made::Kind::kFault, possible.size() + 1);
-    if (taken == 0) return {};
-    const Possible& fault = possible[taken - 1];
-    made_.back().what = intern_choice(point_of(fault));
-    if (auto injected = frontier_->inject(fault.what); !injected) return injected;
-    from = fault.number(options_) + 1;
-  }
+    if (taken == 0) return nullptr;
+    made_.back().what = intern_choice(point_of(possible[taken - 1]));
+    return &possible[taken - 1];
+  });
 }
 
 std::string Periods::key_of(const ChoicePoint& point) {

@@ -128,6 +128,9 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   };
   [[nodiscard]] static std::vector<Possible> possible_faults(const Options& options, const Frontier& frontier,
                                                              std::size_t from);
+  // Lets faults come and go, one after the other; `decide` names one of those that are possible, or null: no more.
+  static Result<void> put_faults(const Options& options, Frontier& frontier,
+                                 const std::function<const Possible*(const std::vector<Possible>& possible)>& decide);
   [[nodiscard]] ChoicePoint point_of(const Possible& fault) const;
   [[nodiscard]] static std::string key_of(const ChoicePoint& point);
   static Hash128 hash_of(const std::vector<Seen>& seen, std::vector<std::uint32_t>& words);

@@ -78,22 +78,17 @@ std::uint32_t Scout::decide(Made::Kind kind, std::uint64_t count) {
 }
 
 Result<void> Scout::fault() {
-  if (of_.options_.faults.empty()) return {};
-  for (std::size_t from = 0;;) {
-    const auto possible = Periods::possible_faults(of_.options_, *frontier_, from);
-    if (possible.empty()) return {};
-    const std::uint32_t taken = decide(Made::Kind::kFault, possible.size() + 1);
-    if (taken == 0) return {};
-    const Periods::Possible& fault = possible[taken - 1];
-    const auto known = of_.choice_of_.find(Periods::key_of(of_.point_of(fault)));
-    if (known == of_.choice_of_.end()) {
-      missed_ = true;
-      return {};
-    }
-    made_.back().what = known->second;
-    if (auto injected = frontier_->inject(fault.what); !injected) return injected;
-    from = fault.number(of_.options_) + 1;
-  }
+  using Possible = Periods::Possible;
+  return Periods::put_faults(
+      of_.options_, *frontier_, [this](const std::vector<Possible>& possible) -> const Possible* {
+        const std::uint32_t taken = decide(Made::Kind::kFault, possible.size() + 1);
+        if (taken == 0) return nullptr;
+        const auto known = of_.choice_of_.find(Periods::key_of(of_.point_of(possible[taken - 1])));
+        missed_ = missed_ || known == of_.choice_of_.end();
+        if (known == of_.choice_of_.end()) return nullptr;
+        made_.back().what = known->second;
+        return &possible[taken - 1];
+      });
 }
 
 void Scout::observed(std::uint32_t number, TimePoint now, const Message&) {
