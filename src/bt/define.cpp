@@ -255,7 +255,7 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
 
 SourceSpan Loader::script_place(std::string_view text, const XmlElement& element, std::string_view attribute,
                                 std::size_t offset) const {
-  const SourceSpan begin = element.attribute_value_span(attribute);
+  SourceSpan begin = element.attribute_value_span(attribute);
   const text::XmlDocument& xml = documents_[document_]->xml;
   // The script as written is searched for where its attribute begins.
   for (std::size_t at = element.offset(); (at = xml.source().find(text, at)) != std::string::npos; ++at) {

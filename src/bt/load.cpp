@@ -353,7 +353,7 @@ void Loader::box_main(const XmlElement& root) {
   bind_special(box, add_node(none, box, kNoNode, 0), 0);
 }
 
-Loaded<Tree> Loader::load(std::string xml, std::string file) {
+Loaded<Tree> Loader::load(std::string xml, const std::string& file) {
   Loaded<Tree> loaded;
   if (options_.registry != nullptr) {
     diagnostics_ = options_.registry->problems();

@@ -38,7 +38,8 @@ struct Substitution {
 };
 
 /// Reads the rules of BehaviorTree.CPP's JSON: {"TestNodeConfigs": {…}, "SubstitutionRules": {…}}.
-[[nodiscard]] Result<std::vector<Substitution>> parse_substitutions(std::string_view json, std::string file = {});
+[[nodiscard]] Result<std::vector<Substitution>> parse_substitutions(std::string_view json,
+                                                                    const std::string& file = {});
 
 struct LoadOptions {
   /// C++ nodes and script enums; null: only what is built in.

@@ -27,7 +27,7 @@ class Loader {
  public:
   explicit Loader(const LoadOptions& options) : options_(options), model_(std::make_unique<Model>()) {}
 
-  [[nodiscard]] Loaded<Tree> load(std::string xml, std::string file);
+  [[nodiscard]] Loaded<Tree> load(std::string xml, const std::string& file);
 
  private:
   static constexpr std::size_t kHintsMax = 200;

@@ -49,7 +49,7 @@ Result<Substitution::TestNode> test_node(const Value& config, const std::string&
 
 }  // namespace
 
-Result<std::vector<Substitution>> parse_substitutions(std::string_view json, std::string file) {
+Result<std::vector<Substitution>> parse_substitutions(std::string_view json, const std::string& file) {
   const auto document = text::parse_json(json, file);
   if (!document) return tl::unexpected(document.error());
   const Value* rules = document->find("SubstitutionRules");

@@ -63,7 +63,7 @@ std::string trimmed_end(std::string text) {
   return text;
 }
 
-std::string trimmed_start(std::string text) {
+std::string trimmed_start(const std::string& text) {
   return text.substr(std::min(text.find_first_not_of(" \n"), text.size()));
 }
 

@@ -134,7 +134,7 @@ std::vector<std::string> Service::method_names() const {
   return out;
 }
 
-Loaded<Schema> Schema::load(std::string_view source, std::string file, const IncludeReader& include) {
+Loaded<Schema> Schema::load(std::string_view source, const std::string& file, const IncludeReader& include) {
   Loaded<Schema> out;
   ProgramPtr program = is_ros_file(file) ? load_ros(source, file, include, out.diagnostics)
                                          : Loader(include, out.diagnostics).load(source, file, 0);

@@ -163,7 +163,7 @@ class Schema {
   /// idl.number-range, idl.not-an-exception, idl.include, idl.include-cycle, idl.too-deep, idl.too-large,
   /// idl.unsupported; warnings idl.field-id, idl.deprecated.
   /// Cost: O(size), about 20 ms a megabyte.
-  [[nodiscard]] static Loaded<Schema> load(std::string_view source, std::string file,
+  [[nodiscard]] static Loaded<Schema> load(std::string_view source, const std::string& file,
                                            const IncludeReader& include = {});
 
   /// Null if there is none of that name.

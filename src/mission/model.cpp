@@ -78,7 +78,7 @@ void ModelMachine::Observer::entered(const scxml::Chart& chart, std::string_view
   if (chart == machine.model_.chart) machine.surroundings_->entered(state);
 }
 
-Result<Value> ModelMachine::decide(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance) {
+Result<Value> ModelMachine::decide(const Choice& choice, const std::function<std::uint64_t(Rng&)>& by_chance) {
   const auto given = memory_ ? memory_->given() : std::nullopt;
   const std::uint64_t alternative = given ? *given : ask(choice, by_chance);
   if (memory_) memory_->chosen(choice, alternative);
@@ -113,7 +113,7 @@ void ModelMachine::add_choices() {
   const auto one_of = [this](const char* function, std::string name, Arguments of) {
     Choice choice{.function = function, .name = std::move(name), .count = of.size()};
     choice.alternative = [of](std::uint64_t i) { return of[i]; };
-    return decide(std::move(choice), [of](Rng& rng) { return rng.below(of.size()); });
+    return decide(choice, [of](Rng& rng) { return rng.below(of.size()); });
   };
   add("choose", [one_of](Arguments of) -> Result<Value> {
     if (of.empty()) return fail("model.choice", "choose() needs something to choose from");
@@ -137,7 +137,7 @@ void ModelMachine::add_choices() {
     Choice choice{.function = "between", .count = static_cast<std::uint64_t>(steps) + 1};
     choice.alternative = [low, step](std::uint64_t i) { return Value(low + step * static_cast<double>(i)); };
     const std::uint64_t count = choice.count;
-    return decide(std::move(choice), [count](Rng& rng) { return rng.below(count); });
+    return decide(choice, [count](Rng& rng) { return rng.below(count); });
   });
   add("chance", [this](Arguments of) -> Result<Value> {
     if (of.size() != 1 || !of[0].is_number() || !(of[0].number() >= 0 && of[0].number() <= 1))
@@ -149,8 +149,7 @@ void ModelMachine::add_choices() {
     Choice choice{.function = "chance", .count = (can_fail ? 1U : 0U) + (can_be ? 1U : 0U)};
     choice.alternative = [can_fail](std::uint64_t i) { return Value(!can_fail || i == 1); };
     choice.probability = [can_fail, p](std::uint64_t i) { return !can_fail || i == 1 ? p : 1 - p; };
-    return decide(std::move(choice),
-                  [p, can_fail](Rng& rng) -> std::uint64_t { return rng.uniform() < p && can_fail ? 1 : 0; });
+    return decide(choice, [p, can_fail](Rng& rng) -> std::uint64_t { return rng.uniform() < p && can_fail ? 1 : 0; });
   });
   add("draw", [this](Arguments of) -> Result<Value> {
     const List* list = of.size() == 1 ? of[0].as_list() : nullptr;
@@ -171,7 +170,7 @@ void ModelMachine::add_choices() {
     Choice choice{.function = "draw", .count = possible.size()};
     choice.alternative = [&possible](std::uint64_t i) { return (*possible[i])[1]; };
     choice.probability = [&possible](std::uint64_t i) { return (*possible[i])[0].number(); };
-    return decide(std::move(choice), [&possible](Rng& rng) {
+    return decide(choice, [&possible](Rng& rng) {
       double left = rng.uniform();
       for (std::size_t i = 0; i < possible.size(); ++i) {
         if ((left -= (*possible[i])[0].number()) < 0) return static_cast<std::uint64_t>(i);

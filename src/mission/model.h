@@ -127,7 +127,7 @@ class ModelMachine {
   [[nodiscard]] Result<std::variant<Answer, Topic>> meaning_of(const scxml::OutgoingSend& send) const;
   [[nodiscard]] Result<Topic> topic_of(const scxml::OutgoingSend& send, const idl::Service& service) const;
   // `by_chance` says what the generator of the state gives.
-  Result<Value> decide(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance);
+  Result<Value> decide(const Choice& choice, const std::function<std::uint64_t(Rng&)>& by_chance);
   // The alternative that comes; it will be said.
   std::uint64_t ask(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance);
   void add_choices();

@@ -203,7 +203,7 @@ struct RequirementFile {
 /// Codes: requirement.syntax, requirement.unknown-name, requirement.duplicate, requirement.bound,
 /// requirement.momentary, requirement.too-large, requirement.too-deep.
 /// Cost: O(size).
-[[nodiscard]] Loaded<RequirementFile> parse_requirements(std::string_view source, std::string file = {});
+[[nodiscard]] Loaded<RequirementFile> parse_requirements(std::string_view source, const std::string& file = {});
 
 /// Every observation that a requirement listens to, each once; mission.tick if it counts ticks.
 [[nodiscard]] std::vector<Source> sources_of(const Requirement& requirement);

@@ -263,12 +263,12 @@ void resolve_names(RequirementFile& file, Diagnostics& diagnostics) {
   diagnostics.insert(diagnostics.end(), unique.begin(), unique.end());
 }
 
-Loaded<RequirementFile> parse_requirements(std::string_view source, std::string file) {
+Loaded<RequirementFile> parse_requirements(std::string_view source, const std::string& file) {
   std::vector<RequirementParts> parts;
-  return parse_requirements(source, std::move(file), parts);
+  return parse_requirements(source, file, parts);
 }
 
-Loaded<RequirementFile> parse_requirements(std::string_view source, std::string file,
+Loaded<RequirementFile> parse_requirements(std::string_view source, const std::string& file,
                                            std::vector<RequirementParts>& parts) {
   Loaded<RequirementFile> loaded;
   if (source.size() > kRequirementBytesMax) {

@@ -182,7 +182,7 @@ ConditionPtr RequirementParser::part(RequirementPart::Role role, int precedence)
 
 Bound RequirementParser::bound_part() {
   const std::size_t from = at_;
-  const Bound read = bound();
+  Bound read = bound();
   mark(Role::kBound, from);
   return read;
 }
@@ -513,7 +513,7 @@ std::string RequirementParser::unit() {
   const Token& token = peek();
   if (token.kind != TokenKind::kName && token.kind != TokenKind::kSymbol) return {};
   // "m/s" is three words.
-  const std::string ratio = fmt::format("{}/{}", token.text, peek(2).text);
+  std::string ratio = fmt::format("{}/{}", token.text, peek(2).text);
   if (peek(1).text == "/" && peek(1).adjacent && peek(2).adjacent && is_unit(ratio)) {
     take();
     take();

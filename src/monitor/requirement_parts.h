@@ -32,7 +32,7 @@ using RequirementParts = std::vector<RequirementPart>;
 
 /// As `parse_requirements` without them.
 /// @param parts  Gets those of each requirement that can be read.
-[[nodiscard]] Loaded<RequirementFile> parse_requirements(std::string_view source, std::string file,
+[[nodiscard]] Loaded<RequirementFile> parse_requirements(std::string_view source, const std::string& file,
                                                          std::vector<RequirementParts>& parts);
 
 }  // namespace sentree::monitor

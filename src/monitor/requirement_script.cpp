@@ -274,7 +274,7 @@ const Script::Variable& Script::flag(const Condition& event, std::string_view na
 }
 
 Js Script::before(const Condition& condition, bool wanted) {
-  const Js now = truth(condition, wanted);
+  Js now = truth(condition, wanted);
   if (is_true(now) || is_false(now)) return now;
   auto known = before_known_.find(now.text);
   if (known == before_known_.end()) {

@@ -439,13 +439,13 @@ class Synthesizer {
     settle(home);
     std::vector<std::string> count;
     if (!r_.bound) {
-      data_.emplace_back("count", "0", "occurrences in this scope");
+      data_.push_back({"count", "0", "occurrences in this scope"});
       violate_inside(home, "observed", js_and(occurs, {"count >= " + n, 5}));
       on(home, occurs, "", {assign("count", "count + 1")});
       if (!is_true(active_)) on(home, js_and(js_not(active_), {"count > 0", 5}), home.id);
       home.on_exit.push_back(assign("count", "0"));
     } else if (in_time()) {
-      data_.emplace_back("count", "0", "occurrences during the last " + r_.bound->text());
+      data_.push_back({"count", "0", "occurrences during the last " + r_.bound->text()});
       count = {assign("count", "count + 1"),
                fmt::format("<send event=\"forget\" delay=\"{}\"/>", delay(r_.bound->time))};
       violate_inside(home, "observed", js_and(occurs, {"count >= " + n, 5}), if_it_goes_on(count));
@@ -458,7 +458,7 @@ class Synthesizer {
       for (std::int64_t i = r_.times; i > 1; --i) count.push_back(assign(seen(i), seen(i - 1)));
       if (r_.times > 0) count.push_back(assign(seen(1), clock));
       for (std::int64_t i = 1; i <= r_.times; ++i)
-        data_.emplace_back(seen(i), "", i == 1 ? "when it occurred last, in " + clock : "and before");
+        data_.push_back({seen(i), "", i == 1 ? "when it occurred last, in " + clock : "and before"});
       const Js too_many =
           r_.times == 0 ? js_true() : Js{fmt::format("{} - {} <= {}", clock, seen(r_.times), r_.bound->count), 5};
       violate_inside(home, "observed", js_and(occurs, too_many), if_it_goes_on(count));
@@ -678,8 +678,6 @@ class Synthesizer {
   static inline const std::string kBreached = "broken_in_scope";
 
   struct ExtraData {
-    ExtraData(std::string id_, std::string initial_, std::string what_)
-        : id(std::move(id_)), initial(std::move(initial_)), what(std::move(what_)) {}
     std::string id;
     std::string initial;
     std::string what;

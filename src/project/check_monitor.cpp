@@ -297,9 +297,10 @@ void check_skill_events(const ChartFacts& facts, const std::map<std::string, Ser
   for (const auto& [service, plan] : services) {
     for (const idl::Method* method : plan.service->methods) {
       const auto& sends = chart.sends();
-      const bool may_publish = std::any_of(sends.begin(), sends.end(), [&](const scxml::SendInfo& send) {
-        return send.target.value_or(service) == service && send.event.value_or(method->name) == method->name;
-      });
+      const bool may_publish =
+          std::any_of(sends.begin(), sends.end(), [&, &service = service](const scxml::SendInfo& send) {
+            return send.target.value_or(service) == service && send.event.value_or(method->name) == method->name;
+          });
       if (!method->oneway) events.names.push_back(fmt::format("{}.{}.reply", service, method->name));
       // The name of a topic is the beginning of that of its error.
       if (!method->oneway || may_publish) events.names.push_back(fmt::format("{}.{}.error", service, method->name));

@@ -191,7 +191,7 @@ Map form(const Breakpoint& breakpoint) {
 }
 std::string concerned(const Breakpoint& /*breakpoint*/) { return ""; }
 std::string told(const Breakpoint& breakpoint) {
-  const std::string at = "breakpoint at " + breakpoint.target;
+  std::string at = "breakpoint at " + breakpoint.target;
   switch (breakpoint.point) {
     case Breakpoint::Point::kNode: return at + (breakpoint.status.empty() ? " changes" : " is " + breakpoint.status);
     case Breakpoint::Point::kState: return fmt::format("{} enters {}", at, breakpoint.state);

@@ -154,7 +154,7 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
       YamlReader skill(entry, fmt::format("skill \"{}\"", name.scalar), diagnostics);
       SkillEntry changed{.leaf = name.scalar, .file = {}, .at = {}, .span = name.span};
       const auto old = std::find_if(project.skills.begin(), project.skills.end(),
-                                    [&](const auto& s) { return s.leaf == name.scalar; });
+                                    [&name = name](const auto& s) { return s.leaf == name.scalar; });
       if (old != project.skills.end()) changed = *old;
       read_skill(skill, project, changed, diagnostics);
       if (old != project.skills.end())
@@ -170,7 +170,7 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
       YamlReader service(entry, fmt::format("service \"{}\"", name.scalar), diagnostics);
       const auto at = service.required_string("at");
       const auto old = std::find_if(project.services.begin(), project.services.end(),
-                                    [&](const auto& s) { return s.name == name.scalar; });
+                                    [&name = name](const auto& s) { return s.name == name.scalar; });
       if (old != project.services.end())
         old->at = at;
       else

@@ -153,7 +153,7 @@ class Collection {
   void find_charts() {
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(project_.folder / "skills", error)) {
-      const path file = entry.path();
+      const path& file = entry.path();
       if (file.extension() == ".scxml") files_[file.stem().string()] = "skills/" + file.filename().string();
     }
     for (const SkillEntry& entry : project_.skills) {

@@ -138,7 +138,7 @@ const text::YamlNode* YamlReader::sequence(const std::string& key) {
 void merge(text::YamlNode& into, const text::YamlNode& changes) {
   for (const auto& [key, change] : changes.entries) {
     const auto old = std::find_if(into.entries.begin(), into.entries.end(),
-                                  [&](const auto& entry) { return entry.first.scalar == key.scalar; });
+                                  [&key = key](const auto& entry) { return entry.first.scalar == key.scalar; });
     if (old == into.entries.end())
       into.entries.emplace_back(key, change);
     else if (old->second.is_mapping() && change.is_mapping())
