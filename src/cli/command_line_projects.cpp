@@ -1,0 +1,106 @@
+#include "sentree/cli/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "sentree/cli/commands.h"
+#include "sentree/cli/import_command.h"
+#include "sentree/cli/output.h"
+
+// Projects: what begins, extends and checks them.
+
+namespace sentree::cli {
+
+namespace {
+
+void add_init(CLI::App& app, Commands& commands) {
+  const auto kept = std::make_shared<InitCommand>();
+  InitCommand& command = *kept;
+  auto* sub = app.add_subcommand("init", "Start a new project: small, and it runs");
+  sub->footer("Example:\n  sentree init my_robot && sentree run my_robot --clock virtual");
+  sub->add_option("folder", command.folder)->required();
+  commands.push_back({sub, [kept] { return init(*kept); }});
+}
+
+void add_add(CLI::App& app, Commands& commands) {
+  const auto kept = std::make_shared<AddCommand>();
+  AddCommand& command = *kept;
+  auto* sub = app.add_subcommand("add", "Add a part to a project: files to begin with, and what sentree.yaml needs");
+  sub->footer(
+      "Examples:\n"
+      "  sentree add skill FetchCup                     skills/FetchCup.scxml\n"
+      "  sentree add monitor one_at_a_time              a state chart that watches\n"
+      "  sentree add requirement answers                a sentence that becomes a monitor\n"
+      "  sentree add scenario door_closed               what happens, and what to expect\n"
+      "  sentree add component gripper --project robot  an interface, and a chart that stands in for it\n"
+      "What is there already is never written over. Exit code: 0, 3 the project is invalid or has such a part.");
+  sub->add_option("kind", command.kind, "skill, monitor, requirement, scenario or component")
+      ->required()
+      ->check(CLI::IsMember({"skill", "monitor", "requirement", "scenario", "component"}));
+  sub->add_option("name", command.name, "Letters, digits and _")->required();
+  sub->add_option("--project", command.project, "Folder with a sentree.yaml")->capture_default_str();
+  commands.push_back({sub, [kept] { return add(*kept); }});
+}
+
+void add_import(CLI::App& app, Commands& commands) {
+  const auto kept = std::make_shared<ImportCommand>();
+  ImportCommand& command = *kept;
+  auto* sub = app.add_subcommand("import", "Make a project of somebody else's system");
+  sub->footer(
+      "Examples:\n"
+      "  sentree import ~/bt-implementation -o my_robot     Behavior Trees, Qt SCXML skills with C++ snippets, YARP\n"
+      "  sentree import museum/main.xml -o museum_project   an AS2FM system; or its folder, if files lie beside "
+      "main.xml\n"
+      "  sentree import museum --main Main/main.xml -o museum_project\n"
+      "What has no counterpart stays as a comment at its place, and is listed here and in IMPORT.md with file and "
+      "line.\n"
+      "Exit code: 0 everything was translated, 1 something is left to do by hand, 3 no such system, or the output is\n"
+      "not empty, 4 it cannot be written.");
+  sub->add_option("system", command.system, "Folder of the system, or the main file of an AS2FM system")->required();
+  sub->add_option("--output,-o", command.output, "Folder of the new project")->required();
+  sub->add_option("--main", command.main, "Of a folder with several AS2FM systems: the main file");
+  sub->add_flag("--force", command.force, "Replace files of the same names in a folder that is not empty");
+  sub->add_flag("--json", command.json, "Print files and findings as JSON");
+  commands.push_back({sub, [kept] { return import_project(*kept); }});
+}
+
+void add_check(CLI::App& app, Commands& commands) {
+  const auto kept = std::make_shared<CheckCommand>();
+  CheckCommand& command = *kept;
+  auto* sub =
+      app.add_subcommand("check", "Find everything that is wrong with a project or with files, without running them");
+  sub->footer(
+      "Examples:\n"
+      "  sentree check examples/recharge                     the project and all its scenarios\n"
+      "  sentree check examples/recharge/mission.xml         a tree, as far as it stands alone\n"
+      "  sentree check trees/ vendor/docking.xml             trees and charts; SubTrees are found in each other's "
+      "files\n"
+      "  sentree check --palette nodes.xml trees/            what nodes are that the trees do not declare\n"
+      "  sentree check examples/recharge/skills/WaitForUser.scxml    a chart, also of other engines and data models\n"
+      "  sentree check examples/recharge/world/world.yaml\n"
+      "  sentree check interfaces/robot.thrift               an interface with what it includes\n"
+      "  sentree check examples/recharge/requirements/recharge.req    against the project that it lies in\n"
+      "What a tree alone lacks (a SubTree, an <include>, a node that nobody declares) is a warning; in a project, "
+      "which\n"
+      "must run, an error. Exit code: 0 nothing, 1 warnings, 3 errors.");
+  sub->add_option(
+      "project", command.files,
+      "Folder with a sentree.yaml; tree, chart, requirement, interface, scenario or world files; folders of "
+      "trees and charts. Default: .");
+  add_trees(*sub, command.trees);
+  sub->add_flag("--json", command.json, "Print the findings as JSON");
+  commands.push_back({sub, [kept] { return check(*kept); }});
+}
+
+}  // namespace
+
+void add_project_commands(CLI::App& app, Commands& commands) {
+  add_init(app, commands);
+  add_add(app, commands);
+  add_import(app, commands);
+  add_check(app, commands);
+}
+
+}  // namespace sentree::cli
