@@ -536,6 +536,38 @@ if LC_ALL=C grep -qF $'\xc2\x9b' "$work/out" || ! grep -qF $'\x1b[33m' "$work/ou
 fi
 expect 1 $'\xc2\x9b2Jone' "$sentree" diff "$work/one.xml" "$work/two.xml"
 
+# What others have drawn becomes a mission, skill by skill.
+"$sentree" init "$work/drawn" >"$work/out" 2>&1
+printf '<root BTCPP_format="4"><BehaviorTree ID="Main"><Fetch/></BehaviorTree></root>' >"$work/drawn/mission.xml"
+expect 3 'a skill of that name makes it a leaf, <Action ID="Fetch"/>' "$sentree" check "$work/drawn"
+expect 0 'Fetch.scxml' "$sentree" add skill Fetch --project "$work/drawn"
+sed -i 's|<Fetch/>|<Action ID="Fetch"/>|' "$work/drawn/mission.xml"
+expect 0 'SUCCESS|FAILURE' "$sentree" run "$work/drawn" --clock virtual --no-record
+expect 3 'is a part of a project, not one' "$sentree" run "$work/drawn/mission.xml"
+
+# Nothing that is read is written over, nor what is something else.
+"$sentree" run "$work/drawn" --clock virtual --record "$work/kept.mcap" >"$work/out" 2>&1
+cp "$work/kept.mcap" "$work/before.mcap"
+expect 2 'would be written over' "$sentree" report "$work/kept.mcap" -o "$work/kept.mcap"
+expect 2 'would be written over' "$sentree" export "$work/kept.mcap" --to csv -o "$work/kept.mcap"
+expect 2 'is there and is something else' "$sentree" report "$work/kept.mcap" -o "$work/drawn/sentree.yaml"
+expect 4 'is there and is something else' "$sentree" run "$work/drawn" --clock virtual --record "$work/drawn/mission.xml"
+cmp -s "$work/kept.mcap" "$work/before.mcap" || { echo "✗ a recording was written over" && failures=$((failures + 1)); }
+expect 0 '^$|recorded|SUCCESS|FAILURE' "$sentree" run "$work/drawn" --clock virtual --record "$work/kept.mcap"
+
+# A test says what went wrong on the way.
+mkdir -p "$work/drawn/scenarios" "$work/drawn/requirements"
+printf 'clock: virtual\nduration: 1 s\ntimeline:\n  - {at: 3 min, stop: mission}\n' >"$work/drawn/scenarios/late.yaml"
+expect 1 'late.yaml:4:[0-9]+: warning: this never happens: the run ends after 1 s' "$sentree" check "$work/drawn"
+rm "$work/drawn/scenarios/late.yaml"
+printf '\xef\xbb\xbfno_tick: never event(mission.tick).\n' >"$work/drawn/requirements/own.req"
+sed -i 's|^monitors:|&\n  - {file: requirements/own.req}|' "$work/drawn/sentree.yaml"
+printf 'clock: virtual\nduration: 1 s\n' >"$work/drawn/scenarios/plain.yaml"
+expect 0 'no_tick is violated, and the scenario does not expect it' "$sentree" test "$work/drawn" --scenario plain
+expect 1 'no_tick is violated' "$sentree" test "$work/drawn" --scenario plain --strict
+printf 'services:\n\tbattery: 5\n' >"$work/tab.yaml"
+expect 3 'YAML is indented by spaces' "$sentree" test "$work/tab.yaml"
+
 # A terminal that goes away ends a run in order, as Ctrl-C does, and nothing is left behind.
 mkdir "$work/tmp"
 TMPDIR=$work/tmp "$sentree" run examples/recharge --clock real --processes --duration '60 s' >"$work/mission" 2>&1 &

@@ -236,9 +236,14 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
                 shown, shown),
             place);
     } else {
+      const bool is_skill_missing =
+          options_.skill_kind && other == nullptr && element.children().empty() && hint(id, known_ids()).empty();
       error("bt.unknown-node",
-            fmt::format("there is no node \"{}\"{}{}", shown, hint(id, known_ids()),
-                        other != nullptr ? fmt::format(" (it exists in format {})", 7 - model_->format) : ""),
+            fmt::format("there is no node \"{}\"{}{}{}", shown, hint(id, known_ids()),
+                        other != nullptr ? fmt::format(" (it exists in format {})", 7 - model_->format) : "",
+                        is_skill_missing
+                            ? fmt::format("; a skill of that name makes it a leaf, <Action ID=\"{}\"/>", shown)
+                            : ""),
             place);
     }
     if (found == nullptr) return kNone;

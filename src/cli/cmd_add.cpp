@@ -36,12 +36,13 @@ int add(const AddCommand& command) {
   }
   const project::Project project = *loaded.value;
   const auto plan = project::prepare(project::plain_scenario(std::move(*loaded.value)));
-  if (!plan.ok()) {
+  // A skill may be what a project lacks, that of a tree that others have drawn above all.
+  if (!plan.ok() && command.kind != "skill") {
     say(plan.diagnostics);
     say(fmt::format("mend the project first: `sentree check {}`", command.project));
     return kInvalidInput;
   }
-  const design::Part part = design::new_part(command.kind, command.name, &*plan.value).value();
+  const design::Part part = design::new_part(command.kind, command.name, plan.ok() ? &*plan.value : nullptr).value();
   for (const auto& [file, content] : part.files) {
     std::error_code error;
     if (!fs::exists(project.folder / file, error)) continue;

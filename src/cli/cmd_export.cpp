@@ -212,6 +212,7 @@ Result<void> to_scenario(replay::RecordedRun& run, Output& output) {
 }  // namespace
 
 int export_recording(const ExportCommand& command) {
+  if (!command.output.empty() && !may_write(command.output, "", {command.file})) return kUsage;
   auto run = replay::RecordedRun::open(command.file);
   if (!run) {
     say(to_string(run.error()));

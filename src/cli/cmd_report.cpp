@@ -246,6 +246,7 @@ std::string page(const ReportCommand& command, replay::RecordedRun& run, const p
 }  // namespace
 
 int report(const ReportCommand& command) {
+  if (!command.output.empty() && !may_write(command.output, "<!doctype html", {command.file})) return kUsage;
   auto run = replay::RecordedRun::open(command.file);
   if (!run) {
     say(to_string(run.error()));

@@ -57,7 +57,14 @@ Tested test_one(const std::filesystem::path& file, bool strict, campaign::Covera
   for (const runtime::MonitorReport& monitor : report.monitors) {
     if (strict && !monitor.vacuity.empty())
       report.unmet.push_back("monitor " + monitor.name + " was not put to the test: it " + monitor.vacuity);
+    if (monitor.verdict == monitor::Verdict::kViolated && !plan->scenario.verdicts.contains(monitor.name))
+      report.problems.push_back(
+          fmt::format("monitor {} is violated, and the scenario does not expect it: `monitors: {{{}: violated}}`",
+                      monitor.name, monitor.name));
   }
+  // What goes wrong on the way is seen in any case.
+  const std::vector<std::string> problems = report.problems;
+  if (strict) report.unmet.insert(report.unmet.end(), problems.begin(), problems.end());
   const Value data = to_value(report);
   Map value{{"name", report.scenario}};
   for (const auto& [key, entry] : *data.as_map()) {
@@ -70,8 +77,8 @@ Tested test_one(const std::filesystem::path& file, bool strict, campaign::Covera
   std::snprintf(timing, sizeof timing, " (%.0f s in %.2f s)\n", seconds(report.ended), wall_s);
   text += timing;
   for (const std::string& sentence : report.unmet) text += "    " + sentence + "\n";
-  if (!report.unmet.empty()) {
-    for (const std::string& problem : report.problems) text += "    ! " + problem + "\n";
+  for (const std::string& problem : problems) {
+    if (!strict) text += "    ! " + problem + "\n";
   }
   return {std::move(value), report.unmet.empty(), text};
 }

@@ -124,7 +124,8 @@ void add_test(CLI::App& app, Commands& commands) {
   sub->add_option("project", command.paths, "Folders with a sentree.yaml, and scenario files")->capture_default_str();
   sub->add_option("--scenario", command.scenarios, "Only these of the folders");
   sub->add_flag("--strict", command.strict,
-                "A monitor that got none of its events, or was never triggered, is a failure too");
+                "A monitor that got none of its events, or was never triggered, and what went wrong on the way, are "
+                "failures too");
   sub->add_flag(
       "--coverage", kept->coverage,
       "Say what the scenarios have reached: statuses of nodes, states and transitions of skills, outcomes of calls, "

@@ -2,17 +2,30 @@
 
 #include <atomic>
 #include <csignal>
+#include <cstdint>
+#include <ctime>
 
 namespace sentree::cli {
 namespace {
 
+// Whoever starts a program may hand on the signal that it got itself too.
+constexpr std::int64_t kSameNs = 500'000'000;
+
 std::atomic<bool> interrupted = false;
+std::atomic<std::int64_t> first_ns = 0;
 struct sigaction interrupt_before {};
 struct sigaction terminate_before {};
 
 // What is asked to end and does not come to look at it, in a script without an end, ends when it is asked again.
 void note(int signal) {
-  if (!interrupted.exchange(true)) return;
+  struct timespec now {};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  const std::int64_t now_ns = now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
+  if (!interrupted.exchange(true)) {
+    first_ns = now_ns;
+    return;
+  }
+  if (now_ns - first_ns < kSameNs) return;
   struct sigaction usual {};
   usual.sa_handler = SIG_DFL;
   sigaction(signal, &usual, nullptr);

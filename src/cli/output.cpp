@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <mutex>
@@ -122,6 +123,23 @@ bool wants_colour() {
   return isatty(STDOUT_FILENO) != 0 && terminal != nullptr && std::string_view(terminal) != "dumb";
 }
 
+bool may_write(const std::filesystem::path& file, std::string_view begins,
+               const std::vector<std::filesystem::path>& inputs) {
+  std::error_code error;
+  for (const std::filesystem::path& input : inputs) {
+    if (!std::filesystem::equivalent(file, input, error)) continue;
+    say(fmt::format("{} is read here, and would be written over; name another file", file.string()));
+    return false;
+  }
+  if (begins.empty() || !std::filesystem::is_regular_file(file, error)) return true;
+  std::string there(begins.size(), '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(there.data(), static_cast<std::streamsize>(there.size()));
+  if (stream.gcount() == 0 || there == begins) return true;
+  say(fmt::format("{} is there and is something else; name another file, or remove it", file.string()));
+  return false;
+}
+
 Result<std::string> read_named(const std::string& name) {
   if (name != "-") return text::read_file(name);
   return std::string{std::istreambuf_iterator<char>(std::cin), {}};
@@ -146,6 +164,14 @@ namespace {
 
 Loaded<project::Scenario> read(const std::filesystem::path& file) {
   std::error_code error;
+  if (const auto kind = file.extension();
+      (kind == ".xml" || kind == ".scxml" || kind == ".req") && std::filesystem::is_regular_file(file, error)) {
+    return {.value = std::nullopt,
+            .diagnostics = {{Severity::kError, "project.not-a-scenario",
+                             "is a part of a project, not one: `sentree init FOLDER` makes a project, and its "
+                             "sentree.yaml names the mission (`mission: {file: …}`) and all else",
+                             SourceSpan{file.string()}}}};
+  }
   if (!std::filesystem::is_directory(file, error) && file.filename() != "sentree.yaml" &&
       std::filesystem::exists(file, error))
     return project::load_scenario(file);

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "sentree/base/diagnostic.h"
 #include "sentree/base/result.h"
@@ -35,6 +37,12 @@ void say_each(const Diagnostics& diagnostics);
 
 /// Standard output is a terminal that shows colours, and the user did not ask for none (NO_COLOR).
 [[nodiscard]] bool wants_colour();
+
+/// Whether a file may be written: nothing is there, or a file that begins as those of its kind do, and none of
+/// `inputs`. Says why not.
+/// @param begins  How the kind begins; empty: nobody can tell.
+[[nodiscard]] bool may_write(const std::filesystem::path& file, std::string_view begins,
+                             const std::vector<std::filesystem::path>& inputs);
 
 /// The content of a file, or of standard input for "-".
 [[nodiscard]] Result<std::string> read_named(const std::string& name);

@@ -17,6 +17,10 @@ std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const
                                                   record::Audience* audience) {
   ok = true;
   std::filesystem::path path = file;
+  if (!file.empty() && !may_write(path, record::kMagic, {plan.scenario.file})) {
+    ok = false;
+    return nullptr;
+  }
   if (file.empty()) {
     const char* folder = std::getenv("SENTREE_RUNS");
     if (folder != nullptr && *folder == '\0') return nullptr;

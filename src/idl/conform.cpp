@@ -427,6 +427,27 @@ Result<Value> conform_arguments(const Method& method, Value arguments) {
   return fail(m.code, told_of_argument(method, m));
 }
 
+Result<Value> conform_exception(const Method& method, Value exception) {
+  Map* const map = exception.as_map();
+  std::vector<std::string> names;
+  for (const Field& declared : method.exceptions) names.push_back(declared.type->structure->name);
+  if (map == nullptr || map->size() != 1) {
+    return fail("idl.wrong-type",
+                fmt::format("exception: expected the fields of one of {}'s exceptions{} under its name", method.name,
+                            names.empty() ? ", of which there are none" : ""));
+  }
+  auto& [name, fields] = *map->begin();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) {
+    return fail("idl.unknown-name",
+                fmt::format("{}.{} throws no \"{}\"{}", method.service, method.name, name, did_you_mean(name, names)));
+  }
+  const Field& declared = method.exceptions[static_cast<std::size_t>(found - names.begin())];
+  auto conforming = conform(*declared.type, std::move(fields), "exception." + name);
+  if (!conforming) return tl::unexpected(conforming.error());
+  return Value(Map{{name, std::move(*conforming)}});
+}
+
 Result<void> check_ranges(const Field& field, const Value& value, std::string_view what) {
   if (value.is_number() && ((field.min && value.number() < *field.min) || (field.max && value.number() > *field.max))) {
     const auto bound = [](double number) {

@@ -33,6 +33,10 @@ inline constexpr std::int64_t kExactInDouble = std::int64_t{1} << 53;
 /// `argument "goal_id" of Navigation.stopNavigation: expected i64, got string "abc"`.
 [[nodiscard]] Result<Value> conform_arguments(const Method& method, Value arguments);
 
+/// The same for what a method throws: a map of one entry, the fields of an exception of its `throws` under the name of
+/// its type. Errors also: idl.unknown-name.
+[[nodiscard]] Result<Value> conform_exception(const Method& method, Value exception);
+
 /// Whether the numbers in `value`, which conforms, are within the bounds that the IDL gives to the fields of `type`
 /// (`Field::min`, `Field::max`). For constants of people: a robot may measure what it likes.
 /// Errors: idl.out-of-range; the message begins with `what` and the path.

@@ -348,7 +348,7 @@ class Completer {
     if (fields.result != nullptr) add("result", ItemKind::kField, fields.result->name);
     if (path.empty()) {
       add_all({"source", "target", "time"}, ItemKind::kField);
-      if (observation.kind == "error") add_all({"kind", "message"}, ItemKind::kField);
+      if (observation.kind == "error") add_all({"kind", "message", "exception"}, ItemKind::kField);
     }
     for (const idl::Field* field : fields.fields) add(field->name, ItemKind::kField, declaration_of(*field));
   }

@@ -42,7 +42,7 @@ struct Call {
 /// How a call ended.
 struct CallOutcome {
   bool ok = false;
-  Value result;      ///< If ok.
+  Value result;      ///< If ok. Else, of an exception that the interface declares: its fields, under its name.
   std::string kind;  ///< Else: exception, unreachable, late, protocol, arguments or vetoed.
   std::string message;
   friend bool operator==(const CallOutcome&, const CallOutcome&) = default;

@@ -233,6 +233,11 @@ Result<std::variant<ModelMachine::Answer, ModelMachine::Topic>> ModelMachine::me
     const Value* message = param(send, "message");
     answer.outcome = failed(kind != nullptr ? std::string(kind->text()) : "exception",
                             message != nullptr ? std::string(message->text()) : "");
+    const Value* exception = param(send, "exception");
+    if (exception == nullptr) return answer;
+    auto thrown = idl::conform_exception(**found, *exception);
+    if (!thrown) return tl::unexpected(thrown.error());
+    answer.outcome.result = *std::move(thrown);
     return answer;
   }
   answer.outcome.ok = true;

@@ -56,7 +56,9 @@ class ModelPlayer final : public ModelHost {
   }
   static std::map<std::string, idl::ServicePtr> services() {
     const auto schema = idl::Schema::load(
-        "service S { i32 ask(1: double n = 0)  void stop()  oneway void level(1: double n) }", "s.thrift");
+        "exception Worn { 1: string why }  service S { i32 ask(1: double n = 0)  void stop() throws (1: Worn worn)  "
+        "oneway void level(1: double n) }",
+        "s.thrift");
     return {{"s", *idl::find_service(*schema.value, "S")}};
   }
 
@@ -75,7 +77,8 @@ class ModelPlayer final : public ModelHost {
   void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) override {
     EXPECT_EQ(leaf, 0U);
     done_.push_back(std::to_string(call->id) + " " + call->method + ": " +
-                    (outcome.ok ? to_json(outcome.result) : outcome.kind + " " + outcome.message));
+                    (outcome.ok ? to_json(outcome.result) : outcome.kind + " " + outcome.message) +
+                    (outcome.ok || outcome.result.is_null() ? "" : to_json(outcome.result)));
   }
   void problem(const std::string& what) override { done_.push_back("! " + what); }
   void refused(const Diagnostic&) override {}
@@ -148,6 +151,22 @@ TEST(Model, AnAnswerThatTheInterfaceDoesNotHaveIsAnErrorOfTheChart) {
   p.call("ask", 1);
   EXPECT_THAT(p.done(),
               ElementsAre("robot.log {\"label\":\"error\",\"text\":\"result: expected i32, got string \\\"x\\\"\"}"));
+}
+
+TEST(Model, ThrowsWhatTheInterfaceDeclares) {
+  const auto thrown = [](const std::string& exception) {
+    ModelPlayer p(R"(<state id="a">
+      <transition event="s.stop.request"><send type="thrift" target="s" event="stop.error"><param name="exception" expr=")" +
+                  exception + R"("/></send></transition>
+      <transition event="error.execution"><log label="error" expr="_event.data.message"/></transition></state>)");
+    p.call("stop", 1);
+    return p.done();
+  };
+  EXPECT_THAT(thrown("({Worn: {why: 'old'}})"), ElementsAre(R"(1 stop: exception {"Worn":{"why":"old"}})"));
+  EXPECT_THAT(thrown("({Wron: {why: 'old'}})"),
+              ElementsAre(testing::HasSubstr("throws no \\\"Wron\\\"; did you mean")));
+  EXPECT_THAT(thrown("({Worn: {why: 5}})"), ElementsAre(testing::HasSubstr("exception.Worn.why: expected string")));
+  EXPECT_THAT(thrown("'old'"), ElementsAre(testing::HasSubstr("expected the fields of one of stop's exceptions")));
 }
 
 TEST(Model, PublishesOnATopicOfAServiceThatItServes) {

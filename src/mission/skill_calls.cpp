@@ -90,6 +90,7 @@ bool SkillMachine::Step::operator()(Finish&& finish) {
   } else {
     data.append("kind", outcome.kind);
     data.append("message", std::move(outcome.message));
+    if (!outcome.result.is_null()) data.append("exception", std::move(outcome.result));
     if (!finish.vetoed_by.empty()) data.append("vetoed_by", std::move(finish.vetoed_by));
   }
   Called& called = machine_.called(call);

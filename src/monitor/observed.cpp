@@ -120,6 +120,7 @@ DataType Observations::data_of(std::string_view name) const {
       member("args", entry->method->arguments);
       member("kind", one_of("kind of error", {"exception", "vetoed", "unreachable", "late", "protocol"}));
       member("message", text());
+      member("exception", anything);
       member("vetoed_by", text());
       break;
     case Form::kLost:

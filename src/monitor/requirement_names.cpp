@@ -15,9 +15,9 @@ namespace {
 using Kind = Condition::Kind;
 
 // What an observation's data can hold at its top: what where (…) can ask for.
-constexpr std::array<std::string_view, 18> kObservationMembers{
-    "source", "target", "call",    "tick", "time", "args", "result", "kind",  "message",
-    "status", "inputs", "outputs", "node", "from", "to",   "what",   "label", "text"};
+constexpr std::array<std::string_view, 19> kObservationMembers{
+    "source", "target",  "call", "tick", "time", "args", "result", "kind", "message",  "status",
+    "inputs", "outputs", "node", "from", "to",   "what", "label",  "text", "exception"};
 
 std::vector<std::string> split(std::string_view dotted) {
   std::vector<std::string> parts;
@@ -271,6 +271,8 @@ Loaded<RequirementFile> parse_requirements(std::string_view source, const std::s
 Loaded<RequirementFile> parse_requirements(std::string_view source, const std::string& file,
                                            std::vector<RequirementParts>& parts) {
   Loaded<RequirementFile> loaded;
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (source.starts_with(kByteOrderMark)) source.remove_prefix(kByteOrderMark.size());
   if (source.size() > kRequirementBytesMax) {
     loaded.diagnostics.push_back({Severity::kError, "requirement.too-large",
                                   fmt::format("a requirement file has at most {} bytes", kRequirementBytesMax),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <map>
 #include <string>
 #include <string_view>
@@ -69,7 +70,7 @@ class Script {
   /// A name that nothing else in the chart has.
   [[nodiscard]] std::string unique(std::string name);
 
-  [[nodiscard]] const std::vector<Variable>& variables() const { return variables_; }
+  [[nodiscard]] const std::deque<Variable>& variables() const { return variables_; }
   [[nodiscard]] const std::vector<Before>& before() const { return before_; }
 
  private:
@@ -92,7 +93,7 @@ class Script {
   const Requirement& requirement_;
   const Typing& typing_;
   const std::string present_;
-  std::vector<Variable> variables_;
+  std::deque<Variable> variables_;  // others are added while one is used
   std::vector<Before> before_;
   std::map<std::string, std::size_t> known_;  // variable by what it stands for
   std::map<std::string, std::string> before_known_;

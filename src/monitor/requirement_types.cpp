@@ -273,6 +273,17 @@ class Checker {
       visit(*source.where, Type::kTruth);
       where_ = nullptr;
       where_key_.clear();
+      // It is looked at when an observation arrives, and by itself.
+      if (std::vector<Source> others; collect_sources(*source.where, others), !others.empty()) {
+        error(source.where->span, "requirement.where",
+              fmt::format("where looks at members of {} alone, not at what other observations have set, as \"{}\" is; "
+                          "compare outside: event(…) and … = …",
+                          source.observation, to_text(*source.where)));
+      } else if (is_momentary(*source.where)) {
+        error(source.where->span, "requirement.where",
+              fmt::format("\"{}\" is an event, and where wants what the members of one {} are", to_text(*source.where),
+                          source.observation));
+      }
     }
     static const DataType kStatus{.kind = Type::kRecord,
                                   .members = {{"to",
@@ -287,7 +298,8 @@ class Checker {
                                                 {.kind = Type::kText,
                                                  .name = "kind",
                                                  .words = {"exception", "unreachable", "late", "protocol", "vetoed"}}},
-                                               {"message", {.kind = Type::kText, .name = "string"}}}};
+                                               {"message", {.kind = Type::kText, .name = "string"}},
+                                               {"exception", {}}}};
     if (source.kind == Source::Kind::kNode) return &kStatus;
     if (source.kind == Source::Kind::kObservation && vocabulary_ != nullptr)
       return &observed_.try_emplace(source.observation, Observations(*vocabulary_).data_of(source.observation))

@@ -82,6 +82,18 @@ TEST(Types, KnowServicesMethodsMembersAndLeaves) {
               ElementsAre(HasSubstr("args.nam: navigation.goTo has no member \"nam\"; did you mean \"name\"?")));
 }
 
+TEST(Types, OfWhereAreThoseOfOneObservation) {
+  const std::string goal = "let goal = request(navigation.goTo).name\n";
+  EXPECT_THAT(found(goal + "R: never event(request(navigation.goTo where args.name = goal))."),
+              ElementsAre(HasSubstr("r.req:2:56: where looks at members of navigation.goTo.request alone")));
+  EXPECT_THAT(found("R: never event(reply(navigation.goTo where reply(battery.isCharging)))."),
+              ElementsAre(HasSubstr("compare outside")));
+  EXPECT_THAT(found("R: never event(request(navigation.goTo where rises(args.name = kitchen)))."),
+              ElementsAre(HasSubstr("is an event, and where wants what the members")));
+  EXPECT_THAT(found("let to(place) = event(request(navigation.goTo where args.name = place))\nR: never to(kitchen)."),
+              IsEmpty());
+}
+
 TEST(Types, AreCompared) {
   EXPECT_THAT(found("R: always reply(navigation.getState).status > 3."),
               ElementsAre(HasSubstr("expected a number, but reply(navigation.getState).status is a text")));

@@ -136,7 +136,6 @@ class PartsElsewhere final : public runtime::Elsewhere {
   std::unique_ptr<runtime::ServicePort> make_port(const project::ServicePlan& service, Duration deadline) override {
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());  // checked when the plan was prepared
-    if (address->service.empty()) address->service = service.name;
     auto port = make_remote_port(*address, service.service, service.name, deadline);
     SENTREE_ASSERT(port.has_value());
     return std::move(*port);
@@ -273,6 +272,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
       } else {
         data.append("kind", std::move(told.kind));
         data.append("message", std::move(told.message));
+        if (!told.result.is_null()) data.append("exception", std::move(told.result));
       }
       reply.data = std::move(data);
       run_.publish(std::move(reply));

@@ -11,7 +11,9 @@
 
 namespace sentree::processes {
 
-/// A service at an address, called through the middleware of its scheme: the caller never waits. Each call has
+/// A service at an address, called through the middleware of its scheme: the caller never waits. An address that names
+/// no service may be of several, of which one has this name, or of one alone: which it is, the first call finds out.
+/// Each call has
 /// `deadline` [wall time] from the moment it was asked for. The error of a service that does not exist yet or is gone
 /// is kind unreachable.
 [[nodiscard]] Result<std::unique_ptr<runtime::ServicePort>> make_remote_port(const rpc::Address& address,
@@ -21,7 +23,7 @@ namespace sentree::processes {
 /// What an rpc outcome is for a chart.
 [[nodiscard]] mission::CallOutcome to_call_outcome(rpc::Outcome outcome);
 
-/// One synchronous call, for injections and the command line. `address` without service name means `name`.
+/// One synchronous call, for injections and the command line. An address without service is meant likewise.
 [[nodiscard]] mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface,
                                              const std::string& name, const std::string& method, const Value& args,
                                              Duration deadline);

@@ -343,7 +343,6 @@ class SkillService final : public rpc::Service {
     if (service.at == "topics") return runtime::make_topic_port();
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());  // checked when the plan was prepared
-    if (address->service.empty()) address->service = service.name;
     auto made = make_remote_port(*address, service.service, service.name, plan_.deadlines.call);
     SENTREE_ASSERT(made.has_value());
     return std::move(*made);

@@ -100,8 +100,8 @@ class ModelCheck {
   }
 
   void params(const scxml::SendInfo& send, const idl::Method& method, bool is_reply) {
-    const std::vector<std::string> known =
-        is_reply ? std::vector<std::string>{"result", "id"} : std::vector<std::string>{"kind", "message", "id"};
+    const std::vector<std::string> known = is_reply ? std::vector<std::string>{"result", "id"}
+                                                    : std::vector<std::string>{"kind", "message", "exception", "id"};
     bool has_result = false;
     for (const scxml::SendParam& param : send.params) {
       has_result = has_result || param.name == "result";
@@ -111,6 +111,9 @@ class ModelCheck {
               chart_.span(param.place));
       } else if (param.name == "result" && param.constant && method.result->kind != idl::Kind::kVoid) {
         const auto conforming = idl::conform(*method.result, *param.constant, "result");
+        if (!conforming) error(conforming.error().code, conforming.error().message, chart_.span(param.place));
+      } else if (param.name == "exception" && param.constant) {
+        const auto conforming = idl::conform_exception(method, *param.constant);
         if (!conforming) error(conforming.error().code, conforming.error().message, chart_.span(param.place));
       }
     }

@@ -327,6 +327,7 @@ void check_skill_events(const ChartFacts& facts, const std::map<std::string, Ser
       kind.words = {"exception", "vetoed", "unreachable", "late", "protocol"};
       data.members.push_back({"kind", std::move(kind)});
       data.members.push_back({"message", text});
+      data.members.push_back({"exception", DataType()});
       data.members.push_back({"vetoed_by", text});
     }
     return data;

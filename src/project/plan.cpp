@@ -415,7 +415,11 @@ class Preparation {
     // "{name}" is the address of a process that the scenario starts.
     if (at.starts_with('{')) return;
     auto address = rpc::Address::parse(at);
-    if (!address) return add(address.error().code, fmt::format("{}: {}", what, address.error().message), span);
+    if (!address) {
+      static const std::vector<std::string> kInside{"sim", "model", "topics"};
+      const std::string near = at.find(':') == std::string::npos ? did_you_mean(at, kInside) : "";
+      return add(address.error().code, fmt::format("{}: {}{}", what, address.error().message, near), span);
+    }
     if (address->kind != rpc::Address::Kind::kOther) return;
     const rpc::Middleware& middleware = rpc::middleware_of(*address);
     for (const auto& [other, place] : addresses_) {

@@ -268,6 +268,13 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     if (const auto* overrides = reader.mapping("override"))
       read_overrides(*overrides, scenario.project, loaded.diagnostics);
     if (const auto* timeline = reader.sequence("timeline")) read_timeline(*timeline, scenario, loaded.diagnostics);
+    for (const Injection& injection : scenario.timeline) {
+      if (injection.at.time_since_epoch() <= scenario.duration) continue;
+      loaded.diagnostics.push_back({Severity::kWarning, "scenario.too-late",
+                                    fmt::format("this never happens: the run ends after {} s (duration)",
+                                                std::chrono::duration<double>(scenario.duration).count()),
+                                    injection.span});
+    }
     if (const auto* choices = reader.sequence("choices")) read_choices(*choices, scenario, loaded.diagnostics);
     if (const auto* orders = reader.sequence("orders")) read_orders(*orders, scenario, loaded.diagnostics);
     if (const auto* delays = reader.sequence("delays")) read_delays(*delays, scenario, loaded.diagnostics);

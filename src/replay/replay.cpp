@@ -53,6 +53,7 @@ mission::CallOutcome outcome_of(const Message& message) {
   outcome.ok = kind == nullptr;
   if (kind != nullptr) outcome.kind = kind->text();
   if (const Value* text = message.data.find("message")) outcome.message = text->text();
+  if (const Value* exception = message.data.find("exception")) outcome.result = *exception;
   return outcome;
 }
 

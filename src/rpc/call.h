@@ -26,9 +26,10 @@ enum class CallErrorKind : std::uint8_t {
 
 struct CallError {
   CallErrorKind kind = CallErrorKind::kUnreachable;
-  std::string message;    ///< For people; names the service or address and the way out.
-  std::string exception;  ///< kException: the name of its type, without the file it comes from.
-  Value data;             ///< kException: its fields.
+  std::string message;          ///< For people; names the service or address and the way out.
+  std::string exception;        ///< kException: the name of its type, without the file it comes from.
+  Value data;                   ///< kException: its fields.
+  bool unknown_method = false;  ///< kProtocol: the peer has done nothing, as it has no such method under that name.
 
   friend bool operator==(const CallError&, const CallError&) = default;
 };

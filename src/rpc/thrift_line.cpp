@@ -212,7 +212,8 @@ Outcome ThriftLine::outcome_of(const idl::Method& method, ReplyBody body) {
   }
   const std::string why = body.failure_type == kUnknownMethod ? fmt::format(" knows no {}: ", method.name)
                                                               : fmt::format(" failed in {}: ", method.name);
-  return tl::unexpected(CallError{CallErrorKind::kProtocol, where() + why + body.failure, {}, {}});
+  return tl::unexpected(
+      CallError{CallErrorKind::kProtocol, where() + why + body.failure, {}, {}, body.failure_type == kUnknownMethod});
 }
 
 void ThriftLine::take_late(const MessageHead& head) {

@@ -251,6 +251,18 @@ std::optional<int> too_many_brackets(std::string_view source) {
   return std::nullopt;
 }
 
+// What is wrong with a line that begins with a tab, or the line before (from 0), YAML says in other words.
+std::string_view tab_in(std::string_view source, int line) {
+  for (int at = 0; !source.empty(); ++at) {
+    const std::string_view text = source.substr(0, source.find('\n'));
+    const std::size_t first = text.find_first_not_of(' ');
+    if (at >= line - 1 && at <= line && first != std::string_view::npos && text[first] == '\t')
+      return "; there is a tab, and YAML is indented by spaces";
+    source.remove_prefix(std::min(text.size() + 1, source.size()));
+  }
+  return "";
+}
+
 tl::unexpected<Diagnostic> too_deep(SourceSpan at) {
   return fail("yaml.too-deep", "nested deeper than " + std::to_string(kNestingMax) + " levels", std::move(at));
 }
@@ -272,7 +284,8 @@ Result<YamlNode> parse_yaml(std::string_view source, const std::string& file) {
       return fail("yaml.syntax", "a second document; one file holds one", builder.document());
     }
   } catch (const YAML::Exception& error) {
-    return fail("yaml.syntax", "not YAML: " + error.msg, {file, error.mark.line + 1, error.mark.column + 1, 0});
+    return fail("yaml.syntax", "not YAML: " + error.msg + std::string(tab_in(source, error.mark.line)),
+                {file, error.mark.line + 1, error.mark.column + 1, 0});
   } catch (const BadKey& bad) {
     return fail("yaml.duplicate-key", bad.what, bad.span);
   } catch (const TooDeep&) {
