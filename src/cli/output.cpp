@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -28,6 +29,7 @@ namespace sentree::cli {
 namespace {
 std::atomic<int> unwritten = 0;  // why something could not be printed; 0: all was
 
+constexpr std::chrono::seconds kStatusInLogs{30};
 std::mutex status_mutex;
 std::string status;  // on the terminal now
 
@@ -74,7 +76,15 @@ std::string shown_in_colour(const std::string& text) {
 void show_status(const std::string& text) {
   static const bool terminal = isatty(STDERR_FILENO) != 0;
   const std::lock_guard lock(status_mutex);
-  if (!terminal || text == status) return;
+  if (!terminal) {
+    using std::chrono::steady_clock;
+    static steady_clock::time_point told = steady_clock::now();
+    if (text.empty() || steady_clock::now() - told < kStatusInLogs) return;
+    told = steady_clock::now();
+    std::fprintf(stderr, "%s\n", shown(text).c_str());
+    return;
+  }
+  if (text == status) return;
   std::fprintf(stderr, "\r\x1b[K%s", text.c_str());
   status = text;
 }

@@ -23,7 +23,7 @@ void print_screen(const std::string& sequences);
 /// Messages: standard error.
 void say(const std::string& text);
 /// What goes on at present, on the last line of the terminal at standard error, below all that is printed; empty:
-/// nothing. No effect where that is no terminal. From any thread.
+/// nothing. Where that is no terminal, a line every half a minute. From any thread.
 void show_status(const std::string& text);
 /// `code`; kEnvironment in place of kOk if something could not be printed, which is said.
 [[nodiscard]] int finished(int code);

@@ -263,7 +263,8 @@ std::string summary(const runtime::RunReport& report) {
   if (report.interrupted) text += "  interrupted\n";
   for (const runtime::MonitorReport& monitor : report.monitors) text += monitor_line(monitor);
   // Of a mission that another program executes nobody knows.
-  if (!report.virtual_time && report.timing.tick_median > Duration(0)) {
+  // A durable run takes its ticks when they are due by its own time, whatever the wall clock says.
+  if (!report.virtual_time && !report.journal && report.timing.tick_median > Duration(0)) {
     text += fmt::format(
         "  ticks began late by {:.2f} ms (median), {:.2f} ms (99 %), {:.2f} ms (most); {} periods missed; a tick took "
         "{:.2f} ms (median)\n",

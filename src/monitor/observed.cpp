@@ -37,6 +37,8 @@ Observations::Observations(const Vocabulary& vocabulary) : vocabulary_(vocabular
     add(leaf + ".tick.request", {Form::kLeafTick, "mission", leaf});
     add(leaf + ".tick.reply", {Form::kLeafAnswer, leaf, "mission"});
     add(leaf + ".tick.error", {Form::kLeafError, leaf, "mission"});
+    add(leaf + ".tick.taken", {Form::kOpen, leaf, ""});
+    add(leaf + ".topic.taken", {Form::kOpen, leaf, ""});
     add(leaf + ".halt.request", {Form::kBare, "mission", leaf});
     add(leaf + ".halt.reply", {Form::kBare, leaf, "mission"});
     add(leaf + ".cancel", {Form::kBare, "mission", leaf});
@@ -49,6 +51,7 @@ Observations::Observations(const Vocabulary& vocabulary) : vocabulary_(vocabular
   }
   add("mission.tick", {Form::kTick});
   add("mission.status", {Form::kMissionStatus});
+  add("mission.resumed", {Form::kOpen});
   add("node.status", {Form::kNodeStatus});
   add("observer.lost", {Form::kLost});
   for (const char* what : {"process.exited", "process.restarted", "process.given_up"}) add(what, {Form::kProcess});

@@ -82,6 +82,10 @@ TEST(Types, KnowServicesMethodsMembersAndLeaves) {
               ElementsAre(HasSubstr("args.nam: navigation.goTo has no member \"nam\"; did you mean \"name\"?")));
 }
 
+TEST(Types, KnowWhatARunSaysOfItself) {
+  EXPECT_THAT(found("R: never event(mission.resumed).\nS: never event(Look.tick.taken)."), IsEmpty());
+}
+
 TEST(Types, OfWhereAreThoseOfOneObservation) {
   const std::string goal = "let goal = request(navigation.goTo).name\n";
   EXPECT_THAT(found(goal + "R: never event(request(navigation.goTo where args.name = goal))."),
