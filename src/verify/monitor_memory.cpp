@@ -24,11 +24,14 @@ bool can_owe_for_ever(const monitor::Model& model) {
 
 }  // namespace
 
+bool owes_without_bound(const monitor::Model& model, const Core& core) {
+  return core.verdict == Verdict::kUndecided && can_owe_for_ever(model) && monitor::standing(model, core).pending;
+}
+
 MonitorMemory::MonitorMemory(const Graph& graph, const monitor::Model& model)
     : graph_(graph),
       model_(model),
-      dispatch_(std::span<const monitor::Model>(&model, 1)),
-      can_owe_for_ever_(can_owe_for_ever(model)) {}
+      dispatch_(std::span<const monitor::Model>(&model, 1)) {}
 
 std::optional<std::uint32_t> MonitorMemory::begin() {
   return intern(monitor::begin(model_, TimePoint{}), TimePoint{}, false);
@@ -80,15 +83,11 @@ std::optional<std::uint32_t> MonitorMemory::intern(Core core, TimePoint at, bool
     bytes_ += sizeof(Kept) + 6 * form_.size() + 500;
     cores_.push_back({.core = std::move(core),
                       .at = at,
-                      .owes = undecided && standing.pending && can_owe_for_ever_,
+                      .owes = undecided && standing.pending && can_owe_for_ever(model_),
                       .owes_until = undecided && standing.pending && bounded,
                       .violated = violated});
   }
   return found->second;
-}
-
-bool MonitorMemory::owes_without_bound(const Core& core) const {
-  return can_owe_for_ever_ && core.verdict == Verdict::kUndecided && monitor::standing(model_, core).pending;
 }
 
 const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint32_t heard, Duration period) {
@@ -122,7 +121,7 @@ const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint
     message_.time = begin + seen.after;
     take(monitor::step(model_, stepped, message_), seen.after, message_.name);
     owed_ = owed_ || monitor::standing(model_, stepped).pending;
-    if (!owes_without_bound(stepped)) outcome.discharged = true;
+    if (!owes_without_bound(model_, stepped)) outcome.discharged = true;
   }
   until(begin + period);
   if (stepped.failure()) {

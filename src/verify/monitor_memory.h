@@ -16,6 +16,9 @@
 
 namespace sentree::verify {
 
+/// Whether a monitor owes something without a bound, which is never done if nothing follows.
+[[nodiscard]] bool owes_without_bound(const monitor::Model& model, const monitor::Core& core);
+
 /// What a monitor does with the periods of a graph: its states are numbers, and what a sequence of observations does to
 /// each of them is found out once.
 class MonitorMemory {
@@ -62,7 +65,6 @@ class MonitorMemory {
 
  private:
   std::optional<std::uint32_t> intern(monitor::Core core, TimePoint at, bool violated);
-  [[nodiscard]] bool owes_without_bound(const monitor::Core& core) const;
 
   const Graph& graph_;
   const monitor::Model& model_;
@@ -79,7 +81,6 @@ class MonitorMemory {
   std::deque<Outcome> outcomes_;
   FlatMap<std::uint64_t, WordHash> outcome_of_;  // by its state, what it hears, and whether time passes
   bool ever_heard_ = false;
-  bool can_owe_for_ever_;
   bool owed_ = false;  // something, at some time
   std::uint64_t bytes_ = 0;
   std::optional<Diagnostic> error_;

@@ -129,8 +129,8 @@ TEST_F(Verify, EstimatesWhatItCanCompute) {
   Sampling sampling;
   sampling.runs = 4'000;
   sampling.length = std::chrono::seconds(10);
-  sampling.told = [&](const std::vector<bool>& run) {
-    violated += run.front() ? 1U : 0U;
+  sampling.told = [&](const std::vector<Came>& run) {
+    violated += run.front() == Came::kViolated ? 1U : 0U;
     return true;
   };
   ASSERT_EQ(sample(of, sampling), sampling.runs);
