@@ -392,6 +392,27 @@ for how in '' '--no-memo' '--runs 20 --threads 2' '--mutate'; do
   # shellcheck disable=SC2086
   expect 3 'models/hand.scxml:[0-9]+:[0-9]+: .*this script does not end \(more than .* it is of model' "$sentree" verify "$work/endless" $how
 done
+# Mutants: a mission that fails instead of succeeding is not the same; services without a model answer in mutants too.
+mkdir -p "$work/mutants/skills" "$work/mutants/interfaces"
+printf 'service D { i32 ask() }\n' >"$work/mutants/interfaces/d.thrift"
+printf 'let said = reply(d.ask)\nbelow: never said = 9.\n' >"$work/mutants/r.req"
+printf '<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence><Condition ID="Ask"/></Sequence></BehaviorTree></root>' >"$work/mutants/mission.xml"
+cat >"$work/mutants/skills/Ask.scxml" <<'END'
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="a">
+<onentry><send type="thrift" target="d" event="ask"/></onentry>
+<transition event="d.ask.reply" cond="_event.data.result === 6" target="success"/>
+<transition event="d.ask.reply error" target="failure"/></state><final id="success"/><final id="failure"/></scxml>
+END
+cat >"$work/mutants/m.scxml" <<'END'
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="a"><transition event="d.ask.request">
+<send type="thrift" target="d" event="ask.reply"><param name="result" expr="6"/></send></transition></state></scxml>
+END
+printf 'mission: {file: mission.xml, rate: 10 Hz}\nmonitors: [{file: r.req}]\n' | tee "$work/mutants/sentree.yaml" >/dev/null
+printf 'services: {d: {interface: d.thrift/D}}\n' >>"$work/mutants/sentree.yaml"
+expect 0 '8 tried: 1 noticed, 5 not noticed, 2 behave the same, 0 refused, 0 not known' "$sentree" verify "$work/mutants" --mutate
+sed -i 's|/D}}|/D, at: model}}\nmodels: [{file: m.scxml, serves: [d]}]|' "$work/mutants/sentree.yaml"
+expect 0 '"what":"cond 6 → 7","fate":"not noticed"' "$sentree" verify "$work/mutants" --mutate --json
+expect 0 '"what":"Sequence: Sequence → Fallback","fate":"same"' "$sentree" verify "$work/mutants" --mutate --json
 # What no behaviour reaches is left for pages, of models too.
 expect 0 'project":"..","files".*"mission.xml":"[0-9]+".*"complete":true.*"kind":"transitions","of":"skills/' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only turns_to_station >/dev/null && cat '$work/verified/verify/reached.json'"
