@@ -74,8 +74,7 @@ class Mutating {
     plan = project::prepare(verify::with_models(*scenario.value), cache_);
     if (!plan.ok()) return plan;
     // Services without a model answer what is told apart now.
-    const auto any =
-        verify::add_models(*scenario.value, *plan.value, any_.path() / std::to_string(loaded_++));
+    const auto any = verify::add_models(*scenario.value, *plan.value, any_.path() / std::to_string(loaded_++));
     if (!any) {
       plan.value.reset();
       plan.diagnostics.push_back(any.error());
@@ -146,8 +145,8 @@ class Mutating {
   [[nodiscard]] bool notices(const verify::Judgement& before, const verify::Judgement& now) const {
     if (now.finding != verify::Finding::kRefuted) return !now.vacuous.empty() && before.vacuous.empty();
     if (before.finding == verify::Finding::kRefuted) return false;
-    return before.finding == verify::Finding::kHolds || (before.limit.empty() && !now.path->loop &&
-           now.path->edges.size() <= original_.graph.complete_to);
+    return before.finding == verify::Finding::kHolds ||
+           (before.limit.empty() && !now.path->loop && now.path->edges.size() <= original_.graph.complete_to);
   }
 
   [[nodiscard]] std::size_t count(Fate fate) const {

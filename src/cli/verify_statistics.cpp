@@ -57,9 +57,9 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
       violated[k] += came == verify::Came::kViolated ? 1U : 0U;
       owed[k] += came == verify::Came::kStillOwed ? 1U : 0U;
       if (tests.empty()) continue;
-      tests[k].add(came == verify::Came::kViolated ? verify::AtLeast::Run::kViolated
-                   : came == verify::Came::kStillOwed   ? verify::AtLeast::Run::kUnknown
-                                                   : verify::AtLeast::Run::kKept);
+      tests[k].add(came == verify::Came::kViolated    ? verify::AtLeast::Run::kViolated
+                   : came == verify::Came::kStillOwed ? verify::AtLeast::Run::kUnknown
+                                                      : verify::AtLeast::Run::kKept);
       open = open || tests[k].state() == verify::AtLeast::State::kOpen;
     }
     return open;

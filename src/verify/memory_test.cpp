@@ -153,7 +153,8 @@ TEST(Statistics, OfWhatIsRememberedAreThoseOfWhatIsExecuted) {
     const auto executed = sampled(*plan.value, sampling);
     ASSERT_EQ(remembered, executed) << "seed " << seed;
     ASSERT_EQ(forgotten, executed) << "seed " << seed;
-    for (const auto& run : executed) violated += std::find(run.begin(), run.end(), Came::kViolated) != run.end() ? 1U : 0U;
+    for (const auto& run : executed)
+      violated += std::find(run.begin(), run.end(), Came::kViolated) != run.end() ? 1U : 0U;
   }
   std::cout << violated << " runs violate something\n";
   if (only == 0) {

@@ -29,9 +29,7 @@ bool owes_without_bound(const monitor::Model& model, const Core& core) {
 }
 
 MonitorMemory::MonitorMemory(const Graph& graph, const monitor::Model& model)
-    : graph_(graph),
-      model_(model),
-      dispatch_(std::span<const monitor::Model>(&model, 1)) {}
+    : graph_(graph), model_(model), dispatch_(std::span<const monitor::Model>(&model, 1)) {}
 
 std::optional<std::uint32_t> MonitorMemory::begin() {
   return intern(monitor::begin(model_, TimePoint{}), TimePoint{}, false);

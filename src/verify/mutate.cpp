@@ -146,8 +146,8 @@ class Mutator {
       add(node.offset(), fmt::format("{}: {} → {}", called(node), tag, other), std::move(edits));
     }
     const auto children = node.children();
-    const bool is_control = std::any_of(kOthers.begin(), kOthers.end(),
-                                        [&](const auto& pair) { return pair.first == node.name(); });
+    const bool is_control =
+        std::any_of(kOthers.begin(), kOthers.end(), [&](const auto& pair) { return pair.first == node.name(); });
     if (siblings > 1) add(node.offset(), called(node) + " dropped", {{node.offset(), node.end_offset(), ""}});
     if (!is_control && children.size() == 1)
       add(node.offset(), called(node) + " dropped, not what is in it",
@@ -167,7 +167,7 @@ class Mutator {
   }
 
   [[nodiscard]] static bool is_script(std::string_view tag, std::string_view attribute) {
-    constexpr std::array<std::string_view, 8> kConditions{"_failureIf", "_successIf", "_skipIf", "_while",
+    constexpr std::array<std::string_view, 8> kConditions{"_failureIf", "_successIf", "_skipIf",   "_while",
                                                           "_onSuccess", "_onFailure", "_onHalted", "_post"};
     return ((tag == "Script" || tag == "ScriptCondition") && attribute == "code") ||
            (tag == "Precondition" && attribute == "if") ||

@@ -46,8 +46,8 @@ TEST(Mutants, OfAChartAreOfItsConditionsAndWhatItDoes) {
 TEST(Mutants, OfATreeAreOfItsScriptsAndLeaveOutDecorators) {
   const auto all = mutants(
       "<root><BehaviorTree ID='M'><Inverter><Go _skipIf='n &lt; 3' to='x'/></Inverter></BehaviorTree></root>", "m.xml");
-  EXPECT_THAT(whats(all), ElementsAre("Inverter dropped, not what is in it", "_skipIf < → <=", "_skipIf 3 → 4",
-                                      "_skipIf 3 → 2"));
+  EXPECT_THAT(whats(all),
+              ElementsAre("Inverter dropped, not what is in it", "_skipIf < → <=", "_skipIf 3 → 4", "_skipIf 3 → 2"));
   EXPECT_EQ(all[0].text, "<root><BehaviorTree ID='M'><Go _skipIf='n &lt; 3' to='x'/></BehaviorTree></root>");
 }
 

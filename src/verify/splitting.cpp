@@ -168,7 +168,8 @@ class Splitter {
     }
     const bool owes = monitor.kept(core).owes;
     const bool ended = walk_.ended(at);
-    if (ended ? owes : monitor.violated_by_silence(core, end - now - Duration(1))) trail.marks.push_back({kViolated, at, core, now});
+    if (ended ? owes : monitor.violated_by_silence(core, end - now - Duration(1)))
+      trail.marks.push_back({kViolated, at, core, now});
     trail.owed = owes && !ended;
     return {};
   }

@@ -152,7 +152,8 @@ class Walked {
     const bool ended = walk_.ended(at);
     for (std::size_t i = 0; i < walk_.monitors(); ++i) {
       if (of_run[i] == Came::kViolated) continue;
-      if (!ended && walk_.monitor(i).violated_by_silence(cores_[i], end - now - Duration(1))) of_run[i] = Came::kViolated;
+      if (!ended && walk_.monitor(i).violated_by_silence(cores_[i], end - now - Duration(1)))
+        of_run[i] = Came::kViolated;
       note_end(of_run[i], walk_.monitor(i).kept(cores_[i]).owes, ended);
     }
     return of_run;
