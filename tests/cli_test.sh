@@ -486,6 +486,20 @@ expect 2 'not a duration' "$sentree" verify "$work/verified" --against "$work/si
 expect 2 'against' "$sentree" verify "$work/verified" --tolerance '1 s'
 expect 3 'no models to compare with' "$sentree" verify examples/minimal --against "$work/simulated.mcap"
 expect 3 'nowhere.mcap' "$sentree" verify "$work/verified" --against "$work/nowhere.mcap"
+expect 1 'nothing was compared' "$sentree" verify examples/grasp --against "$work/verified/verify/never_empty.mcap"
+# One thing at a time, and options that say nothing are told before anything is explored.
+expect 2 'excludes' "$sentree" verify examples/grasp --mutate --runs 4
+expect 2 'not a size' "$sentree" verify examples/grasp --memory 0
+expect 2 'not a duration' "$sentree" verify examples/grasp --time soon
+expect 2 'ends in .aut or .dot' "$sentree" verify examples/grasp --graph "$work/graph.png"
+# What was written for a service without a model is written anew when a chart looks for something else.
+mkdir -p "$work/anew/skills" && cp -r "$work/mutants/interfaces" "$work/mutants/mission.xml" "$work/mutants/skills" "$work/mutants/r.req" "$work/anew"
+printf 'mission: {file: mission.xml, rate: 10 Hz}\nservices: {d: {interface: d.thrift/D}}\nmonitors: [{file: r.req}]\n' >"$work/anew/sentree.yaml"
+expect 1 'd.ask: 5, 6, 7, 9, 10' "$sentree" verify "$work/anew"
+sed -i 's/=== 6/=== 4/' "$work/anew/skills/Ask.scxml"
+expect 1 'd.ask: 3, 4, 5, 6, 9, 10' "$sentree" verify "$work/anew"
+sed -i 's/=== 4/% 2 === 0/' "$work/anew/skills/Ask.scxml"
+expect 3 'skills/Ask.scxml:3:.*_event.data.result is compared after %' "$sentree" verify "$work/anew"
 # Choices have numbers, and alternatives.
 expect 0 'robot chooses starts_at = 4 .robot#1, not 2' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"

@@ -39,7 +39,7 @@ class Mutating {
 
   int operator()() {
     const Interrupts interrupts;
-    if (!read_options(command_, plan_, asked_)) return kInvalidInput;
+    if (!read_options(command_, plan_, asked_)) return kUsage;
     asked_.explore.interrupted = is_interrupted;
     asked_.judge.probabilities = false;
     asked_.explore.tells_what_is_said = true;
