@@ -156,14 +156,21 @@ std::vector<Known> known() {
                  "unseen: never told = 3.\n"
                  "precedes_: said = 1 precedes event(reply(e.ask)).\n"
                  "hidden: always (said <= 6 or told = 3).\nbefore_: before said = 9, always said <= 6.\n"
-                 "silent: never event(reply(e.ask)).\nafter_: after said = 1, never event(reply(e.ask)).\n",
+                 "silent: never event(reply(e.ask)).\nafter_: after said = 1, never event(reply(e.ask)).\n"
+                 "begins: after said = 6, always said <= 6.\nbegins_not: after said = 9, always said <= 6.\n"
+                 "again_not: between said = 9 and said = 6, never said = 1.\n"
+                 "until_not: after said = 9 until said = 6, never said = 1.\n",
                  {{"trigger", "vacuous", {}},
                   {"unseen", "vacuous", {}},
                   {"precedes_", "vacuous", {}},
                   {"hidden", "holds", {}},
                   {"before_", "holds", {}},
                   {"silent", "holds", {}},
-                  {"after_", "holds", {}}},
+                  {"after_", "holds", {}},
+                  {"begins", "holds", {}},
+                  {"begins_not", "vacuous", {}},
+                  {"again_not", "vacuous", {}},
+                  {"until_not", "vacuous", {}}},
                  "",
                  false,
                  answers("", "1", "e")});
