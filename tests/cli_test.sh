@@ -392,6 +392,27 @@ for how in '' '--no-memo' '--runs 20 --threads 2' '--mutate'; do
   # shellcheck disable=SC2086
   expect 3 'models/hand.scxml:[0-9]+:[0-9]+: .*this script does not end \(more than .* it is of model' "$sentree" verify "$work/endless" $how
 done
+# Mutants: a mission that fails instead of succeeding is not the same; services without a model answer in mutants too.
+mkdir -p "$work/mutants/skills" "$work/mutants/interfaces"
+printf 'service D { i32 ask() }\n' >"$work/mutants/interfaces/d.thrift"
+printf 'let said = reply(d.ask)\nbelow: never said = 9.\n' >"$work/mutants/r.req"
+printf '<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence><Condition ID="Ask"/></Sequence></BehaviorTree></root>' >"$work/mutants/mission.xml"
+cat >"$work/mutants/skills/Ask.scxml" <<'END'
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="a">
+<onentry><send type="thrift" target="d" event="ask"/></onentry>
+<transition event="d.ask.reply" cond="_event.data.result === 6" target="success"/>
+<transition event="d.ask.reply error" target="failure"/></state><final id="success"/><final id="failure"/></scxml>
+END
+cat >"$work/mutants/m.scxml" <<'END'
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="a"><transition event="d.ask.request">
+<send type="thrift" target="d" event="ask.reply"><param name="result" expr="6"/></send></transition></state></scxml>
+END
+printf 'mission: {file: mission.xml, rate: 10 Hz}\nmonitors: [{file: r.req}]\n' | tee "$work/mutants/sentree.yaml" >/dev/null
+printf 'services: {d: {interface: d.thrift/D}}\n' >>"$work/mutants/sentree.yaml"
+expect 0 '8 tried: 1 noticed, 5 not noticed, 2 behave the same, 0 refused, 0 not known' "$sentree" verify "$work/mutants" --mutate
+sed -i 's|/D}}|/D, at: model}}\nmodels: [{file: m.scxml, serves: [d]}]|' "$work/mutants/sentree.yaml"
+expect 0 '"what":"cond 6 → 7","fate":"not noticed"' "$sentree" verify "$work/mutants" --mutate --json
+expect 0 '"what":"Sequence: Sequence → Fallback","fate":"same"' "$sentree" verify "$work/mutants" --mutate --json
 # What no behaviour reaches is left for pages, of models too.
 expect 0 'project":"..","files".*"mission.xml":"[0-9]+".*"complete":true.*"kind":"transitions","of":"skills/' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only turns_to_station >/dev/null && cat '$work/verified/verify/reached.json'"
@@ -465,6 +486,20 @@ expect 2 'not a duration' "$sentree" verify "$work/verified" --against "$work/si
 expect 2 'against' "$sentree" verify "$work/verified" --tolerance '1 s'
 expect 3 'no models to compare with' "$sentree" verify examples/minimal --against "$work/simulated.mcap"
 expect 3 'nowhere.mcap' "$sentree" verify "$work/verified" --against "$work/nowhere.mcap"
+expect 1 'nothing was compared' "$sentree" verify examples/grasp --against "$work/verified/verify/never_empty.mcap"
+# One thing at a time, and options that say nothing are told before anything is explored.
+expect 2 'excludes' "$sentree" verify examples/grasp --mutate --runs 4
+expect 2 'not a size' "$sentree" verify examples/grasp --memory 0
+expect 2 'not a duration' "$sentree" verify examples/grasp --time soon
+expect 2 'ends in .aut or .dot' "$sentree" verify examples/grasp --graph "$work/graph.png"
+# What was written for a service without a model is written anew when a chart looks for something else.
+mkdir -p "$work/anew/skills" && cp -r "$work/mutants/interfaces" "$work/mutants/mission.xml" "$work/mutants/skills" "$work/mutants/r.req" "$work/anew"
+printf 'mission: {file: mission.xml, rate: 10 Hz}\nservices: {d: {interface: d.thrift/D}}\nmonitors: [{file: r.req}]\n' >"$work/anew/sentree.yaml"
+expect 1 'd.ask: 5, 6, 7, 9, 10' "$sentree" verify "$work/anew"
+sed -i 's/=== 6/=== 4/' "$work/anew/skills/Ask.scxml"
+expect 1 'd.ask: 3, 4, 5, 6, 9, 10' "$sentree" verify "$work/anew"
+sed -i 's/=== 4/% 2 === 0/' "$work/anew/skills/Ask.scxml"
+expect 3 'skills/Ask.scxml:3:.*_event.data.result is compared after %' "$sentree" verify "$work/anew"
 # Choices have numbers, and alternatives.
 expect 0 'robot chooses starts_at = 4 .robot#1, not 2' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"

@@ -81,7 +81,11 @@ class Verifying {
 
   int operator()() {
     verify::Asked asked;
-    if (!read_options(command_, plan_, asked)) return kInvalidInput;
+    if (!read_options(command_, plan_, asked)) return kUsage;
+    if (!command_.graph.empty() && !command_.graph.ends_with(".aut") && !command_.graph.ends_with(".dot")) {
+      say(fmt::format("--graph {}: a file that ends in .aut or .dot", command_.graph));
+      return kUsage;
+    }
     const Interrupts interrupts;
     asked.explore.interrupted = is_interrupted;
     asked.explore.progress = [](std::size_t states, std::size_t edges) {
@@ -299,10 +303,6 @@ class Verifying {
     const verify::Graph& graph = result_.graph;
     std::ofstream out(command_.graph);
     const bool dot = command_.graph.ends_with(".dot");
-    if (!dot && !command_.graph.ends_with(".aut")) {
-      say(fmt::format("--graph {}: a file that ends in .aut or .dot", command_.graph));
-      return false;
-    }
     const auto label = [&](const verify::Edge& edge) {
       std::string text;
       for (const verify::Made& made : graph.decisions[edge.made]) {
@@ -609,7 +609,8 @@ int verify(const VerifyCommand& command) {
   }
   const fs::path folder = scenario.project.folder;
   const fs::path out = command.out.empty() ? folder / "verify" : fs::path(command.out);
-  const auto any = verify::add_models(scenario, *plan.value, command.model ? folder / "models" : out / "any");
+  const auto any =
+      verify::add_models(scenario, *plan.value, command.model ? folder / "models" : out / "any", command.model);
   if (!any) {
     say(to_string(any.error()));
     return kInvalidInput;

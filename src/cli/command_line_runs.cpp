@@ -171,16 +171,19 @@ void add_verify(CLI::App& app, Commands& commands) {
   sub->add_option("--time", command.time, "Stop after that time, e.g. \"30 s\"");
   sub->add_option("--out", command.out, "Folder of counterexamples (default: verify/ in the project)");
   sub->add_option("--graph", command.graph, "Write the graph of the mission: FILE.aut (Aldebaran) or FILE.dot");
-  sub->add_option("--runs", command.runs, "Statistics: so many runs, drawn, instead of every behaviour")
-      ->check(CLI::PositiveNumber);
+  CLI::Option* const runs =
+      sub->add_option("--runs", command.runs, "Statistics: so many runs, drawn, instead of every behaviour")
+          ->check(CLI::PositiveNumber);
   sub->add_option("--confidence", command.confidence, "Of intervals and decisions")->capture_default_str();
   CLI::Option* const at_least = sub->add_option(
       "--at-least", command.at_least,
       "Statistics: decide, in as few runs as will do, whether it holds in that share of them, e.g. 99%");
-  sub->add_option("--split", command.split,
-                  "Statistics of what is rare: runs in which MODEL.DATA is greatest are split (or \"owed\": in which a "
-                  "bound is nearest); --runs are those that begin")
-      ->excludes(at_least);
+  CLI::Option* const split =
+      sub->add_option(
+             "--split", command.split,
+             "Statistics of what is rare: runs in which MODEL.DATA is greatest are split (or \"owed\": in which "
+             "a bound is nearest); --runs are those that begin")
+          ->excludes(at_least);
   sub->add_option("--seed", command.seed, "Of the runs")->capture_default_str();
   sub->add_option("--threads", command.threads,
                   "Explore, judge requirements or make runs in so many threads; the result is the same")
@@ -190,10 +193,18 @@ void add_verify(CLI::App& app, Commands& commands) {
   sub->add_flag("--exact", command.exact,
                 "Compare states, not 128 bits of their hashes, and execute every step; with --against, compare replies "
                 "as they are, not as the mission tells them apart");
-  sub->add_flag("--model", command.model, "Write models/SERVICE.scxml for services without a model: any reply");
-  sub->add_flag("--mutate", command.mutate, "Tell which small changes of the mission no requirement notices");
+  CLI::Option* const model =
+      sub->add_flag("--model", command.model, "Write models/SERVICE.scxml for services without a model: any reply");
+  CLI::Option* const mutate =
+      sub->add_flag("--mutate", command.mutate, "Tell which small changes of the mission no requirement notices");
   CLI::Option* const against =
       sub->add_option("--against", command.against, "A recording: tell which of its replies the models do not allow");
+  // One thing at a time.
+  for (CLI::Option* const one : {model, mutate, against}) {
+    for (CLI::Option* const other : {runs, at_least, split}) one->excludes(other);
+  }
+  model->excludes(mutate)->excludes(against);
+  mutate->excludes(against);
   sub->add_option("--tolerance", command.tolerance,
                   "With --against: how much earlier or later than the model a reply may be (default: the period)")
       ->needs(against);

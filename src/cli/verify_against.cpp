@@ -111,10 +111,12 @@ int verify_against(const VerifyCommand& command, const project::Plan& plan) {
   List models;
   bool differs = false;
   bool given_up = false;
+  std::size_t compared = 0;
   for (const verify::Agreement& one : *agreements) {
     out += agreement_text(one);
     models.push_back(value_of(one));
     differs = differs || one.not_allowed > 0;
+    compared += one.answers;
     given_up = given_up || !one.given_up.empty();
   }
   if (command.json) {
@@ -127,7 +129,11 @@ int verify_against(const VerifyCommand& command, const project::Plan& plan) {
           "\n";
   }
   print(out);
-  return differs ? kFindings : given_up ? kTimeLimit : kOk;
+  if (differs) return kFindings;
+  if (given_up) return kTimeLimit;
+  if (compared > 0) return kOk;
+  say(fmt::format("{} has no answer of a service that a model serves: nothing was compared", command.against));
+  return kFindings;
 }
 
 }  // namespace sentree::cli

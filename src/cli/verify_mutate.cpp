@@ -7,12 +7,14 @@
 #include <map>
 #include <set>
 
+#include "sentree/base/temporary_folder.h"
 #include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/verify_options.h"
 #include "sentree/project/part_cache.h"
 #include "sentree/text/file.h"
 #include "sentree/text/overlay.h"
+#include "sentree/verify/any_reply.h"
 #include "sentree/verify/mutate.h"
 
 namespace sentree::cli {
@@ -37,9 +39,10 @@ class Mutating {
 
   int operator()() {
     const Interrupts interrupts;
-    if (!read_options(command_, plan_, asked_)) return kInvalidInput;
+    if (!read_options(command_, plan_, asked_)) return kUsage;
     asked_.explore.interrupted = is_interrupted;
     asked_.judge.probabilities = false;
+    asked_.explore.tells_what_is_said = true;
     const std::vector<text::ReadFile> files = read_files();
     original_ = verify::verify(plan_, asked_);
     say(original_.errors);
@@ -67,7 +70,17 @@ class Mutating {
     auto scenario = load_verified(command_);
     Loaded<project::Plan> plan;
     plan.diagnostics = std::move(scenario.diagnostics);
-    if (scenario.ok()) plan = project::prepare(verify::with_models(std::move(*scenario.value)), cache_);
+    if (!scenario.ok()) return plan;
+    plan = project::prepare(verify::with_models(*scenario.value), cache_);
+    if (!plan.ok()) return plan;
+    // Services without a model answer what is told apart now.
+    const auto any = verify::add_models(*scenario.value, *plan.value, any_.path() / std::to_string(loaded_++));
+    if (!any) {
+      plan.value.reset();
+      plan.diagnostics.push_back(any.error());
+    } else if (!any->empty()) {
+      plan = project::prepare(verify::with_models(std::move(*scenario.value)), cache_);
+    }
     return plan;
   }
 
@@ -77,11 +90,12 @@ class Mutating {
     const auto inside = [&](const std::string& file) {
       return fs::absolute(plan_.scenario.project.folder / file).lexically_normal();
     };
-    for (const project::ModelEntry& model : plan_.scenario.project.models) others.insert(inside(model.file.path));
-    for (const project::MonitorEntry& monitor : plan_.scenario.project.monitors)
-      others.insert(inside(monitor.file.path));
     const text::ReadLog log;
-    (void)load();
+    const auto plan = load();
+    if (!plan.ok()) return {};
+    const project::Project& of = plan.value->scenario.project;
+    for (const project::ModelEntry& model : of.models) others.insert(inside(model.file.path));
+    for (const project::MonitorEntry& monitor : of.monitors) others.insert(inside(monitor.file.path));
     std::vector<text::ReadFile> files;
     for (const text::ReadFile& file : log.files()) {
       const std::string ending = file.path.extension().string();
@@ -113,18 +127,26 @@ class Mutating {
     for (std::size_t i = 0; i < std::min(found.judgements.size(), original_.judgements.size()); ++i) {
       const verify::Judgement& now = found.judgements[i];
       const verify::Judgement& before = original_.judgements[i];
-      const bool refuted = now.finding == verify::Finding::kRefuted && before.finding != verify::Finding::kRefuted;
-      const bool vacuous = !now.vacuous.empty() && before.vacuous.empty();
-      if (refuted || vacuous) out.by.push_back(now.requirement);
+      if (notices(before, now)) out.by.push_back(now.requirement);
+      if (!now.error.empty()) out.why = now.error;
+      if (!now.limit.empty()) out.why = fmt::format("{} was {}", now.requirement, now.limit);
     }
+    if (!found.graph.complete) out.why = found.graph.limit;
     if (!out.by.empty()) {
       out.fate = Fate::kNoticed;
-    } else if (!found.graph.complete) {
-      out.why = found.graph.limit;
-    } else {
+      out.why.clear();
+    } else if (out.why.empty()) {
       out.fate = verify::same_behaviour(found.graph, original_.graph) ? Fate::kSame : Fate::kNotNoticed;
     }
     return out;
+  }
+
+  // What is refuted as it is notices nothing, nor what is not known of where the mutant is refuted.
+  [[nodiscard]] bool notices(const verify::Judgement& before, const verify::Judgement& now) const {
+    if (now.finding != verify::Finding::kRefuted) return !now.vacuous.empty() && before.vacuous.empty();
+    if (before.finding == verify::Finding::kRefuted) return false;
+    return before.finding == verify::Finding::kHolds ||
+           (before.limit.empty() && !now.path->loop && now.path->edges.size() <= original_.graph.complete_to);
   }
 
   [[nodiscard]] std::size_t count(Fate fate) const {
@@ -152,7 +174,7 @@ class Mutating {
       }
     };
     list(Fate::kNotNoticed, "no requirement notices");
-    list(Fate::kUnknown, "not known: more states than are tried of a mutant");
+    list(Fate::kUnknown, "not known: a limit ended it");
     return out;
   }
 
@@ -181,6 +203,8 @@ class Mutating {
   verify::Asked asked_;
   verify::Verification original_;
   project::PartCache cache_;
+  TemporaryFolder any_{"mutants"};  // models of services without one
+  std::size_t loaded_ = 0;
   std::vector<Tried> tried_;
 };
 

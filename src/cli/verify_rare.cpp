@@ -70,8 +70,10 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
     const auto seen =
         std::count_if(found->estimates.begin(), found->estimates.end(), [](double share) { return share > 0; });
     out += fmt::format(
-        "{:<{}}   violated with probability {:.3g}: {:.3g} to {:.3g} ({:g} %), seen in {} of {} repetitions\n", name,
+        "{:<{}}   violated with probability {:.3g}: {:.3g} to {:.3g} ({:g} %), seen in {} of {} repetitions", name,
         width, mean, in.low, in.high, sampled.confidence * 100, seen, found->estimates.size());
+    if (found->owed > 0) out += fmt::format(", still owed at the end of {} of {} runs", found->owed, found->runs);
+    out += '\n';
     any = any || mean > 0;
     requirements.emplace_back(
         Map{{"name", name},
@@ -81,6 +83,7 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
             {"fair", List()},
             {"first_violation", Value()},
             {"counterexample", Value()},
+            {"still_owed", static_cast<std::int64_t>(found->owed)},
             {"probability", Map{{"low", in.low},
                                 {"high", in.high},
                                 {"mean", mean},

@@ -11,6 +11,7 @@
 #include "sentree/cli/share.h"
 #include "sentree/cli/verify_options.h"
 #include "sentree/cli/verify_rare.h"
+#include "sentree/verify/at_least.h"
 #include "sentree/verify/statistics.h"
 
 namespace sentree::cli {
@@ -28,23 +29,15 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   const Sampled& sampled = std::get<Sampled>(read);
   if (!command.split.empty()) return verify_rare(command, plan, sampled);
   const auto& asked = sampled.monitors;
-  std::vector<campaign::SequentialTest> tests;
+  std::vector<verify::AtLeast> tests;
   if (!command.at_least.empty()) {
     const auto rate = share("--at-least", command.at_least);
     if (!rate) return kUsage;
-    for (const std::size_t i : asked) {
-      const std::string& name = plan.monitors[i].name();
-      tests.emplace_back(
-          campaign::Expectation{.text = fmt::format("{} violated < {}", name, fmt::format("{:.6g}", 1 - *rate)),
-                                .subject = name,
-                                .what = "violated",
-                                .below = true,
-                                .rate = 1 - *rate},
-          sampled.confidence);
-    }
+    tests.assign(asked.size(), verify::AtLeast(*rate, sampled.confidence));
   }
   const Interrupts interrupts;
   std::vector<std::uint64_t> violated(asked.size());
+  std::vector<std::uint64_t> owed(asked.size());
   std::uint64_t done = 0;
   verify::Sampling sampling;
   sampling.runs = command.runs ? *command.runs : tests.empty() ? sampling.runs : kDecidingRunsMax;
@@ -56,14 +49,18 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   sampling.workers = command.threads;
   sampling.each = in_threads(command.threads);
   sampling.interrupted = is_interrupted;
-  sampling.told = [&](const std::vector<bool>& of_run) {
+  sampling.told = [&](const std::vector<verify::Came>& of_run) {
     if (++done % 256 == 0) show_status(fmt::format("{} runs", done));
     bool open = tests.empty();
     for (std::size_t k = 0; k < asked.size(); ++k) {
-      violated[k] += of_run[asked[k]] ? 1U : 0U;
+      const verify::Came came = of_run[asked[k]];
+      violated[k] += came == verify::Came::kViolated ? 1U : 0U;
+      owed[k] += came == verify::Came::kStillOwed ? 1U : 0U;
       if (tests.empty()) continue;
-      tests[k].add(of_run[asked[k]]);
-      open = open || tests[k].state() == campaign::SequentialTest::State::kOpen;
+      tests[k].add(came == verify::Came::kViolated    ? verify::AtLeast::Run::kViolated
+                   : came == verify::Came::kStillOwed ? verify::AtLeast::Run::kUnknown
+                                                      : verify::AtLeast::Run::kKept);
+      open = open || tests[k].state() == verify::AtLeast::State::kOpen;
     }
     return open;
   };
@@ -88,6 +85,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
     const std::string& name = plan.monitors[asked[k]].name();
     out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({:g} %)", name, width, violated[k], *runs,
                        in.low * 100, in.high * 100, sampled.confidence * 100);
+    if (owed[k] > 0) out += fmt::format(", still owed at the end of {}", owed[k]);
     Map one{{"name", name},
             {"verdict", violated[k] > 0 ? "refuted" : "unknown"},
             {"vacuous", false},
@@ -96,6 +94,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
             {"first_violation", Value()},
             {"counterexample", Value()},
             {"violated", static_cast<std::int64_t>(violated[k])},
+            {"still_owed", static_cast<std::int64_t>(owed[k])},
             {"probability", Map{{"low", in.low},
                                 {"high", in.high},
                                 {"method", "Clopper-Pearson"},
@@ -103,10 +102,10 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
                                 {"runs", static_cast<std::int64_t>(*runs)}}}};
     if (!tests.empty()) {
       const auto state = tests[k].state();
-      out += fmt::format("   at least {}: {}", command.at_least, campaign::to_string(state));
-      one["at_least"] = campaign::to_string(state);
-      any = any || state == campaign::SequentialTest::State::kRefuted;
-      open = open || state == campaign::SequentialTest::State::kOpen;
+      out += fmt::format("   at least {}: {}", command.at_least, verify::to_string(state));
+      one["at_least"] = verify::to_string(state);
+      any = any || state == verify::AtLeast::State::kRefuted;
+      open = open || state == verify::AtLeast::State::kOpen;
     } else {
       any = any || violated[k] > 0;
     }

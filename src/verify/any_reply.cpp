@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <set>
 #include <utility>
@@ -137,8 +138,12 @@ class Writer {
     for (const idl::Field& field : type.fields) {
       const bool is_recursive = depth > 0 && !field.when_absent && field.type->kind == idl::Kind::kStruct;
       if (field.requiredness == idl::Requiredness::kOptional && (is_recursive || !mentioned(field, depth))) continue;
-      out += fmt::format("{}{}: {}", out.size() == 2 ? "" : ", ", field.name,
-                         value(*field.type, field.name, fmt::format("{}.{}", path, field.name), depth + 1, &field));
+      const std::string inner = fmt::format("{}.{}", path, field.name);
+      std::string made = value(*field.type, field.name, inner, depth + 1, &field);
+      const bool may_be_absent = field.requiredness == idl::Requiredness::kOptional && !field.when_absent;
+      if (may_be_absent && uses_.absent.contains(field.name))
+        made = fmt::format("{} ? {} : undefined", picked(inner + " is there", {"true", "false"}), made);
+      out += fmt::format("{}{}: {}", out.size() == 2 ? "" : ", ", field.name, made);
       if (type.kind == idl::StructKind::kUnion) break;  // exactly one is set
     }
     return out + "})";
@@ -157,13 +162,33 @@ class Writer {
     return low > 0 ? low : high < 0 ? high : 0;
   }
 
+  // What a type holds.
+  static std::pair<double, double> range(idl::Kind kind) {
+    switch (kind) {
+      case idl::Kind::kI8: return {-128, 127};
+      case idl::Kind::kI16: return {-32'768, 32'767};
+      case idl::Kind::kI32: return {-2'147'483'648.0, 2'147'483'647.0};
+      // Of which a script knows no more exactly.
+      case idl::Kind::kI64: return {-9'007'199'254'740'991.0, 9'007'199'254'740'991.0};
+      default: return {-std::numeric_limits<double>::max(), std::numeric_limits<double>::max()};
+    }
+  }
+
   std::vector<std::string> numbers(const idl::Type& type, const std::string& name, const idl::Field* field) const {
     const auto found = uses_.numbers.find(name);
-    if (found == uses_.numbers.end()) return {plain_decimal(zero(field))};
+    if (found == uses_.numbers.end()) {
+      const double first = zero(field);
+      const bool has_next =
+          uses_.several.contains(name) && (field == nullptr || !field->max || first + 1 <= *field->max);
+      if (!has_next) return {plain_decimal(first)};
+      return {plain_decimal(first), plain_decimal(first + 1)};
+    }
     const bool is_whole = type.kind != idl::Kind::kDouble;
     std::set<double> values;
     const std::vector<double> at(found->second.begin(), found->second.end());
+    const auto [least, most] = range(type.kind);
     const auto add = [&](double number) {
+      if (number < least || number > most) return;
       if (field != nullptr && field->min && number < *field->min) return;
       if (field != nullptr && field->max && number > *field->max) return;
       if (!is_whole || number == std::floor(number)) values.insert(number);
@@ -192,7 +217,10 @@ class Writer {
   std::vector<std::string> texts(const std::string& name) const {
     std::vector<std::string> out;
     const auto found = uses_.texts.find(name);
-    if (found == uses_.texts.end()) return {"''"};
+    if (found == uses_.texts.end()) {
+      if (uses_.several.contains(name)) return {"''", "'other'"};
+      return {"''"};
+    }
     for (const std::string& text : found->second) out.push_back(script_text(text));
     std::string other = "other";
     while (found->second.contains(other)) other += "_";
@@ -218,7 +246,7 @@ Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service
 }
 
 Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const project::Plan& plan,
-                                          const std::filesystem::path& folder) {
+                                          const std::filesystem::path& folder, bool keeps) {
   std::vector<MadeModel> made;
   const auto is_modelled = [&](const std::string& service) {
     return std::any_of(scenario.project.models.begin(), scenario.project.models.end(), [&](const auto& model) {
@@ -231,7 +259,7 @@ Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const pro
     if (!reply) return tl::unexpected(reply.error());
     const std::filesystem::path file = folder / (service.name + ".scxml");
     std::error_code error;
-    if (std::filesystem::exists(file, error) && text::read_file(file) != reply->chart) {
+    if (keeps && std::filesystem::exists(file, error) && text::read_file(file) != reply->chart) {
       return fail("verify.any-reply", file.string() +
                                           " is there already and says something else; name it under "
                                           "`models:`, or take it away");

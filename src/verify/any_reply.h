@@ -38,8 +38,9 @@ struct MadeModel {
 /// Writes a model for each service of the scenario that has none, FOLDER/SERVICE.scxml, and makes the scenario use it;
 /// written down, it does so too.
 /// @param plan  Of the scenario as it is.
-/// Errors: those of `any_reply`; verify.any-reply, if such a file is there and says something else; those of writing.
+/// @param keeps  Files that are there are somebody's: one that says something else is an error.
+/// Errors: those of `any_reply`; verify.any-reply; those of writing.
 [[nodiscard]] Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const project::Plan& plan,
-                                                        const std::filesystem::path& folder);
+                                                        const std::filesystem::path& folder, bool keeps = false);
 
 }  // namespace sentree::verify

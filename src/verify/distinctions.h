@@ -19,7 +19,9 @@ struct Distinctions {
   std::set<std::string> words;                         ///< Texts that are written anywhere, in charts and in the tree.
   std::map<std::string, std::set<double>> numbers;     ///< That values are compared with, after + - * / by constants.
   std::map<std::string, std::set<std::string>> texts;  ///< Likewise.
-  /// Values are compared with each other, so that what is told apart is not known.
+  std::set<std::string> several;                       ///< That may be compared with such a value that came before.
+  std::set<std::string> absent;                        ///< Of which it is asked whether they are there.
+  /// What is told apart is not known: values are compared with each other, or otherwise than with constants.
   std::optional<Diagnostic> trouble;
 };
 

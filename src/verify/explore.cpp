@@ -30,7 +30,7 @@ class Explorer {
   Result<Graph> operator()() {
     if (auto begun = periods_.begin(); !begun) return tl::unexpected(begun.error());
     started_ = SteadyClock::now();
-    if (options_.each) {
+    if (options_.each && !options_.tells_what_is_said) {
       for (std::size_t i = 0; i < kShares; ++i) scouts_.push_back(std::make_unique<Scout>(periods_));
       if (!scouts_.front()->can()) scouts_.clear();
     }
@@ -131,6 +131,7 @@ class Explorer {
       const auto way = periods_.go_on(at, ways_.script());
       if (!way) return tl::unexpected(told(way.error(), graph.nodes[at].depth + 1));
       graph.edges.push_back({at, way->to, periods_.keep_seen(), periods_.keep_made()});
+      if (options_.tells_what_is_said) graph.said.push_back(periods_.said());
       if (ways_.next(periods_)) continue;
       graph.reduced = graph.reduced || ways_.leaves_out();
       return {};

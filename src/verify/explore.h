@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/base/hash128.h"
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
 #include "sentree/mission/virtual_host.h"
@@ -72,6 +73,7 @@ struct Graph {
   std::vector<Message> observations;  ///< Each once, without numbers and times, and with the data that is looked at.
   std::vector<std::vector<Seen>> sequences;
   std::vector<std::vector<Made>> decisions;
+  std::vector<Hash128> said;  ///< By edge, of all that is said in it (`Options::tells_what_is_said`).
   std::vector<ChoicePoint> choices;
   std::vector<std::string> parts;  ///< Of the mission, by name.
   bool complete = true;
@@ -118,8 +120,9 @@ struct Options {
   /// Orders that no monitor and no part tells apart are left out. Only with a memory of steps, without gates and
   /// without probabilities.
   bool reduce_orders = true;
-  bool memory_of_steps = true;  ///< Steps are looked up where they are known; else each is executed.
-  bool exact = false;           ///< States are compared, not their hashes; every step is executed.
+  bool memory_of_steps = true;      ///< Steps are looked up where they are known; else each is executed.
+  bool exact = false;               ///< States are compared, not their hashes; every step is executed.
+  bool tells_what_is_said = false;  ///< Also what no monitor listens to: `Graph::said`. In one thread.
   /// Goes through periods that are known already, several at a time; the graph is the same, whoever gives one. Where a
   /// limit of memory or of time ends it may differ.
   Each each;

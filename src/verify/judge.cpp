@@ -189,6 +189,7 @@ class Judge {
       }
     }
     if (!why.empty()) return why;
+    if (!memory_.ever_inside()) return "its scope never begins";
     switch (of.pattern) {
       case monitor::Pattern::kRespond:
       case monitor::Pattern::kKeepFor:

@@ -12,6 +12,7 @@
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
+#include "sentree/verify/statistics.h"
 #include "sentree/verify/verify.h"
 
 namespace sentree::verify {
@@ -155,14 +156,21 @@ std::vector<Known> known() {
                  "unseen: never told = 3.\n"
                  "precedes_: said = 1 precedes event(reply(e.ask)).\n"
                  "hidden: always (said <= 6 or told = 3).\nbefore_: before said = 9, always said <= 6.\n"
-                 "silent: never event(reply(e.ask)).\nafter_: after said = 1, never event(reply(e.ask)).\n",
+                 "silent: never event(reply(e.ask)).\nafter_: after said = 1, never event(reply(e.ask)).\n"
+                 "begins: after said = 6, always said <= 6.\nbegins_not: after said = 9, always said <= 6.\n"
+                 "again_not: between said = 9 and said = 6, never said = 1.\n"
+                 "until_not: after said = 9 until said = 6, never said = 1.\n",
                  {{"trigger", "vacuous", {}},
                   {"unseen", "vacuous", {}},
                   {"precedes_", "vacuous", {}},
                   {"hidden", "holds", {}},
                   {"before_", "holds", {}},
                   {"silent", "holds", {}},
-                  {"after_", "holds", {}}},
+                  {"after_", "holds", {}},
+                  {"begins", "holds", {}},
+                  {"begins_not", "vacuous", {}},
+                  {"again_not", "vacuous", {}},
+                  {"until_not", "vacuous", {}}},
                  "",
                  false,
                  answers("", "1", "e")});
@@ -414,6 +422,46 @@ TEST_P(KnownVerdicts, AreFound) {
       EXPECT_NEAR(judgement->greatest->low, expected.p->second, 1e-9);
       EXPECT_NEAR(judgement->greatest->high, expected.p->second, 1e-9);
     }
+  }
+}
+
+// The same by chance: between the runs that violate it and those beside that still owe something where they end.
+TEST_P(KnownVerdicts, AreWhatRunsByChanceCountTowards) {
+  if (GetParam().yaml.find("faults") != std::string::npos) GTEST_SKIP() << "no faults come in statistics";
+  const project::Plan of = plan();
+  const auto runs = [&](std::uint64_t count, bool memory) {
+    std::vector<std::vector<Came>> all;
+    Sampling sampling;
+    sampling.runs = count;
+    sampling.length = std::chrono::seconds(8);
+    sampling.memory_of_periods = memory;
+    sampling.told = [&](const std::vector<Came>& of_run) {
+      all.push_back(of_run);
+      return true;
+    };
+    EXPECT_EQ(sample(of, sampling), count);
+    return all;
+  };
+  constexpr std::uint64_t kExecuted = 20;
+  const auto all = runs(2'000, true);
+  EXPECT_EQ(runs(kExecuted, false), std::vector(all.begin(), all.begin() + kExecuted));
+  const auto share = [&](std::size_t monitor, Came came) {
+    const auto came_so = [&](const std::vector<Came>& run) { return run[monitor] == came; };
+    return static_cast<double>(std::count_if(all.begin(), all.end(), came_so)) / static_cast<double>(all.size());
+  };
+  for (const Expected& expected : GetParam().expected) {
+    SCOPED_TRACE(expected.requirement);
+    std::size_t i = 0;
+    while (of.monitors[i].name() != expected.requirement) ++i;
+    const double violated = share(i, Came::kViolated);
+    if (expected.verdict == "holds" && !expected.p) {
+      EXPECT_EQ(violated, 0);
+    }
+    if (!expected.p) continue;
+    const auto [least, greatest] = *expected.p;
+    const auto off = [&](double p) { return 4 * std::sqrt(p * (1 - p) / static_cast<double>(all.size())) + 1e-9; };
+    EXPECT_LE(violated, greatest + off(greatest));
+    EXPECT_GE(violated + share(i, Came::kStillOwed), least - off(least));
   }
 }
 

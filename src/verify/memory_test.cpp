@@ -74,11 +74,11 @@ TEST(Statistics, OfLongRunsAreTheSameAgain) {
   const auto plan = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
   ASSERT_TRUE(plan.ok());
   const auto violated = [&] {
-    std::vector<std::vector<bool>> all;
+    std::vector<std::vector<Came>> all;
     Sampling sampling;
     sampling.runs = 5;
     sampling.length = std::chrono::seconds(60);
-    sampling.told = [&](const std::vector<bool>& run) {
+    sampling.told = [&](const std::vector<Came>& run) {
       all.push_back(run);
       return true;
     };
@@ -120,11 +120,11 @@ TEST(PartMemory, FindsWhatIsExecutedInRandomProjects) {
 }
 
 // What runs violate, one after the other.
-std::vector<std::vector<bool>> sampled(const project::Plan& plan, Sampling sampling) {
-  std::vector<std::vector<bool>> all;
+std::vector<std::vector<Came>> sampled(const project::Plan& plan, Sampling sampling) {
+  std::vector<std::vector<Came>> all;
   sampling.length = std::chrono::milliseconds(900);
-  sampling.told = [&](const std::vector<bool>& violated) {
-    all.push_back(violated);
+  sampling.told = [&](const std::vector<Came>& of_run) {
+    all.push_back(of_run);
     return true;
   };
   const auto made = sample(plan, sampling);
@@ -153,7 +153,8 @@ TEST(Statistics, OfWhatIsRememberedAreThoseOfWhatIsExecuted) {
     const auto executed = sampled(*plan.value, sampling);
     ASSERT_EQ(remembered, executed) << "seed " << seed;
     ASSERT_EQ(forgotten, executed) << "seed " << seed;
-    for (const auto& run : executed) violated += std::find(run.begin(), run.end(), true) != run.end() ? 1U : 0U;
+    for (const auto& run : executed)
+      violated += std::find(run.begin(), run.end(), Came::kViolated) != run.end() ? 1U : 0U;
   }
   std::cout << violated << " runs violate something\n";
   if (only == 0) {

@@ -24,14 +24,28 @@ bool can_owe_for_ever(const monitor::Model& model) {
 
 }  // namespace
 
+bool owes_without_bound(const monitor::Model& model, const Core& core) {
+  return core.verdict == Verdict::kUndecided && can_owe_for_ever(model) && monitor::standing(model, core).pending;
+}
+
 MonitorMemory::MonitorMemory(const Graph& graph, const monitor::Model& model)
-    : graph_(graph),
-      model_(model),
-      dispatch_(std::span<const monitor::Model>(&model, 1)),
-      can_owe_for_ever_(can_owe_for_ever(model)) {}
+    : graph_(graph), model_(model), dispatch_(std::span<const monitor::Model>(&model, 1)) {
+  // What is so *while* something holds has no memory of it.
+  if (const monitor::Origin* const origin = model.origin())
+    inside_ = !origin->requirement.scope.open || origin->requirement.scope.kind == monitor::Scope::Kind::kWhile;
+}
+
+void MonitorMemory::look_for_scope(const Core& core) {
+  if (inside_) return;
+  const Map data = core.session.data(model_.chart());
+  const Value* const in_scope = data.find("in_scope");
+  inside_ = in_scope == nullptr || (in_scope->as_bool() != nullptr && *in_scope->as_bool());
+}
 
 std::optional<std::uint32_t> MonitorMemory::begin() {
-  return intern(monitor::begin(model_, TimePoint{}), TimePoint{}, false);
+  Core first = monitor::begin(model_, TimePoint{});
+  look_for_scope(first);
+  return intern(std::move(first), TimePoint{}, false);
 }
 
 std::uint32_t MonitorMemory::heard(std::uint32_t sequence) {
@@ -80,15 +94,11 @@ std::optional<std::uint32_t> MonitorMemory::intern(Core core, TimePoint at, bool
     bytes_ += sizeof(Kept) + 6 * form_.size() + 500;
     cores_.push_back({.core = std::move(core),
                       .at = at,
-                      .owes = undecided && standing.pending && can_owe_for_ever_,
+                      .owes = undecided && standing.pending && can_owe_for_ever(model_),
                       .owes_until = undecided && standing.pending && bounded,
                       .violated = violated});
   }
   return found->second;
-}
-
-bool MonitorMemory::owes_without_bound(const Core& core) const {
-  return can_owe_for_ever_ && core.verdict == Verdict::kUndecided && monitor::standing(model_, core).pending;
 }
 
 const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint32_t heard, Duration period) {
@@ -122,7 +132,8 @@ const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint
     message_.time = begin + seen.after;
     take(monitor::step(model_, stepped, message_), seen.after, message_.name);
     owed_ = owed_ || monitor::standing(model_, stepped).pending;
-    if (!owes_without_bound(stepped)) outcome.discharged = true;
+    look_for_scope(stepped);
+    if (!owes_without_bound(model_, stepped)) outcome.discharged = true;
   }
   until(begin + period);
   if (stepped.failure()) {

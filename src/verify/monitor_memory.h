@@ -16,6 +16,9 @@
 
 namespace sentree::verify {
 
+/// Whether a monitor owes something without a bound, which is never done if nothing follows.
+[[nodiscard]] bool owes_without_bound(const monitor::Model& model, const monitor::Core& core);
+
 /// What a monitor does with the periods of a graph: its states are numbers, and what a sequence of observations does to
 /// each of them is found out once.
 class MonitorMemory {
@@ -55,6 +58,8 @@ class MonitorMemory {
   [[nodiscard]] const std::vector<Kept>& all() const { return cores_; }
   [[nodiscard]] bool ever_heard() const { return ever_heard_; }
   [[nodiscard]] bool ever_owed() const { return owed_; }
+  /// Its scope began, at some time; true if that has no beginning, or is not known.
+  [[nodiscard]] bool ever_inside() const { return inside_; }
   /// Why it cannot be judged.
   [[nodiscard]] const std::optional<Diagnostic>& error() const { return error_; }
   /// About.
@@ -62,7 +67,7 @@ class MonitorMemory {
 
  private:
   std::optional<std::uint32_t> intern(monitor::Core core, TimePoint at, bool violated);
-  [[nodiscard]] bool owes_without_bound(const monitor::Core& core) const;
+  void look_for_scope(const monitor::Core& core);
 
   const Graph& graph_;
   const monitor::Model& model_;
@@ -79,8 +84,8 @@ class MonitorMemory {
   std::deque<Outcome> outcomes_;
   FlatMap<std::uint64_t, WordHash> outcome_of_;  // by its state, what it hears, and whether time passes
   bool ever_heard_ = false;
-  bool can_owe_for_ever_;
-  bool owed_ = false;  // something, at some time
+  bool owed_ = false;   // something, at some time
+  bool inside_ = true;  // its scope, at some time
   std::uint64_t bytes_ = 0;
   std::optional<Diagnostic> error_;
   std::vector<std::uint64_t> words_;

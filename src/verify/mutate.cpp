@@ -73,6 +73,16 @@ std::optional<double> number_of(std::string_view text) {
   return number;
 }
 
+// Of an operator: "<" for "&lt;".
+std::string meant(std::string_view written) {
+  std::string out(written);
+  for (const auto& [entity, c] : {std::pair("&lt;", "<"), {"&gt;", ">"}, {"&amp;", "&"}}) {
+    for (std::size_t at = out.find(entity); at != std::string::npos; at = out.find(entity))
+      out.replace(at, std::string_view(entity).size(), c);
+  }
+  return out;
+}
+
 // As people write it: 31, not 31.0.
 std::string as_text(double number) {
   std::string text = shortest_decimal(number);
@@ -130,14 +140,19 @@ class Mutator {
     for (const auto& [tag, other] : kOthers) {
       if (node.name() != tag) continue;
       std::vector<Edit> edits{{node.offset() + 1, node.offset() + 1 + tag.size(), std::string(other)}};
-      if (const std::size_t end = source_.rfind("</", node.end_offset());
+      if (const std::size_t end = source_.rfind("</", node.end_offset() - 1);
           end != std::string_view::npos && node.first_child())
         edits.push_back({end + 2, end + 2 + tag.size(), std::string(other)});
       add(node.offset(), fmt::format("{}: {} → {}", called(node), tag, other), std::move(edits));
     }
-    if (siblings > 1) add(node.offset(), called(node) + " dropped", {{node.offset(), node.end_offset(), ""}});
-    ports(node);
     const auto children = node.children();
+    const bool is_control =
+        std::any_of(kOthers.begin(), kOthers.end(), [&](const auto& pair) { return pair.first == node.name(); });
+    if (siblings > 1) add(node.offset(), called(node) + " dropped", {{node.offset(), node.end_offset(), ""}});
+    if (!is_control && children.size() == 1)
+      add(node.offset(), called(node) + " dropped, not what is in it",
+          {{node.offset(), node.end_offset(), text_of(children.front())}});
+    ports(node);
     for (std::size_t i = 0; i + 1 < children.size(); ++i) {
       const XmlElement& a = children[i];
       const XmlElement& b = children[i + 1];
@@ -151,8 +166,17 @@ class Mutator {
     return std::string(source_.substr(element.offset(), element.end_offset() - element.offset()));
   }
 
+  [[nodiscard]] static bool is_script(std::string_view tag, std::string_view attribute) {
+    constexpr std::array<std::string_view, 8> kConditions{"_failureIf", "_successIf", "_skipIf",   "_while",
+                                                          "_onSuccess", "_onFailure", "_onHalted", "_post"};
+    return ((tag == "Script" || tag == "ScriptCondition") && attribute == "code") ||
+           (tag == "Precondition" && attribute == "if") ||
+           std::find(kConditions.begin(), kConditions.end(), attribute) != kConditions.end();
+  }
+
   void ports(const XmlElement& node) {
     for (const auto& [name, value] : node.attributes()) {
+      if (is_script(node.name(), name)) expression(node, name);
       if (name == "name" || name == "ID" || name.starts_with('_')) continue;
       const std::size_t at = node.attribute_value_offset(name);
       const auto change = [&](const std::string& other) {
@@ -192,7 +216,7 @@ class Mutator {
     const std::size_t end = std::min(source_.find(source_[begin - 1], begin), source_.size());
     const std::string_view written = source_.substr(begin, end - begin);
     const auto change = [&](std::size_t at, std::size_t size, const std::string& other) {
-      add(begin + at, fmt::format("{} {} → {}", attribute, written.substr(at, size), other),
+      add(begin + at, fmt::format("{} {} → {}", attribute, meant(written.substr(at, size)), meant(other)),
           {{begin + at, begin + at + size, other}});
     };
     for (std::size_t at = 0; at < written.size();) {
@@ -248,7 +272,7 @@ std::vector<Mutant> mutants(std::string_view source, const std::string& file) {
 
 bool same_behaviour(const Graph& a, const Graph& b) {
   return a.complete == b.complete && a.nodes == b.nodes && a.edges == b.edges && a.sequences == b.sequences &&
-         a.decisions == b.decisions && a.observations == b.observations;
+         a.decisions == b.decisions && a.observations == b.observations && a.said == b.said;
 }
 
 }  // namespace sentree::verify

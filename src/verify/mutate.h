@@ -21,14 +21,16 @@ struct Mutant {
 };
 
 /// Of a file of Behavior Trees: reactive for plain and the other way round, Sequence for Fallback, neighbours
-/// exchanged, a node dropped, a number one more or less, a word that stands for the same port elsewhere.
+/// exchanged, a node dropped with what is in it, a decorator alone, a number one more or less, a word that stands for
+/// the same port elsewhere; of its scripts and conditions as of a chart.
 /// Of a chart: comparisons that take or leave their bound, their negation, numbers one more or less, a transition
 /// dropped, something dropped that is sent. Empty: it is neither, or cannot be read.
 /// Source: the operators of P. Ammann, J. Offutt, Introduction to Software Testing, 2nd edition, section 9.2.
 /// @param file  As messages show it.
 [[nodiscard]] std::vector<Mutant> mutants(std::string_view source, const std::string& file);
 
-/// Whether two explorations found the same: nothing that anybody can observe is different.
+/// Whether two explorations found the same, message for message. Both with `Options::tells_what_is_said`; else only
+/// what monitors listen to is compared.
 [[nodiscard]] bool same_behaviour(const Graph& a, const Graph& b);
 
 }  // namespace sentree::verify

@@ -39,13 +39,23 @@ TEST(Mutants, OfAChartAreOfItsConditionsAndWhatItDoes) {
       "<scxml><state id='a'><transition event='e' cond='x &lt;= 2 &amp;&amp; y == \"n&lt;1\"' "
       "target='b'/></state></scxml>",
       "c.scxml");
-  EXPECT_THAT(whats(all), ElementsAre("cond &lt;= → &lt;", "cond 2 → 3", "cond 2 → 1", "cond &amp;&amp; → ||",
+  EXPECT_THAT(whats(all), ElementsAre("cond <= → <", "cond 2 → 3", "cond 2 → 1", "cond && → ||",
                                       "cond == → !=", "<transition> e dropped"));
+}
+
+TEST(Mutants, OfATreeAreOfItsScriptsAndLeaveOutDecorators) {
+  const auto all = mutants(
+      "<root><BehaviorTree ID='M'><Inverter><Go _skipIf='n &lt; 3' to='x'/></Inverter></BehaviorTree></root>", "m.xml");
+  EXPECT_THAT(whats(all),
+              ElementsAre("Inverter dropped, not what is in it", "_skipIf < → <=", "_skipIf 3 → 4", "_skipIf 3 → 2"));
+  EXPECT_EQ(all[0].text, "<root><BehaviorTree ID='M'><Go _skipIf='n &lt; 3' to='x'/></BehaviorTree></root>");
 }
 
 TEST(Mutants, CanAllBeReadAndAreNotTheOriginal) {
   for (const std::string& source :
        {std::string(kTree),
+        std::string("<root><BehaviorTree ID='M'><Sequence><Fallback><A n='1'/><B/></Fallback></Sequence></BehaviorTree>"
+                    "</root>"),
         std::string("<scxml><datamodel><data id='a' expr=\"true\"/></datamodel><state id='s'><onentry>"
                     "<if cond='a'><send event='x'/></if></onentry></state></scxml>")}) {
     const auto all = mutants(source, "f");

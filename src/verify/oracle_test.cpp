@@ -312,8 +312,8 @@ TEST(Verdicts, ComeOutSoInRuns) {
     sampling.runs = kRuns;
     sampling.seed = seed;
     sampling.length = std::chrono::seconds(3);
-    sampling.told = [&](const std::vector<bool>& run) {
-      for (std::size_t i = 0; i < run.size(); ++i) violated[i] += run[i] ? 1U : 0U;
+    sampling.told = [&](const std::vector<Came>& run) {
+      for (std::size_t i = 0; i < run.size(); ++i) violated[i] += run[i] == Came::kViolated ? 1U : 0U;
       return true;
     };
     ASSERT_EQ(sample(*plan.value, sampling), kRuns);

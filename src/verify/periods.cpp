@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <map>
 #include <utility>
@@ -12,6 +13,26 @@
 #include "sentree/verify/period.h"
 
 namespace sentree::verify {
+
+namespace {
+
+bool counts(std::string_view member) { return member == "time" || member == "tick" || member == "call"; }
+
+// Of a message, but for what counts. Nothing of statuses of nodes: skills answer theirs, and who changes a tree changes
+// its nodes.
+Hash128 all_of(const Message& message) {
+  if (message.name == "node.status") return {};
+  Map data;
+  if (const Map* const members = message.data.as_map()) {
+    for (const auto& [name, value] : *members) {
+      if (!counts(name)) data.append(name, value);
+    }
+  }
+  return hash128(fmt::format("{}|{}|{}|{}|{}", static_cast<int>(message.kind), message.source, message.target,
+                             message.name, to_json(Value(std::move(data)))));
+}
+
+}  // namespace
 
 std::string recipient(const project::Plan& plan, const mission::Delivery& what) {
   if (std::holds_alternative<mission::TreeDelivery>(what.what)) return "mission";
@@ -64,6 +85,7 @@ Result<Periods::Way> Periods::go_on(std::uint32_t from, std::span<const std::uin
   rest_ = rest ? &rest : nullptr;
   made_.clear();
   seen_.clear();
+  said_ = {};
   trace_.clear();
   ordered_.clear();
   due_.clear();
@@ -211,6 +233,7 @@ std::uint32_t Periods::intern_choice(ChoicePoint point) {
 void Periods::observed(const Message& message) {
   if (!gates_.empty()) gates_.observed(message, message.time);
   see(hear(message), message.time);
+  if (options_.tells_what_is_said) say(all_of(message), message.time);
 }
 
 void Periods::observed(std::uint32_t number, TimePoint now, const Message& message) {
@@ -222,8 +245,13 @@ void Periods::observed(std::uint32_t number, TimePoint now, const Message& messa
     hearers_.resize(std::max(hearers_.size(), (number + std::size_t{1}) * words));
     for (const std::size_t monitor : dispatch_.route(message.name).of(message.source).monitors)
       hearers_[number * words + monitor / 64] |= std::uint64_t{1} << (monitor % 64);
+    if (options_.tells_what_is_said) {
+      said_of_.resize(heard_.size());
+      said_of_[number] = all_of(message);
+    }
   }
   see(heard_[number], now);
+  if (options_.tells_what_is_said) say(said_of_[number], now);
 }
 
 std::optional<std::uint64_t> Periods::choose(const mission::Choice& choice) {
@@ -322,6 +350,13 @@ void Periods::see(std::uint32_t observation, TimePoint now) {
   if (observation != kNobody) seen_.push_back({now - begin_, observation});
 }
 
+void Periods::say(const Hash128& what, TimePoint now) {
+  if (what == Hash128{}) return;
+  const std::array<std::uint64_t, 5> together{said_.a, said_.b, what.a, what.b,
+                                              static_cast<std::uint64_t>((now - begin_).count())};
+  said_ = hash128({reinterpret_cast<const char*>(together.data()), sizeof together});
+}
+
 // What of it somebody looks at: the number of an observation, or nothing.
 std::uint32_t Periods::hear(const Message& message) {
   if (const auto leaf = leaf_of_.find(message.name); leaf != leaf_of_.end() && message.kind == MessageKind::kReply) {
@@ -341,7 +376,7 @@ std::uint32_t Periods::hear(const Message& message) {
   Map data;
   if (Map* members = looked_at.as_map()) {
     for (auto& [name, value] : *members) {
-      if (name == "time" || name == "tick" || name == "call") {
+      if (counts(name)) {
         refuse_clock(message, name);
         return kNobody;
       }

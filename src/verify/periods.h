@@ -93,6 +93,8 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   /// Indices in the graph of what was seen and made.
   [[nodiscard]] std::uint32_t keep_seen();
   [[nodiscard]] std::uint32_t keep_made();
+  /// Of everything that was said, by whom and when, if `Options::tells_what_is_said`.
+  [[nodiscard]] const Hash128& said() const { return said_; }
 
   /// See `verify::most_varied`.
   [[nodiscard]] std::string most_varied(std::size_t count) const;
@@ -145,6 +147,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   void note(const mission::Choice& choice, std::uint64_t alternative);
   std::uint32_t hear(const Message& message);
   void see(std::uint32_t observation, TimePoint now);
+  void say(const Hash128& what, TimePoint now);
   bool looks_at_clock(const Message& message);
   void refuse_clock(const Message& message, const std::string& member);
   [[nodiscard]] std::uint32_t part(const mission::Delivery& delivery) const;
@@ -190,6 +193,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   std::unordered_map<std::string, std::uint32_t> choice_of_;
   std::unordered_map<std::string, std::uint32_t> observation_of_;
   std::vector<std::uint32_t> heard_;               // observations by the numbers of the memory
+  std::vector<Hash128> said_of_;                   // what they say, likewise
   std::vector<std::vector<std::uint32_t>> noted_;  // alternatives of choices, likewise
   Orders orders_;
   bool tells_orders_ = false;
@@ -204,6 +208,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   const Decider* rest_ = nullptr;
   std::vector<Made> made_;
   std::vector<Seen> seen_;
+  Hash128 said_;
   mission::PartMemory::Trace trace_;
   std::vector<OrderDecision> ordered_;
   std::vector<std::uint32_t> due_;

@@ -66,6 +66,7 @@ class Splitter {
       if (interrupted()) return std::optional<double>();
       ++counted.runs;
       counted.violated += trail.best() == kViolated ? 1U : 0U;
+      counted.owed += trail.owed ? 1U : 0U;
     }
     double left = 1;
     std::vector<double> best;
@@ -87,7 +88,7 @@ class Splitter {
         const Trail& from = trails[above[rng.below(above.size())]];
         const auto passed =
             std::find_if(from.marks.begin(), from.marks.end(), [&](const Mark& mark) { return mark.score > level; });
-        Trail branch{{from.marks.begin(), passed + 1}};
+        Trail branch{.marks = {from.marks.begin(), passed + 1}};
         if (auto done = go_on(branch, rng); !done) return tl::unexpected(done.error());
         trails[i] = std::move(branch);
         ++counted.branches;
@@ -108,6 +109,7 @@ class Splitter {
   };
   struct Trail {
     std::vector<Mark> marks;  // of growing scores
+    bool owed = false;        // where it was ended, without a bound
     [[nodiscard]] double best() const { return marks.back().score; }
   };
 
@@ -164,8 +166,11 @@ class Splitter {
       if (reached > trail.best()) trail.marks.push_back({reached, at, core, now});
       if (outcome->violated) return {};
     }
-    if (!walk_.ended(at) && monitor.violated_by_silence(core, end - now))
-      trail.marks.push_back({kViolated, at, core, end});
+    const bool owes = monitor.kept(core).owes;
+    const bool ended = walk_.ended(at);
+    if (ended ? owes : monitor.violated_by_silence(core, end - now - Duration(1)))
+      trail.marks.push_back({kViolated, at, core, now});
+    trail.owed = owes && !ended;
     return {};
   }
 
@@ -206,6 +211,7 @@ Result<Splits> split(const project::Plan& plan, std::size_t monitor, const Split
       out.estimates.push_back(**one.estimate);
       out.runs += one.counted.runs;
       out.violated += one.counted.violated;
+      out.owed += one.counted.owed;
       out.branches += one.counted.branches;
     }
     if (splitting.progress) splitting.progress(out.estimates.size());

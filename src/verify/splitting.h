@@ -38,6 +38,7 @@ struct Splits {
   std::vector<double> estimates;  ///< Of the probability; each right on average, whatever the score is.
   std::uint64_t runs = 0;         ///< That were begun at the beginning of the mission,
   std::uint64_t violated = 0;     ///< of which so many violated the requirement without being split.
+  std::uint64_t owed = 0;         ///< Of them those that were ended while something without a bound was owed.
   std::uint64_t branches = 0;     ///< Runs that went on from where others were.
 };
 

@@ -189,9 +189,9 @@ TEST_F(Splits, RunsAndJudgementsAreTheSameHoweverManyWorkersThereAre) {
     sampling.length = std::chrono::seconds(10);
     sampling.workers = workers;
     if (workers > 1) sampling.each = backwards;
-    std::vector<std::vector<bool>> all;
-    sampling.told = [&](const std::vector<bool>& violated) {
-      all.push_back(violated);
+    std::vector<std::vector<Came>> all;
+    sampling.told = [&](const std::vector<Came>& of_run) {
+      all.push_back(of_run);
       return all.size() < 400;
     };
     EXPECT_EQ(sample(of, sampling).value_or(0), 400U);

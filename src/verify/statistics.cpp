@@ -18,11 +18,20 @@ namespace {
 // Runs that one worker makes before all are told of.
 constexpr std::uint64_t kBlockMax = 256;
 
+void note_end(Came& came, bool owes, bool of_the_mission) {
+  if (owes && came == Came::kKept) came = of_the_mission ? Came::kViolated : Came::kStillOwed;
+}
+
 // One run that is executed: its die, its gates and its monitors.
 class Thrower final : public mission::Surroundings {
  public:
   Thrower(const project::Plan& plan, Order order, Rng rng)
-      : violated(plan.monitors.size()), order_(order), rng_(rng), gates_(plan), monitors_(plan.monitors, TimePoint{}) {}
+      : of_run(plan.monitors.size()),
+        plan_(plan),
+        order_(order),
+        rng_(rng),
+        gates_(plan),
+        monitors_(plan.monitors, TimePoint{}) {}
 
   void observed(const Message& message) override {
     gates_.observed(message, message.time);
@@ -48,15 +57,23 @@ class Thrower final : public mission::Surroundings {
     note();
   }
 
-  std::vector<bool> violated;
+  // Nothing follows.
+  void end(bool of_the_mission) {
+    for (std::size_t i = 0; i < of_run.size(); ++i)
+      note_end(of_run[i], owes_without_bound(plan_.monitors[i], monitors_.state(i)), of_the_mission);
+  }
+
+  std::vector<Came> of_run;
   std::optional<Diagnostic> error;
 
  private:
   void note() {
-    for (const auto& [monitor, decision, leaf] : decided_)
-      violated[monitor] = violated[monitor] || decision.verdict == monitor::Verdict::kViolated;
+    for (const auto& [monitor, decision, leaf] : decided_) {
+      if (decision.verdict == monitor::Verdict::kViolated) of_run[monitor] = Came::kViolated;
+    }
   }
 
+  const project::Plan& plan_;
   Order order_;
   Rng rng_;
   Gates gates_;
@@ -71,7 +88,7 @@ class Executed {
     host_.remember_steps();
   }
 
-  Result<std::vector<bool>> operator()(std::uint64_t number) {
+  Result<std::vector<Came>> operator()(std::uint64_t number) {
     const TimePoint end = TimePoint{} + sampling_.length;
     Thrower thrower(plan_, sampling_.order, rng_of(sampling_.seed, number));
     mission::State state = host_.begin();
@@ -82,9 +99,12 @@ class Executed {
       // What has no effect any more needs no throw of the die.
       mission::prune(state);
     }
-    // What is owed with a bound is due while the rest of the run is silent.
-    if (!mission::VirtualHost::ended(state)) thrower.advance(end);
-    return std::move(thrower.violated);
+    // What is owed with a bound is due while the rest of the run is silent. What would come at its very end is not
+    // known any more.
+    const bool ended = mission::VirtualHost::ended(state);
+    if (!ended) thrower.advance(end - Duration(1));
+    thrower.end(ended);
+    return std::move(thrower.of_run);
   }
 
  private:
@@ -98,14 +118,14 @@ class Walked {
  public:
   Walked(const project::Plan& plan, const Sampling& sampling) : sampling_(sampling), walk_(plan, sampling.order) {}
 
-  Result<std::vector<bool>> operator()(std::uint64_t number) {
+  Result<std::vector<Came>> operator()(std::uint64_t number) {
     if (!begun_ || walk_.bytes() > sampling_.memory) {
       if (auto begun = walk_.begin(); !begun) return tl::unexpected(begun.error());
       begun_ = true;
     }
     Rng rng = rng_of(sampling_.seed, number);
     const TimePoint end = TimePoint{} + sampling_.length;
-    std::vector<bool> violated(walk_.monitors());
+    std::vector<Came> of_run(walk_.monitors());
     std::size_t left = walk_.monitors();
     cores_.clear();
     for (std::size_t i = 0; i < walk_.monitors(); ++i) cores_.push_back(walk_.first(i));
@@ -117,23 +137,26 @@ class Walked {
       const auto way = walk_.go_on(at, rng);
       if (!way) return tl::unexpected(way.error());
       for (std::size_t i = 0; i < walk_.monitors(); ++i) {
-        if (violated[i]) continue;
+        if (of_run[i] == Came::kViolated) continue;
         MonitorMemory& monitor = walk_.monitor(i);
         const auto* outcome = monitor.after(cores_[i], monitor.heard(way->seen), way->took);
         if (outcome == nullptr) return tl::unexpected(*monitor.error());
         cores_[i] = outcome->core;
         if (!outcome->violated) continue;
-        violated[i] = true;
+        of_run[i] = Came::kViolated;
         --left;
       }
       at = way->to;
       now += way->took;
     }
-    if (!walk_.ended(at) && left > 0) {
-      for (std::size_t i = 0; i < walk_.monitors(); ++i)
-        violated[i] = violated[i] || walk_.monitor(i).violated_by_silence(cores_[i], end - now);
+    const bool ended = walk_.ended(at);
+    for (std::size_t i = 0; i < walk_.monitors(); ++i) {
+      if (of_run[i] == Came::kViolated) continue;
+      if (!ended && walk_.monitor(i).violated_by_silence(cores_[i], end - now - Duration(1)))
+        of_run[i] = Came::kViolated;
+      note_end(of_run[i], walk_.monitor(i).kept(cores_[i]).owes, ended);
     }
-    return violated;
+    return of_run;
   }
 
  private:
@@ -150,10 +173,10 @@ class Sampler {
     if (sampling.memory_of_periods) walked_.emplace(plan, sampling);
   }
 
-  Result<std::vector<bool>> operator()(std::uint64_t number) {
+  Result<std::vector<Came>> operator()(std::uint64_t number) {
     if (walked_) {
-      auto violated = (*walked_)(number);
-      if (violated) return violated;
+      auto of_run = (*walked_)(number);
+      if (of_run) return of_run;
       // What has no canonical form, looks at the clock or has too many states can be executed all the same.
       walked_.reset();
     }
@@ -178,7 +201,7 @@ Result<std::uint64_t> sample(const project::Plan& plan, const Sampling& sampling
   // Blocks of runs, told of in the order of their numbers: what comes out does not depend on who made which. The first
   // ones are short, since few may be enough.
   std::uint64_t size = workers;
-  std::vector<std::optional<Result<std::vector<bool>>>> block;
+  std::vector<std::optional<Result<std::vector<Came>>>> block;
   while (made < sampling.runs) {
     block.assign(std::min(size, sampling.runs - made), std::nullopt);
     for_each(sampling.each, workers, [&](std::size_t worker) {
@@ -187,11 +210,11 @@ Result<std::uint64_t> sample(const project::Plan& plan, const Sampling& sampling
         block[i] = (*samplers[worker])(made + i);
       }
     });
-    for (const auto& violated : block) {
-      if (!violated) return made;
-      if (!*violated) return tl::unexpected(violated->error());
+    for (const auto& of_run : block) {
+      if (!of_run) return made;
+      if (!*of_run) return tl::unexpected(of_run->error());
       ++made;
-      if (sampling.told && !sampling.told(**violated)) return made;
+      if (sampling.told && !sampling.told(**of_run)) return made;
     }
     size = std::min(2 * size, workers * kBlockMax);
   }

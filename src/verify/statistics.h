@@ -10,6 +10,13 @@
 
 namespace sentree::verify {
 
+/// What came of a requirement in one run.
+enum class Came : std::uint8_t {
+  kKept,
+  kStillOwed,  ///< Something without a bound, where the run was ended before the mission was.
+  kViolated,
+};
+
 /// How many runs are made, and how.
 struct Sampling {
   std::uint64_t runs = 1'000;
@@ -23,8 +30,8 @@ struct Sampling {
   std::size_t workers = 1;
   Each each;
   std::function<bool()> interrupted;  ///< May be empty; asked by every worker.
-  /// After each run: which monitors, by index, it violated. False: enough.
-  std::function<bool(const std::vector<bool>& violated)> told;
+  /// After each run: what came of the monitors, by index. False: enough.
+  std::function<bool(const std::vector<Came>& of_run)> told;
 };
 
 /// Runs a mission with models in virtual time, again and again: what is drawn by its probability, everything else that

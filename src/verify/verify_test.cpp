@@ -129,8 +129,8 @@ TEST_F(Verify, EstimatesWhatItCanCompute) {
   Sampling sampling;
   sampling.runs = 4'000;
   sampling.length = std::chrono::seconds(10);
-  sampling.told = [&](const std::vector<bool>& run) {
-    violated += run.front() ? 1U : 0U;
+  sampling.told = [&](const std::vector<Came>& run) {
+    violated += run.front() == Came::kViolated ? 1U : 0U;
     return true;
   };
   ASSERT_EQ(sample(of, sampling), sampling.runs);
@@ -530,6 +530,66 @@ TEST_F(Verify, TriesAnyReplyOfWhatHasNoModel) {
   EXPECT_EQ(found.judgements.front().finding, Finding::kRefuted);
   EXPECT_THAT(found.not_reached, ElementsAre(HasSubstr("Ask.scxml:5:3: leaf Ask never takes this transition")))
       << "the one for errors";
+}
+
+// What is tried of a reply that one condition looks at; or why that is not known.
+class AnyReplyOf : public Verify {
+ protected:
+  std::string tried(const std::string& type, const std::string& condition, const std::string& port = "") {
+    write("interfaces/door.thrift",
+          "enum C { A, B, D }\nstruct S { 1: i32 a, 2: optional i32 o, 3: string s, 4: i32 b }\n"
+          "service Door { " +
+              type + " ask() }\n");
+    write("skills/Ask.scxml",
+          kHead + R"(initial="a"><datamodel><data id="port"/><data id="v" expr="0"/></datamodel><state id="a">
+<onentry><send type="thrift" target="door" event="ask"/></onentry>
+<transition event="door.ask.reply" target="b"><assign location="v" expr="_event.data.result"/></transition></state>
+<state id="b"><transition cond=")" +
+              text::xml_escape(condition) + R"(" target="success"/>
+<transition target="failure"/></state><final id="success"/><final id="failure"/></scxml>)");
+    tree("<Condition ID=\"Ask\" port=\"" + port + "\"/>");
+    write("r.req", "silent: never event(request(door.ask) from Nobody).\n");
+    write("sentree.yaml",
+          "mission: {file: mission.xml, rate: 10 Hz}\nservices: {door: {interface: door.thrift/Door, at: "
+          "'tcp://localhost:1'}}\n");
+    auto project = project::load_project(folder_.path());
+    if (!project.ok()) return to_string(project.diagnostics.front());
+    const auto prepared = project::prepare(project::plain_scenario(std::move(*project.value)));
+    if (!prepared.ok()) return to_string(prepared.diagnostics.front());
+    const auto reply = any_reply(*prepared.value, "door");
+    if (!reply) return reply.error().message.substr(0, reply.error().message.find(','));
+    return reply->tried.empty() ? "" : reply->tried.front();
+  }
+};
+
+TEST_F(AnyReplyOf, TriesWhatComparisonsTellApart) {
+  EXPECT_EQ(tried("i32", "v"), "ask: -1, 0, 1");
+  EXPECT_EQ(tried("i32", "!v && true"), "ask: -1, 0, 1");
+  EXPECT_EQ(tried("i32", "3 - 2 * v < -20"), "ask: 11, 12");
+  EXPECT_EQ(tried("i32", "v > Math.min(port, 20)", "30"), "ask: 19, 20, 21, 25, 30, 31");
+  EXPECT_EQ(tried("i32", "Math.abs(v) > 3"), "ask: -4, -3, -2, 0, 3, 4");
+  EXPECT_EQ(tried("i32", "v == '3'"), "ask: 2, 3, 4");
+  EXPECT_EQ(tried("i32", "v === 3000000000 || v > 5"), "ask: 4, 5, 6, 1500000002");
+  EXPECT_EQ(tried("double", "v === 2.5"), "ask: 1.5, 2.5, 3.5");
+  EXPECT_EQ(tried("bool", "v"), "ask: false, true");
+  EXPECT_EQ(tried("string", "v"), "ask: '', 'other'");
+  EXPECT_EQ(tried("string", "v === port", "kitchen"), "ask: 'kitchen', 'other'");
+  EXPECT_EQ(tried("string", "['a', 'b'].indexOf(v) >= 0"), "ask: 'a', 'b', 'other'");
+  EXPECT_EQ(tried("C", "v === 'B'"), "ask: 'B', 'A'");
+  EXPECT_EQ(tried("S", "v.o === undefined"), "ask.o is there: true, false");
+  EXPECT_EQ(tried("i32", "v === _event.data.result"), "ask: -1, 0, 1") << "v is 0 to begin with";
+  EXPECT_EQ(tried("string", "v === _event.data.result"), "ask: '', 'other'") << "one that came before";
+}
+
+TEST_F(AnyReplyOf, IsRefusedWhereWhatIsToldApartIsNotKnown) {
+  EXPECT_EQ(tried("i32", "v % 7 === 3"), "a reply is compared after %");
+  EXPECT_EQ(tried("i32", "(v & 4) !== 0"), "a reply is compared after &");
+  EXPECT_EQ(tried("i32", "Math.pow(v, 2) === 9"), "a reply is given to Math.pow()");
+  EXPECT_EQ(tried("i32", "[1, 2][v] === 2"), "a reply chooses by an index");
+  EXPECT_EQ(tried("i32", "v === port", "{n}"), "a reply is compared with what is no constant");
+  EXPECT_EQ(tried("string", "v.length > 3"), "a reply has its length looked at");
+  EXPECT_EQ(tried("list<i32>", "v.length > 0"), "a reply has its length looked at");
+  EXPECT_EQ(tried("S", "v.a * v.b > 10"), "a reply is compared after * with what is no constant");
 }
 
 TEST_F(Verify, SaysWhatNothingReaches) {
