@@ -31,10 +31,24 @@ for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`a m
   console.log(`# edit to verdict: ${Date.now() - began} ms`);
   assert.match(await page.getByTestId("design-clock").innerText(), /53\.1/);
   assert.match(await page.getByTestId("difference").innerText(), /First difference 52\.0 s/);
+  // All of the differences are told.
+  await page.getByRole("button", { name: "All differences" }).click();
+  assert.ok((await page.getByRole("menuitem").count()) > 1);
+  await page.keyboard.press("Escape");
+  await page.locator(".cm-content").focus();
   await page.keyboard.press("Control+z");
   await until(async () => (await verdict(page, "recharge")) === "violated", "undo brings it back");
   assert.match(await page.getByTestId("design-clock").innerText(), /53\.1/);
   await until(async () => (await page.getByTestId("difference").count()) === 0, "and there is no difference");
+
+  // From another moment its verdict leads back.
+  await page.keyboard.press("Control+Shift+Z");
+  await page.getByTestId("difference").click();
+  await until(async () => (await page.getByTestId("design-clock").innerText()).includes("52.0"), "the first difference is on show");
+  await page.keyboard.press("Control+z");
+  await until(async () => (await page.getByTestId("difference").count()) === 0, "it is undone");
+  await page.locator('[data-monitor-chip="recharge"]').getByRole("button").click();
+  await until(async () => (await page.getByTestId("design-clock").innerText()).includes("53.1"), "the violation is on show");
 
   // What does not load is not run.
   await page.locator('[data-file="mission.xml"]').click();

@@ -17,9 +17,11 @@ export const kStateKinds: readonly { kind: StateKind; name: string }[] = [
 const is_history = (kind: string) => kind.endsWith("history");
 const kData: Readonly<Record<string, string>> = { "a value": '<data id="name" expr="0"/>', "a port": '<data id="name"/>' };
 
+/** Of a condition in a field of one line. */
+const kLine = 30;
+
 const kNone: readonly never[] = [];
 const useServices = () => useStudio((studio) => studio.index?.model.services) ?? kNone;
-
 
 /** The chosen state or transition of a chart, and what can be added to the chart. */
 export function ChartForm() {
@@ -126,7 +128,7 @@ function TransitionPart({ chart, transition }: { chart: EditedChart; transition:
       {written && (
         <>
           <TextField id="transition-event" label="event" value={transition.event} options={event_words(chart, services)} hint="none: taken at once" tell={(event) => void gesture({ what: "set_transition", transition: at, event })} />
-          <TextField id="transition-condition" label="condition" value={transition.condition} options={condition_words(chart, transition.event, services)} tell={(condition) => void gesture({ what: "set_transition", transition: at, condition })} />
+          <TextField id="transition-condition" label="condition" value={transition.condition} area={transition.condition.length > kLine} options={condition_words(chart, transition.event, services)} tell={(condition) => void gesture({ what: "set_transition", transition: at, condition })} />
         </>
       )}
       <TextField id="transition-target" label={written ? "target; of parallel states several" : "with"} value={transition.target} options={ids} hint="none: it stays where it is" tell={(target) => void gesture({ what: "set_transition", transition: at, target })} />

@@ -118,6 +118,7 @@ function Bench() {
       </div>
       <div className="design-middle">
         <DesignBar />
+        <Refused />
         <Conflict />
         {empty ? <Nothing /> : <Views picture={picture} ask={set_asked} />}
         {below !== null && <div className={`below-frame ${below}`}>{below === "problems" ? <Problems /> : <ReachedBelow />}</div>}
@@ -157,7 +158,6 @@ function DesignBar() {
   const summary = useDesign((state) => state.summary);
   const file = useDesign((state) => state.file);
   const look = useDesign((state) => state.look);
-  const refused = useDesign((state) => state.refused);
   const autosave = useDesign((state) => state.autosave);
   const below = useDesign((state) => state.below);
   const has_picture = useDesign((state) => {
@@ -187,9 +187,7 @@ function DesignBar() {
           ))}
         </select>
       )}
-      <span className="refused ellipsis" role="status" data-testid="refused" title={refused ?? undefined}>
-        {refused}
-      </span>
+      <span className="header-space" />
       <button className={`button small problems-button${errors > 0 ? " error" : ""}`} aria-pressed={below === "problems"} data-testid="problems" onClick={() => show_below("problems")}>
         {errors > 0 ? `✗ ${errors} ${errors === 1 ? "error" : "errors"}` : warnings > 0 ? `! ${warnings} ${warnings === 1 ? "warning" : "warnings"}` : summary?.checked ? "✓ no problems" : "checking …"}
       </button>
@@ -224,6 +222,24 @@ function DesignBar() {
             </button>
           ))}
         </div>
+      )}
+    </div>
+  );
+}
+
+/** Why what was tried last is not done; over what is below, so that nothing moves. */
+function Refused() {
+  const refused = useDesign((state) => state.refused);
+  return (
+    <div className="refused-frame" role="status">
+      {refused !== null && (
+        <p className="refused">
+          <Icon name="warning" />
+          <span data-testid="refused">{refused}</span>
+          <button className="icon-button small" aria-label="Put away why it was refused" title="Put away" onClick={() => useDesign.setState({ refused: null })}>
+            <Icon name="close" />
+          </button>
+        </p>
       )}
     </div>
   );

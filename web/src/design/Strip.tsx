@@ -1,4 +1,6 @@
 import { clock_text } from "../draw/format";
+import { go_to_violation } from "../panels/violation/violations";
+import { MenuButton } from "../picture/PictureTools";
 import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
 import { Icon } from "../widgets/Icon";
@@ -52,13 +54,22 @@ export function ShadowStrip() {
         </span>
       ) : (
         first && (
-          <button className="difference" data-testid="difference" title="Go to the moment" onClick={() => seek(first.time)}>
-            <Icon name="follow" />
-            <span className="ellipsis">
-              <strong>First difference {(first.time / 1e9).toFixed(1)} s</strong> {first.who}: {first.after} <span className="muted">instead of {first.before}</span>
-            </span>
-            {shadow!.differences!.length > 1 && <span className="badge">+{shadow!.differences!.length - 1}</span>}
-          </button>
+          <div className="differences">
+            <button className="difference" data-testid="difference" title={`Go to the moment. ${told(first)}`} onClick={() => seek(first.time)}>
+              <Icon name="follow" />
+              <span className="ellipsis">
+                <strong>First difference {(first.time / 1e9).toFixed(1)} s</strong> {first.who}: {first.after} <span className="muted">instead of {first.before}</span>
+              </span>
+            </button>
+            {shadow!.differences!.length > 1 && (
+              <MenuButton
+                label="All differences"
+                data_view="differences"
+                text={`+${shadow!.differences!.length - 1}`}
+                entries={shadow!.differences!.map((one) => ({ label: told(one), hint: `${(one.time / 1e9).toFixed(1)} s`, run: () => seek(one.time) }))}
+              />
+            )}
+          </div>
         )
       )}
       <span className="header-space" />
@@ -67,6 +78,8 @@ export function ShadowStrip() {
     </div>
   );
 }
+
+const told = ({ who, after, before }: { who: string; after: string; before: string }) => `${who}: ${after} instead of ${before}`;
 
 /** In a low window the timeline is there when somebody asks for it. */
 export function useTimeline(): boolean {
@@ -89,6 +102,7 @@ function TimelineSwitch() {
 function Verdicts() {
   const monitors = useStudio((studio) => studio.state?.monitors);
   const time = useStudio((studio) => studio.state?.time ?? 0);
+  const violations = useStudio((studio) => studio.violations);
   const ready = useDesign((state) => state.summary?.shadow.ready ?? false);
   if (!ready || !monitors) return null;
   return (
@@ -96,11 +110,24 @@ function Verdicts() {
       <li className="mono muted" data-testid="design-clock">
         {clock_text(time)}
       </li>
-      {Object.entries(monitors).map(([name, { verdict }]) => (
-        <li key={name} className={`badge ${verdict}`} data-verdict={verdict} data-monitor-chip={name}>
-          {kSigns[verdict]} {name}
-        </li>
-      ))}
+      {Object.entries(monitors).map(([name, { verdict }]) => {
+        const violation = violations.find(({ monitor }) => monitor === name);
+        const text = `${kSigns[verdict]} ${name}`;
+        return (
+          <li key={name} className="verdict" data-verdict={verdict} data-monitor-chip={name}>
+            {violation ? (
+              <button className={`badge ${verdict}`} title={`${name} is violated at ${clock_text(violation.time)}: go there`} onClick={() => go_to_violation(violation)}>
+                {text}
+                {verdict !== "violated" && " ›"}
+              </button>
+            ) : (
+              <span className={`badge ${verdict}`} title={`${name}: ${verdict}`}>
+                {text}
+              </span>
+            )}
+          </li>
+        );
+      })}
     </ul>
   );
 }

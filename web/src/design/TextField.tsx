@@ -27,6 +27,12 @@ export function TextField({ id, label, described, value, hint, options = [], are
     set_text(value);
     told.current = value;
   }, [value]);
+  // What is told may make another element of it, of one line or of several.
+  const by_enter = useRef(false);
+  useEffect(() => {
+    if (by_enter.current) document.getElementById(id)?.focus();
+    by_enter.current = false;
+  }, [id, area]);
   const done = () => {
     if (text === value || text === told.current) return;
     told.current = text;
@@ -41,7 +47,9 @@ export function TextField({ id, label, described, value, hint, options = [], are
     autoComplete: "off",
     value: text,
     title: text,
+    "data-unsent": text !== value,
     onChange: (event: React.ChangeEvent<HTMLInputElement | HTMLTextAreaElement>) => {
+      by_enter.current = false;
       told.current = value;
       set_text(event.target.value);
     },
@@ -49,6 +57,7 @@ export function TextField({ id, label, described, value, hint, options = [], are
     onKeyDown: (event: React.KeyboardEvent) => {
       if (event.key === "Enter" && !event.shiftKey) {
         event.preventDefault();
+        by_enter.current = true;
         done();
       } else if (event.key === "Escape") set_text(value);
     },

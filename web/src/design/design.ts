@@ -513,6 +513,12 @@ export async function redo(): Promise<void> {
   await attempt(() => request("design_redo", {}));
 }
 export async function save_all(): Promise<void> {
+  // A field tells what was typed in it when one leaves it.
+  const field = document.activeElement;
+  if (field instanceof HTMLInputElement || field instanceof HTMLTextAreaElement) {
+    field.blur();
+    field.focus();
+  }
   const done = await attempt(() => request("design_save", {}));
   if (done && done.saved > 0) note("info", done.saved === 1 ? "saved" : `saved ${done.saved} files`);
 }

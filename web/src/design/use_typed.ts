@@ -25,6 +25,7 @@ export function useTyped(written: string, tell: (typed: string) => Promise<boole
     value: typed,
     spellCheck: false,
     autoComplete: "off",
+    "data-unsent": typed !== written,
     onChange: (event: React.ChangeEvent<HTMLInputElement>) => set_typed(event.target.value),
     onBlur: done,
     onKeyDown: (event: React.KeyboardEvent) => {

@@ -62,6 +62,13 @@ function is_text(target: EventTarget | null): boolean {
   return is_typing(target) && !(target instanceof HTMLSelectElement);
 }
 
+/** What a field takes back itself: what is typed in it and not told yet (`data-unsent`, where the field knows). */
+function takes_back(target: EventTarget | null, keys: string): boolean {
+  if (!kTakingBack.includes(keys) || !(target instanceof HTMLInputElement || target instanceof HTMLTextAreaElement) || !is_typing(target)) return false;
+  return target.dataset.unsent === undefined ? target.value !== "" : target.dataset.unsent === "true";
+}
+const kTakingBack: readonly string[] = ["Ctrl+Z", "Ctrl+Shift+Z", "Ctrl+Y"];
+
 /** Enter presses the button that has the focus; Space, which pauses, only what it alone can press. */
 function presses(event: KeyboardEvent): boolean {
   if (!(event.target instanceof HTMLElement)) return false;
@@ -74,7 +81,7 @@ export function handle_key(event: KeyboardEvent): void {
   if (event.defaultPrevented) return;
   const keys = key_text(event);
   if (keys === "Space" ? is_text(event.target) : is_typing(event.target) && !keys.startsWith("Ctrl+")) return;
-  if (presses(event)) return;
+  if (presses(event) || takes_back(event.target, keys)) return;
   for (const command of useCommands.getState().commands.values()) {
     if (!command.keys?.includes(keys)) continue;
     event.preventDefault();

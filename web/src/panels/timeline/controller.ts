@@ -4,7 +4,7 @@ import { seek, stop_replay } from "../../store/time_travel";
 import { at_work, kLowRows, kRows, kWork, lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_text, type Placed } from "./lanes";
 import { told_by, useShownPiece } from "./shown";
 import { kLowRuler_px, kRuler_px, paint_lanes, paint_ruler, type Picture } from "./paint";
-import { clamp, fit, keep_in_view, kSpanMin_ns, newest, pan, span_of, time_at, x_of, zoom, type View } from "./view";
+import { around, clamp, covers, fit, kBeyond, keep_in_view, kSpanMin_ns, newest, pan, span_of, time_at, x_of, zoom, type View } from "./view";
 
 /** What the view follows: everything, the newest, or nothing. */
 export type Following = "all" | "newest" | "none";
@@ -17,9 +17,6 @@ export const kRefresh_ms = 250;
 /** After a request that failed. */
 const kRetry_ms = 1000;
 const kClick_px = 4;
-/** Lanes are asked for this much beyond what is shown on each side, so that panning has something to show. */
-const kBeyond = 0.5;
-
 /** Gaps narrower than this between equal spans are not drawn. */
 const kMergedGap_px = 8;
 
@@ -222,7 +219,7 @@ export class Timeline {
     const { state, phase } = useStudio.getState();
     if (this.busy || !state || phase !== "open" || this.width < 1) return;
     const { view } = this;
-    const covered = this.asked !== null && view.from >= this.asked.from && (view.to <= this.asked.to || this.asked.to > state.end) && span_of(this.asked) < span_of(view) * 3 && span_of(this.asked) > span_of(view) * 0.9;
+    const covered = this.asked !== null && covers(this.asked, view, state.begin, state.end);
     const grown = this.grown_until < state.end && view.to > this.grown_until;
     if (covered && !grown) return;
     const wait = covered ? kRefresh_ms - (performance.now() - this.last_asked_ms) : 0;
@@ -230,8 +227,7 @@ export class Timeline {
       this.ask_later(wait);
       return;
     }
-    const beyond = span_of(view) * kBeyond;
-    const wanted: View = { from: Math.round(Math.max(state.begin, view.from - beyond)), to: Math.round(view.to + beyond) };
+    const wanted = around(view, state.begin);
     const until = state.end;
     this.busy = true;
     this.last_asked_ms = performance.now();

@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 
 import type { Lane, Mark } from "../../protocol/types";
 import { at_work, is_idle, kLowRows, kRows, known_until, label_place, lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_range, value_text } from "./lanes";
-import { clamp, fit, keep_in_view, newest, span_of, ticks, time_at, x_of, zoom } from "./view";
+import { around, clamp, covers, fit, keep_in_view, newest, span_of, ticks, time_at, x_of, zoom } from "./view";
 
 const second = 1e9;
 const lane = (kind: Lane["kind"], name: string, spans: Lane["spans"]): Lane => ({ id: `${kind}:${name}`, kind, name, ...(spans ? { spans } : {}) });
@@ -43,6 +43,16 @@ describe("the view", () => {
     expect(span_of(view)).toBe(100 * second);
     expect(view.to).toBeGreaterThan(300 * second);
     expect(newest(100 * second, 0, 10 * second).from).toBe(0);
+  });
+
+  it("is asked for once, also where it begins before the run or ends after it", () => {
+    const [begin, end] = [0, 60 * second];
+    for (const view of [fit(begin, end), newest(30 * second, begin, end), clamp({ from: -9 * second, to: 90 * second }, begin, end), { from: 10 * second, to: 12 * second }]) {
+      const asked = around(view, begin);
+      expect(covers(asked, view, begin, end)).toBe(true);
+      expect(covers(asked, zoom(view, 0.1, 11 * second), begin, end)).toBe(false);
+    }
+    expect(covers(around({ from: 0, to: 10 * second }, begin), { from: 30 * second, to: 40 * second }, begin, end)).toBe(false);
   });
 
   it("moves only when the moment leaves it", () => {

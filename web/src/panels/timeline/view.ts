@@ -57,6 +57,21 @@ export function keep_in_view(view: View, time: Time): View {
   return view;
 }
 
+/** Lanes are asked for this much beyond what is shown on each side, so that panning has something to show. */
+export const kBeyond = 0.5;
+
+/** What is asked for when `view` is shown. */
+export function around(view: View, begin: Time): View {
+  const beyond = span_of(view) * kBeyond;
+  return { from: Math.round(Math.max(begin, view.from - beyond)), to: Math.round(view.to + beyond) };
+}
+
+/** Whether what was asked for holds all of `view` that there is, about as fine as it is shown; nothing is before the run, nor after it. */
+export function covers(asked: View, view: View, begin: Time, end: Time): boolean {
+  const has_all = Math.max(view.from, begin) >= asked.from && (view.to <= asked.to || asked.to > end);
+  return has_all && span_of(asked) < span_of(view) * 3 && span_of(asked) > span_of(view) * 0.9;
+}
+
 const kSteps_s = [0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400];
 
 /** Round times at least `room` pixels apart. */

@@ -1,0 +1,79 @@
+// Fields beside a picture: what they refuse is seen, and nothing that is typed in them is lost.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { until } from "../harness/browser.mjs";
+import { copy_of, node, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
+
+const kSkill = "skills/BatteryLevelAbove-buggy.scxml";
+
+/** Whether all of an element is to be seen. */
+const is_seen = (locator) =>
+  locator.evaluate((element) => {
+    const { left, right, top, bottom } = element.getBoundingClientRect();
+    const hit = (x, y) => element.contains(document.elementFromPoint(x, y));
+    return right - left > 100 && hit(left + 2, (top + bottom) / 2) && hit(right - 2, (top + bottom) / 2);
+  });
+
+for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`why something is refused is to be seen, at ${width}×${height}`, async () => {
+  const program = await serve_design(copy_of("recharge"));
+  const { page, close } = await open_design(program.url, { width, height, file: kSkill });
+  await page.locator("[data-testid=design-chart] [data-id=asking] .name").first().click();
+  await page.getByTestId("design-chart").press("t");
+  await page.locator("#transition-target").fill("nowhere");
+  await page.keyboard.press("Enter");
+  await page.getByText("there is no state").waitFor();
+  assert.ok(await is_seen(page.getByTestId("refused")));
+  await page.getByRole("button", { name: "Put away why it was refused" }).click();
+  await until(async () => (await page.getByTestId("refused").count()) === 0, "it is put away");
+  await close();
+  await program.stop();
+});
+
+test("what is typed in a field is taken back by itself, and told before files are saved", async () => {
+  const folder = copy_of("recharge");
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url);
+  await node(page, "AtKitchen").click();
+  await page.keyboard.press("F2");
+  await page.locator("#design-name").fill("InKitchen");
+  await page.keyboard.press("Enter");
+  await node(page, "InKitchen").waitFor();
+  await settled(page);
+  const field = page.locator("#design-name");
+  await field.focus();
+  await page.keyboard.press("End");
+  await page.keyboard.type("Now");
+  await page.keyboard.press("Control+z");
+  await until(async () => (await field.inputValue()) === "InKitchen", "the field is as it was");
+  assert.match(await undo_name(page), /InKitchen/);
+  await page.keyboard.press("Control+z");
+  await node(page, "AtKitchen").waitFor();
+
+  await field.focus();
+  await page.keyboard.press("End");
+  await page.keyboard.type("Now");
+  await page.keyboard.press("Control+s");
+  await until(() => readFileSync(join(folder, "mission.xml"), "utf8").includes('name="AtKitchenNow"'), "it is saved");
+  await page.locator('[data-file="mission.xml"][data-dirty=false]').waitFor();
+  await close();
+  await program.stop();
+});
+
+test("a condition that is long is to be seen as a whole", async () => {
+  const program = await serve_design(copy_of("recharge"));
+  const { page, close } = await open_design(program.url, { file: kSkill });
+  await page.locator("[data-testid=design-chart] [data-id=asking] .name").first().click();
+  await page.getByTestId("design-chart").press("t");
+  const field = page.locator("#transition-condition");
+  const fits = () => field.evaluate((element) => element.scrollWidth <= element.clientWidth + 1 && element.scrollHeight <= element.clientHeight + 1);
+  await until(fits, "the condition fits");
+  await field.fill("threshold");
+  await page.keyboard.press("Enter");
+  await until(async () => (await field.evaluate((element) => element.tagName)) === "INPUT", "it is a line");
+  assert.equal(await page.evaluate(() => document.activeElement.id), "transition-condition");
+  await close();
+  await program.stop();
+});
