@@ -467,7 +467,7 @@ TEST_F(RosTopics, FiftyLoseNothing) {
 class RosNodes : public Graph, public ::testing::WithParamInterface<std::pair<const char*, std::size_t>> {};
 INSTANTIATE_TEST_SUITE_P(, RosNodes,
                          ::testing::Values(std::pair("humble", std::size_t{24}), std::pair("jazzy", std::size_t{16})),
-                         [](const auto& info) { return info.param.first; });
+                         [](const auto& one) { return one.param.first; });
 
 TEST_P(RosNodes, AreToldAsTheirReleaseDoes) {
   const auto [release, gid_size] = GetParam();

@@ -127,12 +127,12 @@ bool asks_twice(const Graph& graph) {
 TEST(Spin, AgreesOnEveryVerdict) {
   if (shell("command -v spin gcc >/dev/null 2>&1") != 0)
     GTEST_SKIP() << "spin or gcc is not installed: apt-get install spin gcc";
-  struct Expected {
+  struct Claim {
     std::string claim;
     bool holds = false;
   };
   Promela promela;
-  std::vector<Expected> all;
+  std::vector<Claim> all;
   std::size_t fair_ones = 0;
   const std::uint64_t seeds = environment("SENTREE_SEEDS", kSpinSeeds);
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
@@ -180,7 +180,7 @@ TEST(Spin, AgreesOnEveryVerdict) {
   ASSERT_EQ(shell(at + "spin -a all.pml >made 2>&1"), 0) << *text::read_file(work.path() / "made");
   ASSERT_EQ(shell(at + "gcc -O0 -w -o pan pan.c >made 2>&1"), 0) << *text::read_file(work.path() / "made");
   std::size_t refuted = 0;
-  for (const Expected& one : all) {
+  for (const Claim& one : all) {
     ASSERT_EQ(shell(at + "./pan -a -m200000 -N " + one.claim + " >told 2>&1"), 0);
     const std::string told = *text::read_file(work.path() / "told");
     ASSERT_NE(told.find("errors: "), std::string::npos) << told;
