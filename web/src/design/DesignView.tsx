@@ -285,9 +285,10 @@ function Differing({ text, other }: { text: string; other: string }) {
   const others = new Set(other.split("\n"));
   const differs = lines.map((line) => !others.has(line));
   const near = (i: number) => differs.slice(Math.max(0, i - 2), i + 3).some(Boolean);
+  const indent = Math.min(...lines.flatMap((line, i) => (near(i) && line.trim() !== "" ? [line.search(/\S/)] : [])));
   return (
     <pre className="mono scroll" tabIndex={0}>
-      {lines.map((line, i) => near(i) && <div key={i} className={differs[i] ? "differs" : undefined}>{`${i + 1}  ${line}`}</div>)}
+      {lines.map((line, i) => near(i) && <div key={i} className={differs[i] ? "differs" : undefined}>{`${i + 1}  ${line.slice(indent)}`}</div>)}
     </pre>
   );
 }
@@ -297,6 +298,7 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const doc = useDesign(doc_of);
   const tree = useDesign(tree_of);
   const why_dim = useDesign(obstacle);
+  const refused = useDesign((state) => state.refused);
   const { narrow } = useWindow();
   const frame = useRef<HTMLDivElement>(null);
   const room = useRoom(frame, doc !== null);
@@ -321,7 +323,7 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
     <div ref={frame} className={`design-views${stacked ? " stacked" : ""}`}>
       {with_picture && (
         <div className="design-view" data-testid="picture-view" style={stacked && with_text && size ? { flex: `0 0 min(${100 * kPictureAbove}%, ${size.height + kGround_px}px)` } : undefined}>
-          {why_dim && (
+          {why_dim && refused !== why_dim && (
             <p className="dim-why" role="status" data-testid="broken">
               {why_dim}
             </p>
