@@ -298,7 +298,6 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const doc = useDesign(doc_of);
   const tree = useDesign(tree_of);
   const why_dim = useDesign(obstacle);
-  const refused = useDesign((state) => state.refused);
   const { narrow } = useWindow();
   const frame = useRef<HTMLDivElement>(null);
   const room = useRoom(frame, doc !== null);
@@ -323,7 +322,7 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
     <div ref={frame} className={`design-views${stacked ? " stacked" : ""}`}>
       {with_picture && (
         <div className="design-view" data-testid="picture-view" style={stacked && with_text && size ? { flex: `0 0 min(${100 * kPictureAbove}%, ${size.height + kGround_px}px)` } : undefined}>
-          {why_dim && refused !== why_dim && (
+          {why_dim && (
             <p className="dim-why" role="status" data-testid="broken">
               {why_dim}
             </p>
