@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <set>
 
 #include "sentree/base/json.h"
 #include "sentree/base/value.h"
@@ -25,7 +26,12 @@ namespace fs = std::filesystem;
 constexpr const char* kJournalFolder = ".sentree";
 constexpr const char* kJournal = "journal";
 constexpr std::int64_t kJournalForm = 1;
-constexpr const char* kFromDisk = "changed on disk";
+
+// What another editor, or git, did at once.
+std::string name_from_disk(const std::vector<FileChange>& changes) {
+  if (changes.size() > 1) return std::to_string(changes.size()) + " files changed on disk";
+  return changes.front().file + (changes.front().removed ? " deleted on disk" : " changed on disk");
+}
 
 // The path inside the folder, with '/'.
 std::string inside(const fs::path& folder, const fs::path& path) {
@@ -411,7 +417,7 @@ Result<void> Workspace::save(const std::string& file) {
   if (!(*document)->is_dirty()) return {};
   const auto there = text_of(folder_ / file);
   if (there && *there != (*document)->saved) {
-    refresh(file);
+    refresh({file});
     return fail("design.conflict", file + " has changed on disk meanwhile; look at what came of it, and save again");
   }
   if (auto written = write(file, (*document)->text); !written) return written;
@@ -465,24 +471,30 @@ bool Workspace::take_from_disk(const std::string& file, Step& step) {
   return true;
 }
 
-std::vector<std::string> Workspace::refresh(const std::string& path) {
-  std::vector<std::string> files;
-  if (documents_.contains(path) || is_project_text(path)) {
-    files.push_back(path);
-  } else {
-    const fs::path below = path.empty() ? folder_ : folder_ / path;
-    each_project_text(below, [&](const fs::path& file) { files.push_back(inside(folder_, file)); });
-    for (const auto& [file, document] : documents_) {
-      if (path.empty() || file.starts_with(path + "/")) files.push_back(file);
+std::vector<std::string> Workspace::refresh(const std::vector<std::string>& paths) {
+  std::set<std::string> files;
+  for (const std::string& path : paths) {
+    if (documents_.contains(path) || is_project_text(path)) {
+      files.insert(path);
+      continue;
     }
-    std::sort(files.begin(), files.end());
-    files.erase(std::unique(files.begin(), files.end()), files.end());
+    const fs::path below = path.empty() ? folder_ : folder_ / path;
+    each_project_text(below, [&](const fs::path& file) { files.insert(inside(folder_, file)); });
+    for (const auto& [file, document] : documents_) {
+      if (path.empty() || file.starts_with(path + "/")) files.insert(file);
+    }
   }
-  Step step{kFromDisk, {}};
+  Step step;
   std::erase_if(files, [&](const std::string& file) { return !place_of(file) || !take_from_disk(file, step); });
-  if (!step.changes.empty()) did(std::move(step), false);
+  take_step_from_disk(std::move(step));
   if (!files.empty()) journal_due_ = true;
-  return files;
+  return {files.begin(), files.end()};
+}
+
+void Workspace::take_step_from_disk(Step step) {
+  if (step.changes.empty()) return;
+  step.name = name_from_disk(step.changes);
+  did(std::move(step), false);
 }
 
 Result<void> Workspace::resolve(const std::string& file, const std::string& text) {
@@ -555,12 +567,11 @@ void Workspace::read_journal() {
     document.text = string_of(kept, "text");
     document.saved = kept.find("saved") != nullptr ? string_of(kept, "saved") : document.text;
   }
-  Step step{kFromDisk, {}};
+  Step step;
   std::vector<std::string> known;
   for (const auto& [file, document] : documents_) known.push_back(file);
   for (const std::string& file : known) (void)take_from_disk(file, step);
-  const bool news = !step.changes.empty();
-  if (news) did(std::move(step), false);
+  take_step_from_disk(std::move(step));
 }
 
 }  // namespace sentree::design

@@ -100,9 +100,10 @@ class Workspace {
   /// on disk meanwhile, and is joined or waits to be resolved now), file.unwritable.
   Result<void> save(const std::string& file);
 
-  /// Looks at a file, or at all of a folder ("": the whole project), on disk: what is new there is joined with what is
-  /// edited here, as one step named "changed on disk", or waits in `theirs`. The files that are not as they were.
-  std::vector<std::string> refresh(const std::string& path);
+  /// Looks at files, or at all of folders ("": the whole project), on disk: what is new there is joined with what is
+  /// edited here, as one step ("mission.xml changed on disk"), or waits in `theirs`. The files that are not as they
+  /// were.
+  std::vector<std::string> refresh(const std::vector<std::string>& paths);
   /// Ends a conflict with this text; saving writes it over the file. Errors: design.no-such-file, design.bad-edit
   /// (there is no conflict).
   Result<void> resolve(const std::string& file, const std::string& text);
@@ -117,6 +118,7 @@ class Workspace {
   void did(Step step, bool join);
   Result<std::vector<std::string>> revert(const Step& step, bool back);
   bool take_from_disk(const std::string& file, Step& step);
+  void take_step_from_disk(Step step);
   Result<void> write(const std::string& file, const std::string& text) const;
   Result<std::filesystem::path> place_of(const std::string& file) const;
   void read_journal();

@@ -102,11 +102,33 @@ TEST_F(WorkspaceTest, TakesWhatAnotherEditorWrites) {
   Workspace workspace = open();
   replace(workspace, "mission.xml", "<d/>", "<D/>");
   write("mission.xml", "<root>\n  <A/>\n  <b/>\n  <c/>\n  <d/>\n</root>\n");
-  EXPECT_THAT(workspace.refresh(""), ElementsAre("mission.xml"));
+  EXPECT_THAT(workspace.refresh({""}), ElementsAre("mission.xml"));
   EXPECT_EQ(workspace.find("mission.xml")->text, "<root>\n  <A/>\n  <b/>\n  <c/>\n  <D/>\n</root>\n");
-  EXPECT_EQ(workspace.undo_steps().back().name, "changed on disk");
+  EXPECT_EQ(workspace.undo_steps().back().name, "mission.xml changed on disk");
   ASSERT_TRUE(workspace.save("mission.xml"));
-  EXPECT_THAT(workspace.refresh("mission.xml"), ElementsAre());
+  EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre());
+}
+
+TEST_F(WorkspaceTest, TakesWhatChangedAtOnceAsOneStep) {
+  write("notes.req", "a: always level > 1.\n");
+  write("more.yaml", "a: 1\n");
+  Workspace workspace = open();
+  const std::string mission = read("mission.xml");
+  write("mission.xml", "<root/>\n");
+  write("notes.req", "a: always level > 2.\n");
+  fs::remove(folder_.path() / "more.yaml");
+  EXPECT_THAT(workspace.refresh({"mission.xml", "more.yaml", "notes.req"}),
+              ElementsAre("mission.xml", "more.yaml", "notes.req"));
+  ASSERT_EQ(workspace.undo_steps().size(), 1U);
+  EXPECT_EQ(workspace.undo_steps().back().name, "3 files changed on disk");
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(workspace.find("mission.xml")->text, mission);
+  EXPECT_EQ(workspace.find("notes.req")->text, "a: always level > 1.\n");
+  EXPECT_EQ(read("more.yaml"), "a: 1\n");
+
+  fs::remove(folder_.path() / "more.yaml");
+  EXPECT_THAT(workspace.refresh({"more.yaml"}), ElementsAre("more.yaml"));
+  EXPECT_EQ(workspace.undo_steps().back().name, "more.yaml deleted on disk");
 }
 
 TEST_F(WorkspaceTest, KeepsBothWhereBothChangedTheSame) {

@@ -267,7 +267,7 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   if (op == "design_add") return add(asked);
   if (op == "design_init") {
     if (auto begun = design::begin_project(folder); !begun) return tl::unexpected(begun.error());
-    changed(workspace.refresh(""));
+    changed(workspace.refresh({""}));
     return Value(Map());
   }
   if (op == "design_remove") {

@@ -40,11 +40,7 @@ void Workshop::Impl::watch() {
       read_events(paths);
     }
     const std::lock_guard lock(mutex);
-    std::vector<std::string> files;
-    for (const std::string& path : paths) {
-      const auto more = workspace.refresh(path);
-      files.insert(files.end(), more.begin(), more.end());
-    }
+    const auto files = workspace.refresh({paths.begin(), paths.end()});
     if (files.empty()) continue;
     baseline.reset();
     changed(files);

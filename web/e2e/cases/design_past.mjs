@@ -41,6 +41,10 @@ test("a requirement shows when the last runs would have violated it, as monitor 
     const monitor = JSON.parse(checked.stdout).monitors.find(({ monitor: name }) => name === "never_below");
     const expected = monitor.verdict === "violated" ? String(Math.round(monitor.time * 1e9)) : "";
     await until(async () => (await run_of("never_below", run.replace(".mcap", "")).getAttribute("data-violated")) === expected, `${run} as monitor check has it (${expected})`);
+    // And so it stands on the timeline.
+    if (expected === "") continue;
+    const mark = page.locator(`[data-past-mark="${expected}"]`, { hasText: `never_below is violated in runs/${run.replace(".mcap", "")}` });
+    await until(async () => (await mark.count()) === 1, `${run} is marked on the timeline`);
   }
   await close();
   await program.stop();

@@ -285,9 +285,10 @@ function Differing({ text, other }: { text: string; other: string }) {
   const others = new Set(other.split("\n"));
   const differs = lines.map((line) => !others.has(line));
   const near = (i: number) => differs.slice(Math.max(0, i - 2), i + 3).some(Boolean);
+  const indent = Math.min(...lines.flatMap((line, i) => (near(i) && line.trim() !== "" ? [line.search(/\S/)] : [])));
   return (
     <pre className="mono scroll" tabIndex={0}>
-      {lines.map((line, i) => near(i) && <div key={i} className={differs[i] ? "differs" : undefined}>{`${i + 1}  ${line}`}</div>)}
+      {lines.map((line, i) => near(i) && <div key={i} className={differs[i] ? "differs" : undefined}>{`${i + 1}  ${line.slice(indent)}`}</div>)}
     </pre>
   );
 }

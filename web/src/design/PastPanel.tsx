@@ -1,12 +1,21 @@
+import { useEffect } from "react";
+
 import { clock_text } from "../draw/format";
+import { usePastMarks, type PastMark } from "../panels/timeline/shown";
 import type { DesignPast } from "../protocol/types";
 import { doc_of, go_to, useDesign } from "./design";
+import { useMode } from "./mode";
 import { line_start, type Places } from "./places";
 
 /** What the requirements of the open file would have said of the project's last runs. */
 export function PastPanel() {
   const past = useDesign(({ file, past: known }) => (file === null ? undefined : known[file]));
   const doc = useDesign(doc_of);
+  const on_show = useMode(({ runs }) => runs.on_show);
+  useEffect(() => {
+    usePastMarks.setState({ marks: past ? marks_of(past, on_show) : [] });
+    return () => usePastMarks.setState({ marks: [] });
+  }, [past, on_show]);
   if (!past || !doc) return <p className="empty">Looking at the last runs …</p>;
   return (
     <div className="past scroll" data-testid="past" tabIndex={0}>
@@ -21,6 +30,16 @@ export function PastPanel() {
         <Requirement key={requirement.name} requirement={requirement} runs={past.runs} places={doc.places} />
       ))}
     </div>
+  );
+}
+
+/** On the timeline: of the recording that is on show, else of all. */
+function marks_of({ runs, requirements }: DesignPast, on_show: string): PastMark[] {
+  return requirements.flatMap(({ name, violated }) =>
+    violated.flatMap((time, i) => {
+      const run = runs[i]!.name;
+      return time === null || (on_show !== "" && run !== on_show.replace(/\.mcap$/, "")) ? [] : [{ kind: "past" as const, time, text: `${name} is violated in runs/${run}` }];
+    }),
   );
 }
 

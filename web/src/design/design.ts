@@ -463,7 +463,7 @@ const kFramesMax = 120;
 export function focus_field(id: string, value?: string): void {
   const look = (left: number) => {
     const field = document.getElementById(id);
-    if (field instanceof HTMLInputElement && (value === undefined || field.value === value)) {
+    if ((field instanceof HTMLInputElement || field instanceof HTMLTextAreaElement) && (value === undefined || field.value === value)) {
       field.focus();
       field.select();
     } else if (left > 0) requestAnimationFrame(() => look(left - 1));
@@ -507,10 +507,17 @@ export async function edit_text(file: string, text: string, edits: readonly { fr
 }
 
 export async function undo(): Promise<void> {
-  await attempt(() => request("design_undo", {}));
+  show_one_of((await attempt(() => request("design_undo", {})))?.files);
 }
 export async function redo(): Promise<void> {
-  await attempt(() => request("design_redo", {}));
+  show_one_of((await attempt(() => request("design_redo", {})))?.files);
+}
+/** What was undone is to be seen, also where it is of another file. */
+function show_one_of(files: readonly string[] = []): void {
+  const { file, summary } = useDesign.getState();
+  if (files.length === 0 || (file !== null && files.includes(file))) return;
+  const there = files.find((one) => summary?.files.some((known) => known.file === one));
+  if (there) void open_file(there);
 }
 export async function save_all(): Promise<void> {
   // A field tells what was typed in it when one leaves it.
@@ -520,6 +527,8 @@ export async function save_all(): Promise<void> {
     field.focus();
   }
   const done = await attempt(() => request("design_save", {}));
+  const waiting = useDesign.getState().summary?.files.filter(({ conflict }) => conflict).map(({ file }) => file) ?? [];
+  if (done && waiting.length > 0) useDesign.setState({ refused: `not saved: ${waiting.join(", ")}; it was changed on disk where it is edited here, choose one of both first` });
   if (done && done.saved > 0) note("info", done.saved === 1 ? "saved" : `saved ${done.saved} files`);
 }
 export async function resolve(file: string, keep: "mine" | "theirs"): Promise<void> {

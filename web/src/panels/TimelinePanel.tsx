@@ -10,6 +10,7 @@ import { useTheme } from "../widgets/theme";
 import { useStudio } from "../store/store";
 import { go_live, start_replay, stop_replay } from "../store/time_travel";
 import { select_lane, Timeline, type Shown } from "./timeline/controller";
+import { usePastMarks } from "./timeline/shown";
 import { kWork, lane_title, value_at, value_text, type Placed } from "./timeline/lanes";
 
 const kHideIdle = "sentree.timeline.hide_idle";
@@ -144,6 +145,7 @@ export function TimelinePanel() {
     localStorage.setItem(kHideIdle, hide_idle ? "yes" : "no");
     timeline?.set_hide_idle(hide_idle);
   }, [timeline, hide_idle]);
+  const past = usePastMarks(({ marks }) => marks);
   useCommand({ id: "timeline.idle", title: "Hide idle lanes", group: "Timeline", keys: ["H"], run: () => set_hide_idle(!hide_idle) });
 
   return (
@@ -151,6 +153,15 @@ export function TimelinePanel() {
       <PanelTools>
         <Tools timeline={timeline} shown={shown} hide_idle={hide_idle} set_hide_idle={set_hide_idle} />
       </PanelTools>
+      {past.length > 0 && (
+        <ul className="hidden-text" aria-label="In other runs">
+          {past.map(({ time, text }) => (
+            <li key={text} data-past-mark={time}>
+              {text} at {clock_text(time)}
+            </li>
+          ))}
+        </ul>
+      )}
       <div className="timeline-ruler">
         <span className="timeline-corner muted">drag to scrub</span>
         <canvas ref={ruler} aria-hidden="true" />

@@ -2,7 +2,7 @@ import type { Lane, Mark, Time } from "../../protocol/types";
 import { request, select, useStudio, type Index } from "../../store/store";
 import { seek, stop_replay } from "../../store/time_travel";
 import { at_work, kLowRows, kRows, kWork, lane_at, lane_title, mark_at, merge_close, place, span_at, value_at, value_text, type Placed } from "./lanes";
-import { told_by, useShownPiece } from "./shown";
+import { told_by, usePastMarks, useShownPiece, type PastMark } from "./shown";
 import { kLowRuler_px, kRuler_px, paint_lanes, paint_ruler, type Picture } from "./paint";
 import { around, clamp, covers, fit, kBeyond, keep_in_view, kSpanMin_ns, newest, pan, span_of, time_at, x_of, zoom, type View } from "./view";
 
@@ -60,6 +60,7 @@ export class Timeline {
   private height = 0;
   private readonly abort = new AbortController();
   private readonly unsubscribe: () => void;
+  private readonly unsubscribe_past: () => void;
   private readonly observer: ResizeObserver;
 
   constructor(
@@ -75,6 +76,7 @@ export class Timeline {
       if (studio.violations !== before.violations) this.arrange();
       if (studio.state !== before.state || studio.violations !== before.violations) this.update();
     });
+    this.unsubscribe_past = usePastMarks.subscribe(() => this.redraw());
     parts.scroll.addEventListener("scroll", () => this.redraw(), { signal });
     for (const [canvas, scrubs] of [[parts.ruler, true], [parts.lanes, false]] as const) {
       canvas.addEventListener("pointerdown", (event) => this.pointer_down(event, canvas, scrubs), { signal });
@@ -95,6 +97,7 @@ export class Timeline {
     told_by(null);
     this.abort.abort();
     this.unsubscribe();
+    this.unsubscribe_past();
     this.observer.disconnect();
     cancelAnimationFrame(this.frame);
     window.clearTimeout(this.timer);
@@ -192,6 +195,10 @@ export class Timeline {
     return keep_in_view(this.view, time);
   }
 
+  private all_marks(): readonly (Mark | PastMark)[] {
+    return [...this.marks, ...usePastMarks.getState().marks];
+  }
+
   private arrange(): void {
     const violated = new Set(useStudio.getState().violations.map(({ monitor }) => monitor));
     const { placed, height } = place(this.lanes, this.hide_idle, this.low ? kLowRows : kRows, violated);
@@ -278,7 +285,7 @@ export class Timeline {
     }
     const violated = new Map<string, Time>();
     for (const { monitor, time } of violations) if (!violated.has(monitor)) violated.set(monitor, time);
-    const picture: Picture = { view: this.view, time: state.time, end: state.end, live: state.live, marks: this.marks, violated, conditions: this.conditions, hover: this.hover };
+    const picture: Picture = { view: this.view, time: state.time, end: state.end, live: state.live, marks: this.all_marks(), violated, conditions: this.conditions, hover: this.hover };
     paint_ruler(this.parts.ruler, this.width, this.low ? kLowRuler_px : kRuler_px, picture);
     const size = { width: this.width, height: this.height };
     paint_lanes(this.parts.lanes, size, this.placed, this.lanes, this.parts.scroll.scrollTop, picture);
@@ -323,9 +330,9 @@ export class Timeline {
 
   private click(event: PointerEvent, on_ruler: boolean): void {
     const { x, time } = this.local(event);
-    const mark = on_ruler ? mark_at(this.marks, this.view, x, this.width) : undefined;
+    const mark = on_ruler ? mark_at(this.all_marks(), this.view, x, this.width) : undefined;
     if (mark) {
-      select({ sequence: mark.sequence });
+      if (mark.kind !== "past") select({ sequence: mark.sequence });
       seek(mark.time);
       return;
     }
@@ -354,8 +361,8 @@ export class Timeline {
   }
 
   private tip_text(event: PointerEvent, x: number, time: Time, on_ruler: boolean): string {
-    const mark = on_ruler ? mark_at(this.marks, this.view, x, this.width) : undefined;
-    if (mark) return `${mark.kind}: ${mark.text}\n${this.clock(mark.time)}`;
+    const mark = on_ruler ? mark_at(this.all_marks(), this.view, x, this.width) : undefined;
+    if (mark) return `${mark.kind === "past" ? "" : `${mark.kind}: `}${mark.text}\n${this.clock(mark.time)}`;
     const placed = on_ruler ? undefined : this.at(event);
     if (!placed) return this.clock(time);
     const { lane } = placed;

@@ -164,8 +164,8 @@ export function value_text(lane: Lane, value: number): string {
 /** How far from a mark, in pixels, it is still meant. */
 const kReach_px = 7;
 
-export function mark_at(marks: readonly Mark[], view: View, x: number, width: number): Mark | undefined {
-  let best: Mark | undefined;
+export function mark_at<Found extends Pick<Mark, "time">>(marks: readonly Found[], view: View, x: number, width: number): Found | undefined {
+  let best: Found | undefined;
   let distance = kReach_px;
   for (const mark of marks) {
     const away = Math.abs(x_of(view, mark.time, width) - x);

@@ -1,4 +1,5 @@
 import type { Lane, Mark, Time } from "../../protocol/types";
+import type { PastMark } from "./shown";
 import { color } from "../../widgets/theme";
 import { known_until, label_place, shown_label, value_range, type Placed } from "./lanes";
 import { ticks, x_of, type View } from "./view";
@@ -10,7 +11,7 @@ export interface Picture {
   /** The newest known. */
   end: Time;
   live: boolean;
-  marks: readonly Mark[];
+  marks: readonly (Mark | PastMark)[];
   /** By monitor: when it was violated first. */
   violated: ReadonlyMap<string, Time>;
   /** Leaves that are conditions. */
@@ -217,9 +218,19 @@ export function paint_lanes(canvas: HTMLCanvasElement, size: { width: number; he
 }
 
 /** Each kind of mark has a shape of its own. */
-function paint_mark(context: CanvasRenderingContext2D, kind: Mark["kind"], x: number, y: number): void {
+function paint_mark(context: CanvasRenderingContext2D, kind: (Mark | PastMark)["kind"], x: number, y: number): void {
   context.beginPath();
   switch (kind) {
+    case "past":
+      // As a violation, but hollow: it is of another run.
+      context.strokeStyle = color("alarm");
+      context.lineWidth = 1.5;
+      context.moveTo(x, y - 5);
+      context.lineTo(x + 5, y + 4);
+      context.lineTo(x - 5, y + 4);
+      context.closePath();
+      context.stroke();
+      return;
     case "violation":
       context.fillStyle = color("alarm");
       context.moveTo(x, y - 6);
