@@ -20,6 +20,9 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "sentree-";
 constexpr std::size_t kEndingSize = 7;  // "-8fK2aQ"
+// Others name folders like this too, and make them with 0700. The sticky bit says nothing else about a folder of one
+// owner.
+constexpr mode_t kOurs = S_ISVTX | S_IRWXU;
 
 bool is_ours(const std::string& name) {
   return name.starts_with(kPrefix) && name.size() > kPrefix.size() + kEndingSize &&
@@ -43,8 +46,8 @@ void clean_temporary_folders(const fs::path& place, std::chrono::seconds age) {
     const int folder = open_folder(it->path());
     if (folder < 0) continue;
     struct stat facts {};
-    const bool is_old = fstat(folder, &facts) == 0 && facts.st_uid == geteuid() && (facts.st_mode & 0777) == 0700 &&
-                        std::time(nullptr) - facts.st_ctime >= age.count();
+    const bool is_old = fstat(folder, &facts) == 0 && facts.st_uid == geteuid() &&
+                        (facts.st_mode & ALLPERMS) == kOurs && std::time(nullptr) - facts.st_ctime >= age.count();
     if (is_old && flock(folder, LOCK_EX | LOCK_NB) == 0) {
       std::error_code ignored;
       fs::remove_all(it->path(), ignored);
@@ -63,6 +66,7 @@ TemporaryFolder::TemporaryFolder(std::string_view purpose, std::size_t path_max)
   std::string name = (place / (std::string(kPrefix) + std::string(purpose) + "-XXXXXX")).string();
   if (mkdtemp(name.data()) == nullptr) return;
   path_ = name;
+  (void)chmod(name.c_str(), kOurs);
   lock_ = open_folder(path_);
   if (lock_ >= 0) flock(lock_, LOCK_SH | LOCK_NB);
 }

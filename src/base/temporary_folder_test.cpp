@@ -18,7 +18,7 @@ TEST(TemporaryFolder, IsPrivateAndGoneWithAllThatIsInIt) {
     const TemporaryFolder folder("test");
     path = folder.path();
     EXPECT_TRUE(path.filename().string().starts_with("sentree-test-"));
-    EXPECT_EQ(fs::status(path).permissions(), fs::perms::owner_all);
+    EXPECT_EQ(fs::status(path).permissions() & fs::perms::all, fs::perms::owner_all);
     fs::create_directory(path / "inside");
     std::ofstream(path / "inside" / "file") << "content";
     ASSERT_TRUE(fs::exists(path / "inside" / "file"));
@@ -32,12 +32,13 @@ TEST(TemporaryFolder, WhatAKilledProcessLeftIsTakenAway) {
   const auto made = [&](const char* name) {
     const fs::path folder = place.path() / name;
     fs::create_directory(folder);
-    fs::permissions(folder, fs::perms::owner_all);
+    fs::permissions(folder, fs::perms::owner_all | fs::perms::sticky_bit);
     std::ofstream(folder / "socket") << "";
     return folder;
   };
   const fs::path left = made("sentree-run-abcdef"), held = made("sentree-run-ghijkl"),
-                 other = made("others-run-mnopqr");
+                 other = made("others-run-mnopqr"), alike = made("sentree-mine-stuvwx");
+  fs::permissions(alike, fs::perms::owner_all);  // as mkdtemp makes them
   keep_temporary_folder(held);
   clean_temporary_folders(place.path(), std::chrono::minutes(1));
   EXPECT_TRUE(fs::exists(left));
@@ -45,6 +46,7 @@ TEST(TemporaryFolder, WhatAKilledProcessLeftIsTakenAway) {
   EXPECT_FALSE(fs::exists(left));
   EXPECT_TRUE(fs::exists(held / "socket"));
   EXPECT_TRUE(fs::exists(other / "socket"));
+  EXPECT_TRUE(fs::exists(alike / "socket"));
 }
 
 // The system's place for temporary files is another one, as long as this lives.
