@@ -593,7 +593,7 @@ expect 0 '^$|recorded|SUCCESS|FAILURE' "$sentree" run "$work/drawn" --clock virt
 # A test says what went wrong on the way.
 mkdir -p "$work/drawn/scenarios" "$work/drawn/requirements"
 printf 'clock: virtual\nduration: 1 s\ntimeline:\n  - {at: 3 min, stop: mission}\n' >"$work/drawn/scenarios/late.yaml"
-expect 1 'late.yaml:4:[0-9]+: warning: this never happens: the run ends after 1 s' "$sentree" check "$work/drawn"
+expect 1 'late.yaml:4:[0-9]+: warning: this is behind the duration of the run, 1 s' "$sentree" check "$work/drawn"
 rm "$work/drawn/scenarios/late.yaml"
 printf '\xef\xbb\xbfno_tick: never event(mission.tick).\n' >"$work/drawn/requirements/own.req"
 sed -i 's|^monitors:|&\n  - {file: requirements/own.req}|' "$work/drawn/sentree.yaml"

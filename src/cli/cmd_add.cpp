@@ -42,6 +42,7 @@ int add(const AddCommand& command) {
     say(fmt::format("mend the project first: `sentree check {}`", command.project));
     return kInvalidInput;
   }
+  if (!plan.ok()) say(plan.diagnostics);
   const design::Part part = design::new_part(command.kind, command.name, plan.ok() ? &*plan.value : nullptr).value();
   for (const auto& [file, content] : part.files) {
     std::error_code error;

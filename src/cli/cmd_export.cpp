@@ -2,6 +2,8 @@
 
 #include <time.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <vector>
 
@@ -19,6 +21,12 @@ namespace sentree::cli {
 namespace {
 
 constexpr std::size_t kPieceSize = 1U << 20U;
+
+bool is_of_project(const std::filesystem::path& file) {
+  constexpr std::array<std::string_view, 8> kParts{".xml", ".scxml",  ".req",  ".yaml",
+                                                   ".yml", ".thrift", ".mcap", ".py"};
+  return std::find(kParts.begin(), kParts.end(), file.extension().string()) != kParts.end();
+}
 
 // Where an export goes: a file, or standard output.
 class Output {
@@ -212,7 +220,15 @@ Result<void> to_scenario(replay::RecordedRun& run, Output& output) {
 }  // namespace
 
 int export_recording(const ExportCommand& command) {
-  if (!command.output.empty() && !may_write(command.output, "", {command.file})) return kUsage;
+  if (!command.output.empty()) {
+    std::error_code error;
+    const std::filesystem::path out = command.output;
+    if (!may_write(out, "", {command.file})) return kUsage;
+    if (command.format != "scenario" && is_of_project(out) && std::filesystem::exists(out, error)) {
+      say(fmt::format("{} is there, and a part of projects; name another file, or remove it", command.output));
+      return kUsage;
+    }
+  }
   auto run = replay::RecordedRun::open(command.file);
   if (!run) {
     say(to_string(run.error()));

@@ -21,11 +21,13 @@ void note(int signal) {
   struct timespec now {};
   clock_gettime(CLOCK_MONOTONIC, &now);
   const std::int64_t now_ns = now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
-  if (!interrupted.exchange(true)) {
-    first_ns = now_ns;
+  std::int64_t first = 0;
+  if (first_ns.compare_exchange_strong(first, now_ns)) {
+    interrupted = true;
     return;
   }
-  if (now_ns - first_ns < kSameNs) return;
+  interrupted = true;
+  if (now_ns - first < kSameNs) return;
   struct sigaction usual {};
   usual.sa_handler = SIG_DFL;
   sigaction(signal, &usual, nullptr);
@@ -36,6 +38,7 @@ void note(int signal) {
 
 Interrupts::Interrupts() {
   interrupted = false;
+  first_ns = 0;
   struct sigaction action {};
   action.sa_handler = note;
   sigaction(SIGINT, &action, &interrupt_before);
@@ -49,6 +52,9 @@ Interrupts::~Interrupts() {
 
 bool is_interrupted() { return interrupted; }
 
-bool take_interrupt() { return interrupted.exchange(false); }
+bool take_interrupt() {
+  first_ns = 0;
+  return interrupted.exchange(false);
+}
 
 }  // namespace sentree::cli

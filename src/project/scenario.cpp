@@ -271,7 +271,7 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     for (const Injection& injection : scenario.timeline) {
       if (injection.at.time_since_epoch() <= scenario.duration) continue;
       loaded.diagnostics.push_back({Severity::kWarning, "scenario.too-late",
-                                    fmt::format("this never happens: the run ends after {} s (duration)",
+                                    fmt::format("this is behind the duration of the run, {} s",
                                                 std::chrono::duration<double>(scenario.duration).count()),
                                     injection.span});
     }

@@ -26,10 +26,9 @@ enum class CallErrorKind : std::uint8_t {
 
 struct CallError {
   CallErrorKind kind = CallErrorKind::kUnreachable;
-  std::string message;          ///< For people; names the service or address and the way out.
-  std::string exception;        ///< kException: the name of its type, without the file it comes from.
-  Value data;                   ///< kException: its fields.
-  bool unknown_method = false;  ///< kProtocol: the peer has done nothing, as it has no such method under that name.
+  std::string message;    ///< For people; names the service or address and the way out.
+  std::string exception;  ///< kException: the name of its type, without the file it comes from.
+  Value data;             ///< kException: its fields.
 
   friend bool operator==(const CallError&, const CallError&) = default;
 };

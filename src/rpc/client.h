@@ -24,6 +24,10 @@ inline constexpr std::chrono::milliseconds kBackoffLast{2000};
 
 struct ClientOptions {
   std::string target;  ///< The service's name in the project, for messages; default: the interface's name.
+  /// By which it is asked for at an address that names none, where several share one (Thrift's multiplexed protocol). A
+  /// server of one service, as generated ones are, has no use for it: the first connection finds out which it is, by a
+  /// method that nobody has. Empty: it is alone.
+  std::string service = {};
   Limits limits;
   TlsFiles tls;
   std::chrono::milliseconds late_wait{kLateWaitMax};

@@ -15,15 +15,20 @@ using std::chrono::steady_clock;
 // A connection idle for longer than this is looked at before it is used: the peer may have gone meanwhile.
 constexpr milliseconds kTrustedIdle{20};
 
-// An address of its own kind for a service that several share.
-std::string wire_name(const Address& address, const std::string& method) {
-  return address.service.empty() ? method : fmt::format("{}:{}", address.service, method);
+// A method that no service has.
+const idl::Method& nobodys() {
+  static const auto kSchema = idl::Schema::load("service Nobody { void sentree_ping() }", "nobody.thrift");
+  return *kSchema.value->service("Nobody")->methods.front();
 }
 
 }  // namespace
 
 ThriftLine::ThriftLine(const Address& address, const ClientOptions& options, std::shared_ptr<const TlsContext> tls)
-    : address_(address), options_(options), tls_(std::move(tls)) {}
+    : address_(address),
+      options_(options),
+      tls_(std::move(tls)),
+      service_(address.service.empty() ? options.service : address.service),
+      is_settled_(!address.service.empty() || options.service.empty()) {}
 
 std::string ThriftLine::where() const { return fmt::format("\"{}\" at {}", options_.target, to_string(address_)); }
 
@@ -90,6 +95,12 @@ tl::expected<void, CallError> ThriftLine::connected(Deadline deadline) {
     }
   }
   if (connection_ != nullptr) return {};
+  if (auto made = connect_anew(deadline); !made) return made;
+  return is_settled_ ? tl::expected<void, CallError>() : settle(deadline);
+}
+
+tl::expected<void, CallError> ThriftLine::connect_anew(Deadline deadline) {
+  const auto now = steady_clock::now();
   if (now < next_attempt_) {
     const auto wait = std::chrono::ceil<milliseconds>(next_attempt_ - now).count();
     return tl::unexpected(unreachable(fmt::format("{}; tried again in {} ms", last_failure_, wait)));
@@ -112,10 +123,34 @@ tl::expected<void, CallError> ThriftLine::connected(Deadline deadline) {
   return {};
 }
 
+// A server of one service takes the name for a part of the method's and says so in its answer, whose name is what was
+// asked; one of several takes it away. Either has done nothing.
+tl::expected<void, CallError> ThriftLine::settle(Deadline deadline) {
+  try {
+    write(nobodys(), Map());
+    if (auto over = transmit(0, deadline)) return tl::unexpected(std::move(over->error()));
+    Connection& c = *connection_;
+    c.in.begin_message(deadline);
+    const MessageHead head = c.wire->read_head();
+    const ReplyBody body = c.wire->read_reply(head.type, nobodys());
+    c.wire->end_message();
+    const bool is_unknown = body.form == ReplyBody::Form::kFailure && body.failure_type == kUnknownMethod;
+    if (is_unknown && head.name == fmt::format("{}:{}", service_, nobodys().name)) service_.clear();
+    is_settled_ = true;
+    return {};
+  } catch (const WireError& e) {
+    drop();
+    if (e.status == StreamStatus::kLate) return tl::unexpected(late("no reply to " + nobodys().name));
+    // Some servers of several services end the connection where they know no method.
+    is_settled_ = true;
+    return connect_anew(deadline);
+  }
+}
+
 void ThriftLine::write(const idl::Method& method, const Value& arguments) {
   sequence_ = sequence_ == std::numeric_limits<std::int32_t>::max() ? 1 : sequence_ + 1;
   oneway_ = method.oneway;
-  connection_->wire->write_call(address_.service.empty() ? method.name : wire_name(address_, method.name),
+  connection_->wire->write_call(service_.empty() ? method.name : fmt::format("{}:{}", service_, method.name),
                                 method.oneway ? MessageType::kOneway : MessageType::kCall, sequence_, method.arguments,
                                 arguments);
 }
@@ -212,8 +247,7 @@ Outcome ThriftLine::outcome_of(const idl::Method& method, ReplyBody body) {
   }
   const std::string why = body.failure_type == kUnknownMethod ? fmt::format(" knows no {}: ", method.name)
                                                               : fmt::format(" failed in {}: ", method.name);
-  return tl::unexpected(
-      CallError{CallErrorKind::kProtocol, where() + why + body.failure, {}, {}, body.failure_type == kUnknownMethod});
+  return tl::unexpected(CallError{CallErrorKind::kProtocol, where() + why + body.failure, {}, {}});
 }
 
 void ThriftLine::take_late(const MessageHead& head) {

@@ -99,11 +99,14 @@ class Comparisons {
       for (const scxml::ScriptNode& node : trees_[i]->nodes) {
         if (node.kind == Node::kUnary && node.text == "!") truth(node.operands[0]);
         if (node.kind == Node::kConditional) truth(node.operands[0]);
+        if (node.kind == Node::kMember && node.text == "exception") exception(*trees_[i], node);
         if (node.kind != Node::kBinary) continue;
         if (node.text == "&&" || node.text == "||") {
           truth(node.operands[0]);
         } else if (is_comparison(node.text)) {
           compare(node);
+        } else if (node.text == "in") {
+          look_for_member(node);
         }
       }
     }
@@ -201,6 +204,37 @@ class Comparisons {
     }
   }
 
+  // Whether it is what a reply holds, as it is.
+  bool is_plain(const ScriptTree& tree, std::uint32_t id, int depth) const {
+    const scxml::ScriptNode& node = tree.at(id);
+    if (node.kind == Node::kMember || !is_of_reply(tree, id, depth)) return true;
+    if (node.kind == Node::kConditional)
+      return is_plain(tree, node.operands[1], depth) && is_plain(tree, node.operands[2], depth);
+    if (node.kind != Node::kName) return false;
+    const auto found = assigned_.find(node.text);
+    return found == assigned_.end() || depth == 0 ||
+           std::all_of(found->second.begin(), found->second.end(), [&](scxml::ExpressionId expression) {
+             return !trees_[expression] || is_plain(*trees_[expression], trees_[expression]->root(), depth - 1);
+           });
+  }
+
+  // 'member' in value
+  void look_for_member(const scxml::ScriptNode& in) {
+    const ScriptTree& tree = *trees_[expression_];
+    const std::set<std::string> members = text_constants(tree, in.operands[0]);
+    uses_.absent.insert(members.begin(), members.end());
+    if (members.empty()) give_up(tree, in.operands[1], kFollowedMax, "is looked into for members without a name");
+  }
+
+  // Any reply throws nothing that holds anything.
+  void exception(const ScriptTree& tree, const scxml::ScriptNode& member) {
+    if (!given_.strict || uses_.trouble || tree.path(member.operands[0]) != "_event.data") return;
+    uses_.trouble = Diagnostic{Severity::kError, "verify.any-reply",
+                               "_event.data.exception is looked at, and which of its values are told apart is not "
+                               "known. Write a model of the service",
+                               chart_.span(model_.expressions[expression_].place)};
+  }
+
   void compare(const scxml::ScriptNode& comparison) {
     const std::uint32_t left = comparison.operands[0];
     const std::uint32_t right = comparison.operands[1];
@@ -212,7 +246,16 @@ class Comparisons {
         uses_.absent.insert(names.begin(), names.end());
         continue;
       }
+      if (tree.at(value).kind == Node::kUnary && tree.at(value).text == "typeof") {
+        // Types are the interface's, but for what is not there.
+        const auto names = sources(tree, tree.at(value).operands[0], kFollowedMax);
+        uses_.absent.insert(names.begin(), names.end());
+        continue;
+      }
       const std::set<std::string> texts = text_constants(tree, constant);
+      if (!texts.empty() && is_order) give_up(tree, value, kFollowedMax, "is ordered as a text");
+      if (!texts.empty() && !is_plain(tree, value, kFollowedMax))
+        give_up(tree, value, kFollowedMax, "is changed before it is compared with a text");
       for (const std::string& text : texts) {
         for (const std::string& name : sources(tree, value, kFollowedMax)) uses_.texts[name].insert(text);
         for (const double number : numbers_in(Value(text))) equal(tree, value, number, kFollowedMax);
@@ -330,8 +373,12 @@ class Comparisons {
       equal_call(tree, id, number, depth);
     } else if (node.kind == Node::kUnary && node.text == "+") {
       equal(tree, node.operands[0], number, depth);
+    } else if (node.kind == Node::kBinary && (node.text == "||" || node.text == "&&")) {
+      // The second one, or the first one, which is looked at by itself.
+      equal(tree, node.operands[0], number, depth);
+      equal(tree, node.operands[1], number, depth);
     } else if (node.kind == Node::kUnary || node.kind == Node::kBinary || node.kind == Node::kIndex) {
-      const bool is_truth = node.text == "!" || node.text == "&&" || node.text == "||" || is_comparison(node.text);
+      const bool is_truth = node.text == "!" || is_comparison(node.text);
       if (!is_truth)
         give_up(tree, id, depth, node.kind == Node::kIndex ? "chooses by an index" : "is compared after " + node.text);
     }

@@ -49,6 +49,8 @@ class ThriftLine final : public Line {
   };
 
   [[nodiscard]] tl::expected<void, CallError> connected(Deadline deadline);
+  [[nodiscard]] tl::expected<void, CallError> connect_anew(Deadline deadline);
+  [[nodiscard]] tl::expected<void, CallError> settle(Deadline deadline);
   void write(const idl::Method& method, const Value& arguments);
   [[nodiscard]] std::optional<Outcome> transmit(std::size_t from, Deadline deadline);
   [[nodiscard]] CallError broken(const WireError& error);
@@ -67,6 +69,8 @@ class ThriftLine final : public Line {
   std::shared_ptr<Connection> connection_;
   Counts counts_;
 
+  std::string service_;     // named before each method; empty: none is
+  bool is_settled_ = true;  // whether it is
   std::deque<Owed> owed_;
   std::int32_t sequence_ = 0;
   bool oneway_ = false;  // what was sent last

@@ -242,6 +242,15 @@ TEST_P(GeneratedPeer, AgreesOnExceptionsOnewayDefaultsAndInheritance) {
   EXPECT_EQ(told_.get_future().get(), "news");
 }
 
+// A call without a reply comes first: there is nothing that tells whether it arrived.
+TEST_P(GeneratedPeer, IsFoundByWhoTakesItForOneOfSeveral) {
+  const auto client =
+      *Client::remote(*Address::parse("unix:" + folder_.file("theirs") + GetParam()), echo_, {.service = "robot"});
+  EXPECT_TRUE(client->call("tell", Map{{"text", "news"}}));
+  EXPECT_EQ(told_.get_future().get(), "news");
+  EXPECT_EQ(client->call("add", Map{{"a", 3}}), Outcome(Value(8)));
+}
+
 INSTANTIATE_TEST_SUITE_P(Rpc, GeneratedPeer,
                          ::testing::Values("", "?protocol=compact", "?transport=framed",
                                            "?protocol=compact&transport=framed"));

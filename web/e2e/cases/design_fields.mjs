@@ -9,12 +9,15 @@ import { copy_of, node, open_design, serve_design, settled, undo_name } from "..
 
 const kSkill = "skills/BatteryLevelAbove-buggy.scxml";
 
-/** Whether all of an element is to be seen. */
+/** Whether all of an element is to be seen; clicks may go through it. */
 const is_seen = (locator) =>
   locator.evaluate((element) => {
     const { left, right, top, bottom } = element.getBoundingClientRect();
     const hit = (x, y) => element.contains(document.elementFromPoint(x, y));
-    return right - left > 100 && hit(left + 2, (top + bottom) / 2) && hit(right - 2, (top + bottom) / 2);
+    element.style.pointerEvents = "auto";
+    const seen = right - left > 100 && hit(left + 2, (top + bottom) / 2) && hit(right - 2, (top + bottom) / 2);
+    element.style.pointerEvents = "";
+    return seen;
   });
 
 for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`why something is refused is to be seen, at ${width}×${height}`, async () => {

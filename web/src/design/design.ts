@@ -383,12 +383,12 @@ async function flush_all(): Promise<void> {
   for (const session of sessions.values()) await session.flush();
 }
 
-/** Does something that may be refused; then the reason is shown and the value is null. */
-async function attempt<T>(what: () => Promise<T>): Promise<T | null> {
+/** Does something that may be refused; then the reason is shown and the value is null. Else what was refused before is forgotten, if `forgets`. */
+async function attempt<T>(what: () => Promise<T>, forgets = true): Promise<T | null> {
   try {
     await flush_all();
     const value = await what();
-    useDesign.setState({ refused: null });
+    if (forgets) useDesign.setState({ refused: null });
     return value;
   } catch (error) {
     useDesign.setState({ refused: text_of(error) });
@@ -520,13 +520,14 @@ function show_one_of(files: readonly string[] = []): void {
   if (there) void open_file(there);
 }
 export async function save_all(): Promise<void> {
-  // A field tells what was typed in it when one leaves it.
+  // A field tells what was typed in it when one leaves it. If that is refused it stays said, whatever else is saved.
+  useDesign.setState({ refused: null });
   const field = document.activeElement;
   if (field instanceof HTMLInputElement || field instanceof HTMLTextAreaElement) {
     field.blur();
     field.focus();
   }
-  const done = await attempt(() => request("design_save", {}));
+  const done = await attempt(() => request("design_save", {}), false);
   const waiting = useDesign.getState().summary?.files.filter(({ conflict }) => conflict).map(({ file }) => file) ?? [];
   if (done && waiting.length > 0) useDesign.setState({ refused: `not saved: ${waiting.join(", ")}; it was changed on disk where it is edited here, choose one of both first` });
   if (done && done.saved > 0) note("info", done.saved === 1 ? "saved" : `saved ${done.saved} files`);
