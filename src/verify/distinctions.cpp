@@ -223,6 +223,7 @@ class Comparisons {
     const ScriptTree& tree = *trees_[expression_];
     const std::set<std::string> members = text_constants(tree, in.operands[0]);
     uses_.absent.insert(members.begin(), members.end());
+    uses_.names.insert(members.begin(), members.end());
     if (members.empty()) give_up(tree, in.operands[1], kFollowedMax, "is looked into for members without a name");
   }
 
@@ -253,8 +254,10 @@ class Comparisons {
         continue;
       }
       const std::set<std::string> texts = text_constants(tree, constant);
-      if (!texts.empty() && is_order) give_up(tree, value, kFollowedMax, "is ordered as a text");
-      if (!texts.empty() && !is_plain(tree, value, kFollowedMax))
+      const bool is_text = std::any_of(texts.begin(), texts.end(),
+                                       [](const std::string& text) { return numbers_in(Value(text)).empty(); });
+      if (is_text && is_order) give_up(tree, value, kFollowedMax, "is ordered as a text");
+      if (is_text && !is_plain(tree, value, kFollowedMax))
         give_up(tree, value, kFollowedMax, "is changed before it is compared with a text");
       for (const std::string& text : texts) {
         for (const std::string& name : sources(tree, value, kFollowedMax)) uses_.texts[name].insert(text);

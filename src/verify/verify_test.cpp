@@ -579,7 +579,8 @@ TEST_F(AnyReplyOf, TriesWhatComparisonsTellApart) {
   EXPECT_EQ(tried("S", "v.o === undefined"), "ask.o is there: true, false");
   EXPECT_EQ(tried("S", "typeof v.o === 'undefined'"), "ask.o is there: true, false");
   EXPECT_EQ(tried("S", "'o' in v"), "ask.o is there: true, false");
-  EXPECT_EQ(tried("i32", "(v || 5) > 7"), "ask: -1, 0, 1, 4, 6, 7, 8");
+  EXPECT_EQ(tried("S", "port in v", "o"), "ask.o is there: true, false");
+  EXPECT_EQ(tried("i32", "(v || 5) > 7"), "ask: -1, 0, 1, 3, 7, 8");
   EXPECT_EQ(tried("i32", "v === _event.data.result"), "ask: -1, 0, 1") << "v is 0 to begin with";
   EXPECT_EQ(tried("string", "v === _event.data.result"), "ask: '', 'other'") << "one that came before";
 }
@@ -589,8 +590,6 @@ TEST_F(AnyReplyOf, IsRefusedWhereWhatIsToldApartIsNotKnown) {
                                 "v + 'x' === 'ax'", "(v || 'x') === 'a'"})
     EXPECT_EQ(tried("string", condition), "a reply is changed before it is compared with a text") << condition;
   EXPECT_EQ(tried("string", "v < 'a'"), "a reply is ordered as a text");
-  EXPECT_EQ(tried("S", "port in v"), "a reply is looked into for members without a name");
-  EXPECT_EQ(tried("i32", "_event.data.exception.Worn.code === 7"), "_event.data.exception is looked at");
   EXPECT_EQ(tried("i32", "v % 7 === 3"), "a reply is compared after %");
   EXPECT_EQ(tried("i32", "(v & 4) !== 0"), "a reply is compared after &");
   EXPECT_EQ(tried("i32", "Math.pow(v, 2) === 9"), "a reply is given to Math.pow()");
