@@ -46,7 +46,8 @@ class Writer {
         service_);
     for (const std::string& line : out_.tried) out_.chart += fmt::format("    {}\n", comment(line));
     out_.chart += fmt::format(
-        "  In a folder verify/any it is written anew each time. In models/, where the option model of sentree verify puts one to "
+        "  In a folder verify/any it is written anew each time. In models/, where the option model of sentree verify "
+        "puts one to "
         "keep,\n  leave out what the component never answers, and let it remember what it must.\n-->\n<scxml "
         "xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"any_{}\" "
         "initial=\"any\">\n  <state id=\"any\">\n{}  </state>\n</scxml>\n",
