@@ -603,6 +603,17 @@ expect 1 'no_tick is violated' "$sentree" test "$work/drawn" --scenario plain --
 printf 'services:\n\tbattery: 5\n' >"$work/tab.yaml"
 expect 3 'YAML is indented by spaces' "$sentree" test "$work/tab.yaml"
 
+# A signal that comes twice, as launchers hand it on, is one.
+"$sentree" run examples/recharge --clock real --duration '60 s' --no-record >"$work/mission" 2>&1 &
+mission=$!
+until "$sentree" call battery getBatteryCharge >"$work/call" 2>&1 || ! kill -0 $mission 2>/dev/null; do :; done
+kill -INT $mission && kill -INT $mission 2>/dev/null || true
+code=0
+wait $mission || code=$?
+[[ $code -eq 130 ]] && grep -q interrupted "$work/mission" || {
+  echo "✗ a run that got a signal twice exited with $code:" && tail -3 "$work/mission" && failures=$((failures + 1))
+}
+
 # A terminal that goes away ends a run in order, as Ctrl-C does, and nothing is left behind.
 mkdir "$work/tmp"
 TMPDIR=$work/tmp "$sentree" run examples/recharge --clock real --processes --duration '60 s' >"$work/mission" 2>&1 &

@@ -23,8 +23,7 @@ namespace {
 constexpr std::size_t kPieceSize = 1U << 20U;
 
 bool is_of_project(const std::filesystem::path& file) {
-  constexpr std::array<std::string_view, 8> kParts{".xml", ".scxml",  ".req",  ".yaml",
-                                                   ".yml", ".thrift", ".mcap", ".py"};
+  constexpr std::array<std::string_view, 7> kParts{".xml", ".scxml", ".req", ".yaml", ".yml", ".thrift", ".mcap"};
   return std::find(kParts.begin(), kParts.end(), file.extension().string()) != kParts.end();
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 namespace CLI {
@@ -16,6 +17,15 @@ struct Command {
 };
 /// A command stands behind those that are part of it.
 using Commands = std::vector<Command>;
+
+/// The options of a command that is not part of another one, for CLI11 to fill; `work` gets them once they have been
+/// read. They live as long as `commands`.
+template <class Options>
+[[nodiscard]] Options& options_for(const CLI::App* sub, Commands& commands, int (*work)(const Options&)) {
+  const auto kept = std::make_shared<Options>();
+  commands.push_back({sub, [kept, work] { return work(*kept); }});
+  return *kept;
+}
 
 // In the order in which the help has them.
 void add_project_commands(CLI::App& app, Commands& commands);

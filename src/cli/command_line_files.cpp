@@ -15,9 +15,8 @@ namespace sentree::cli {
 namespace {
 
 void add_graph(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<GraphCommand>();
-  GraphCommand& command = *kept;
   auto* sub = app.add_subcommand("graph", "Draw a tree, a state chart, or a world with its robots");
+  GraphCommand& command = options_for<GraphCommand>(sub, commands, graph);
   sub->footer(
       "Examples:\n"
       "  sentree graph examples/recharge -o mission.svg\n"
@@ -40,13 +39,11 @@ void add_graph(CLI::App& app, Commands& commands) {
   sub->add_option("--goto", command.stops, "World: send a robot there first, PLACE or ROBOT=PLACE");
   sub->add_option("--after", command.after, "World: simulated time at which it is drawn, e.g. 20 s");
   sub->add_option("--seed", command.seed, "World: of all that is random");
-  commands.push_back({sub, [kept] { return graph(*kept); }});
 }
 
 void add_fmt(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<FmtCommand>();
-  FmtCommand& command = *kept;
   auto* sub = app.add_subcommand("fmt", "Write trees and state charts in canonical form");
+  FmtCommand& command = options_for<FmtCommand>(sub, commands, sentree::cli::fmt);
   sub->footer(
       "Examples:\n"
       "  sentree fmt mission.xml skills/GoTo.scxml   rewrites them in place, and says which it changed\n"
@@ -59,13 +56,11 @@ void add_fmt(CLI::App& app, Commands& commands) {
   add_trees(*sub, command.trees);
   sub->add_flag("--check", command.check, "Change nothing, list what is not in canonical form");
   sub->add_flag("--json", command.json, "Print which files change (with -, instead of the formatted text)");
-  commands.push_back({sub, [kept] { return sentree::cli::fmt(*kept); }});
 }
 
 void add_diff(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<DiffCommand>();
-  DiffCommand& command = *kept;
   auto* sub = app.add_subcommand("diff", "Say how two trees, or two state charts, differ in meaning");
+  DiffCommand& command = options_for<DiffCommand>(sub, commands, diff);
   sub->footer(
       "Examples:\n"
       "  sentree diff old.xml new.xml\n"
@@ -81,13 +76,11 @@ void add_diff(CLI::App& app, Commands& commands) {
   sub->add_option("after", command.after, "Tree, state chart, folder, or - for standard input")->required();
   add_trees(*sub, command.trees);
   sub->add_flag("--json", command.json, "Print the differences as JSON");
-  commands.push_back({sub, [kept] { return diff(*kept); }});
 }
 
 void add_model(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<ModelCommand>();
-  ModelCommand& command = *kept;
   auto* sub = app.add_subcommand("model", "Describe a project's skills for the palette of a tree editor");
+  ModelCommand& command = options_for<ModelCommand>(sub, commands, model);
   sub->footer(
       "Examples:\n"
       "  sentree model my_robot -o skills_model.xml               to be imported in Groot\n"
@@ -102,13 +95,11 @@ void add_model(CLI::App& app, Commands& commands) {
   sub->add_option("--into", command.into, "Bring the TreeNodesModel of this tree up to date; all else stays")
       ->excludes(output);
   sub->add_flag("--json", command.json, "Print the models as JSON");
-  commands.push_back({sub, [kept] { return model(*kept); }});
 }
 
 void add_chart(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<ChartCommand>();
-  ChartCommand& command = *kept;
   auto* sub = app.add_subcommand("chart", "Run one state chart by hand: type events, look inside, step back");
+  ChartCommand& command = options_for<ChartCommand>(sub, commands, chart);
   sub->footer(
       "Examples:\n"
       "  sentree chart examples/recharge/skills/BatteryLevelAbove.scxml --data threshold=30\n"
@@ -120,7 +111,6 @@ void add_chart(CLI::App& app, Commands& commands) {
   sub->add_option("--script-max", command.script_max, "Processor time that one command may take")
       ->capture_default_str();
   sub->add_flag("--json", command.json, "Answer each command with one line of JSON");
-  commands.push_back({sub, [kept] { return chart(*kept); }});
 }
 
 }  // namespace

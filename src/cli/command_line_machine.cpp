@@ -23,9 +23,8 @@ void add_doctor(CLI::App& app, Commands& commands) {
 }
 
 void add_bug_report(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<BugReportCommand>();
-  BugReportCommand& command = *kept;
   auto* sub = app.add_subcommand("bug-report", "Pack into one file what others need to understand an error");
+  BugReportCommand& command = options_for<BugReportCommand>(sub, commands, bug_report);
   sub->footer(
       "Examples:\n"
       "  sentree bug-report\n"
@@ -34,13 +33,11 @@ void add_bug_report(CLI::App& app, Commands& commands) {
       "project's files. Exit code: 0, 3 no such recording, 4 the file cannot be written.");
   sub->add_option("recording", command.recording, "MCAP file of the run that went wrong");
   sub->add_option("--output,-o", command.output, "Default: sentree-bug-report-DATE-TIME.tar.gz");
-  commands.push_back({sub, [kept] { return bug_report(*kept); }});
 }
 
 void add_bench(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<BenchRpcCommand>();
-  BenchRpcCommand& command = *kept;
   auto* sub = app.add_subcommand("bench", "Measure this machine");
+  BenchRpcCommand& command = options_for<BenchRpcCommand>(sub, commands, bench_rpc);
   sub->require_subcommand(1);
   auto* rpc = sub->add_subcommand("rpc", "An empty call between two processes, over a Unix socket or YARP");
   rpc->footer("Examples:\n  sentree bench rpc --json\n  sentree bench rpc --over yarp");
@@ -49,7 +46,6 @@ void add_bench(CLI::App& app, Commands& commands) {
   rpc->add_option("--calls", command.calls)->check(CLI::Range(1, 10'000'000))->capture_default_str();
   rpc->add_option("--listen", command.listen)->group("");
   rpc->add_flag("--json", command.json, "Print median and 99th percentile as JSON [µs]");
-  commands.push_back({sub, [kept] { return bench_rpc(*kept); }});
 }
 
 void add_completion(CLI::App& app, Commands& commands) {

@@ -16,18 +16,15 @@ namespace sentree::cli {
 namespace {
 
 void add_init(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<InitCommand>();
-  InitCommand& command = *kept;
   auto* sub = app.add_subcommand("init", "Start a new project: small, and it runs");
+  InitCommand& command = options_for<InitCommand>(sub, commands, init);
   sub->footer("Example:\n  sentree init my_robot && sentree run my_robot --clock virtual");
   sub->add_option("folder", command.folder)->required();
-  commands.push_back({sub, [kept] { return init(*kept); }});
 }
 
 void add_add(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<AddCommand>();
-  AddCommand& command = *kept;
   auto* sub = app.add_subcommand("add", "Add a part to a project: files to begin with, and what sentree.yaml needs");
+  AddCommand& command = options_for<AddCommand>(sub, commands, add);
   sub->footer(
       "Examples:\n"
       "  sentree add skill FetchCup                     skills/FetchCup.scxml\n"
@@ -41,13 +38,11 @@ void add_add(CLI::App& app, Commands& commands) {
       ->check(CLI::IsMember({"skill", "monitor", "requirement", "scenario", "component"}));
   sub->add_option("name", command.name, "Letters, digits and _")->required();
   sub->add_option("--project", command.project, "Folder with a sentree.yaml")->capture_default_str();
-  commands.push_back({sub, [kept] { return add(*kept); }});
 }
 
 void add_import(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<ImportCommand>();
-  ImportCommand& command = *kept;
   auto* sub = app.add_subcommand("import", "Make a project of somebody else's system");
+  ImportCommand& command = options_for<ImportCommand>(sub, commands, import_project);
   sub->footer(
       "Examples:\n"
       "  sentree import ~/bt-implementation -o my_robot     Behavior Trees, Qt SCXML skills with C++ snippets, YARP\n"
@@ -63,14 +58,12 @@ void add_import(CLI::App& app, Commands& commands) {
   sub->add_option("--main", command.main, "Of a folder with several AS2FM systems: the main file");
   sub->add_flag("--force", command.force, "Replace files of the same names in a folder that is not empty");
   sub->add_flag("--json", command.json, "Print files and findings as JSON");
-  commands.push_back({sub, [kept] { return import_project(*kept); }});
 }
 
 void add_check(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<CheckCommand>();
-  CheckCommand& command = *kept;
   auto* sub =
       app.add_subcommand("check", "Find everything that is wrong with a project or with files, without running them");
+  CheckCommand& command = options_for<CheckCommand>(sub, commands, check);
   sub->footer(
       "Examples:\n"
       "  sentree check examples/recharge                     the project and all its scenarios\n"
@@ -91,7 +84,6 @@ void add_check(CLI::App& app, Commands& commands) {
       "trees and charts. Default: .");
   add_trees(*sub, command.trees);
   sub->add_flag("--json", command.json, "Print the findings as JSON");
-  commands.push_back({sub, [kept] { return check(*kept); }});
 }
 
 }  // namespace

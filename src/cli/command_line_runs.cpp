@@ -139,10 +139,10 @@ void add_test(CLI::App& app, Commands& commands) {
 }
 
 void add_verify(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<VerifyCommand>();
-  VerifyCommand& command = *kept;
   auto* sub = app.add_subcommand(
       "verify", "Prove or refute requirements over every behaviour of a mission with models of its components");
+  VerifyCommand& command =
+      options_for<VerifyCommand>(sub, commands, [](const VerifyCommand& read) { return leave(verify(read)); });
   sub->footer(
       "Examples:\n"
       "  sentree verify examples/recharge                         every requirement, every behaviour\n"
@@ -210,7 +210,6 @@ void add_verify(CLI::App& app, Commands& commands) {
       ->needs(against);
   sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");
   sub->add_flag("--json", command.json, "Print the results as JSON");
-  commands.push_back({sub, [kept] { return leave(verify(*kept)); }});
 }
 
 void add_campaign(CLI::App& app, Commands& commands) {
@@ -270,10 +269,9 @@ void add_campaign(CLI::App& app, Commands& commands) {
 }
 
 void add_studio(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<StudioCommand>();
-  StudioCommand& command = *kept;
   auto* sub =
       app.add_subcommand("studio", "Design a project, or show a recording or a run that goes on, in a web page");
+  StudioCommand& command = options_for<StudioCommand>(sub, commands, studio);
   sub->footer(
       "Examples:\n"
       "  sentree studio my_robot --open                  edit a project, and see what each edit changes\n"
@@ -314,13 +312,11 @@ void add_studio(CLI::App& app, Commands& commands) {
       ->needs(groot);
   add_allow_plugins(*sub, command.allow_plugins);
   sub->add_flag("--open", command.open, "Open the page in a browser");
-  commands.push_back({sub, [kept] { return studio(*kept); }});
 }
 
 void add_watch(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<WatchCommand>();
-  WatchCommand& command = *kept;
   auto* sub = app.add_subcommand("watch", "Watch a program with BehaviorTree.CPP that runs, and record it");
+  WatchCommand& command = options_for<WatchCommand>(sub, commands, watch);
   sub->footer(
       "Examples:\n"
       "  sentree watch zmq://robot:1667                  in the terminal, recorded in runs/\n"
@@ -339,25 +335,22 @@ void add_watch(CLI::App& app, Commands& commands) {
   sub->add_flag("--no-record", command.no_record, "Record nothing")->excludes(record);
   sub->add_option("--duration", command.duration, "How long, e.g. 90 s; else until Ctrl-C");
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");
-  commands.push_back({sub, [kept] { return watch(*kept); }});
 }
 
 void add_info(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<InfoCommand>();
-  InfoCommand& command = *kept;
   auto* sub = app.add_subcommand("info", "Say what a recording holds");
+  InfoCommand& command = options_for<InfoCommand>(sub, commands, info);
   sub->footer(
       "Examples:\n  sentree info runs/recharge-20260102-101500.mcap\n  sentree info RUN.mcap --json\n"
       "Any MCAP file can be asked. Exit code: 0, 3 not a recording.");
   sub->add_option("recording", command.file, "MCAP file")->required();
   sub->add_flag("--json", command.json, "Print it as JSON");
-  commands.push_back({sub, [kept] { return info(*kept); }});
 }
 
 void add_replay(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<ReplayCommand>();
-  ReplayCommand& command = *kept;
   auto* sub = app.add_subcommand("replay", "Run a recorded mission again against the replies that it got then");
+  ReplayCommand& command =
+      options_for<ReplayCommand>(sub, commands, [](const ReplayCommand& read) { return leave(replay(read)); });
   sub->footer(
       "Examples:\n"
       "  sentree replay runs/recharge-20260102-101500.mcap\n"
@@ -379,13 +372,11 @@ void add_replay(CLI::App& app, Commands& commands) {
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");
   sub->add_flag("--json", command.json, "Print what differs as JSON");
   add_allow_plugins(*sub, command.allow_plugins);
-  commands.push_back({sub, [kept] { return leave(replay(*kept)); }});
 }
 
 void add_export(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<ExportCommand>();
-  ExportCommand& command = *kept;
   auto* sub = app.add_subcommand("export", "Turn a recording into another format");
+  ExportCommand& command = options_for<ExportCommand>(sub, commands, export_recording);
   sub->footer(
       "Examples:\n"
       "  sentree export RUN.mcap --to csv -o run.csv           the observations, one a row\n"
@@ -400,19 +391,16 @@ void add_export(CLI::App& app, Commands& commands) {
       ->check(CLI::IsMember({"csv", "ndjson", "scenario", "perfetto", "btlog", "fbl"}));
   sub->add_option("--output,-o", command.output, "Default: standard output");
   add_allow_plugins(*sub, command.allow_plugins);
-  commands.push_back({sub, [kept] { return export_recording(*kept); }});
 }
 
 void add_report(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<ReportCommand>();
-  ReportCommand& command = *kept;
   auto* sub =
       app.add_subcommand("report", "Tell a recorded run on one web page: verdicts, witness, timeline, coverage");
+  ReportCommand& command = options_for<ReportCommand>(sub, commands, report);
   sub->footer("Example:\n  sentree report RUN.mcap -o report.html");
   sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
   sub->add_option("--output,-o", command.output, "Default: standard output");
   add_allow_plugins(*sub, command.allow_plugins);
-  commands.push_back({sub, [kept] { return report(*kept); }});
 }
 
 }  // namespace

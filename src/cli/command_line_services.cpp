@@ -15,9 +15,8 @@ namespace sentree::cli {
 namespace {
 
 void add_call(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<CallCommand>();
-  CallCommand& command = *kept;
   auto* sub = app.add_subcommand("call", "Call a service of a running mission, or of any address");
+  CallCommand& command = options_for<CallCommand>(sub, commands, call);
   sub->footer(
       "Examples:\n"
       "  sentree call                                          what the running mission offers\n"
@@ -30,13 +29,11 @@ void add_call(CLI::App& app, Commands& commands) {
   sub->add_option("--interface", command.interface, "FILE.thrift/SERVICE, when calling an address");
   sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
   sub->add_option("--deadline", command.deadline)->capture_default_str();
-  commands.push_back({sub, [kept] { return call(*kept); }});
 }
 
 void add_services(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<ServicesCommand>();
-  ServicesCommand& command = *kept;
   auto* sub = app.add_subcommand("services", "List the services of a running mission");
+  ServicesCommand& command = options_for<ServicesCommand>(sub, commands, services);
   sub->footer(
       "Examples:\n"
       "  sentree services\n"
@@ -45,13 +42,11 @@ void add_services(CLI::App& app, Commands& commands) {
   sub->add_option("--on", command.on, "A network instead of a run: yarp: or ros:, or yarp:/robot for what is named so");
   sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
   sub->add_flag("--json", command.json, "Print the list as JSON");
-  commands.push_back({sub, [kept] { return services(*kept); }});
 }
 
 void add_ping(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<PingCommand>();
-  PingCommand& command = *kept;
   auto* sub = app.add_subcommand("ping", "Ask whether a running mission, its services, or an address answer");
+  PingCommand& command = options_for<PingCommand>(sub, commands, ping);
   sub->footer(
       "Examples:\n"
       "  sentree ping                                  the run and every service elsewhere\n"
@@ -62,13 +57,11 @@ void add_ping(CLI::App& app, Commands& commands) {
   sub->add_option("target", command.target, "Service or address; default: all");
   sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
   sub->add_flag("--json", command.json, "Print the round trips as JSON");
-  commands.push_back({sub, [kept] { return ping(*kept); }});
 }
 
 void add_echo(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<EchoCommand>();
-  EchoCommand& command = *kept;
   auto* sub = app.add_subcommand("echo", "Show the observations of a running mission as they come");
+  EchoCommand& command = options_for<EchoCommand>(sub, commands, echo);
   sub->footer(
       "Examples:\n"
       "  sentree echo\n"
@@ -80,13 +73,11 @@ void add_echo(CLI::App& app, Commands& commands) {
   sub->add_option("--count,-n", command.count, "End after so many");
   sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
   sub->add_flag("--json", command.json, "A line of JSON for each");
-  commands.push_back({sub, [kept] { return echo(*kept); }});
 }
 
 void add_skill(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<SkillCommand>();
-  SkillCommand& command = *kept;
   auto* sub = app.add_subcommand("skill", "Run one skill in a process of its own");
+  SkillCommand& command = options_for<SkillCommand>(sub, commands, skill);
   sub->footer(
       "Example:\n"
       "  sentree skill examples/recharge GoToLocation --listen unix:/tmp/goto.sock --at "
@@ -101,7 +92,6 @@ void add_skill(CLI::App& app, Commands& commands) {
   sub->add_option("--factor", command.factor, "Run seconds per wall second")->check(CLI::Range(0.01, 1000.0));
   sub->add_option("--seed", command.seed);
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
-  commands.push_back({sub, [kept] { return skill(*kept); }});
 }
 
 void add_monitor(CLI::App& app, Commands& commands) {
@@ -159,9 +149,8 @@ void add_monitor(CLI::App& app, Commands& commands) {
 }
 
 void add_component(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<ComponentCommand>();
-  ComponentCommand& command = *kept;
   auto* sub = app.add_subcommand("component", "Serve a component from a process of its own");
+  ComponentCommand& command = options_for<ComponentCommand>(sub, commands, component);
   sub->footer(
       "Example:\n  sentree component sim --world examples/recharge/world/world.yaml --listen tcp://127.0.0.1:9090");
   sub->add_option("name", command.name, "sim: the simulated robot")->required();
@@ -174,13 +163,11 @@ void add_component(CLI::App& app, Commands& commands) {
   sub->add_option("--factor", command.factor, "Run seconds per wall second")->check(CLI::Range(0.01, 1000.0));
   sub->add_option("--seed", command.seed);
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
-  commands.push_back({sub, [kept] { return component(*kept); }});
 }
 
 void add_sim(CLI::App& app, Commands& commands) {
-  const auto kept = std::make_shared<SimCommand>();
-  SimCommand& command = *kept;
   auto* sub = app.add_subcommand("sim", "Run the simulated robot alone, and show it");
+  SimCommand& command = options_for<SimCommand>(sub, commands, sim);
   sub->footer(
       "Examples:\n"
       "  sentree sim --world examples/recharge/world/world.yaml        then, in another terminal:\n"
@@ -208,7 +195,6 @@ void add_sim(CLI::App& app, Commands& commands) {
   sub->add_flag("--json", command.json, "Print a line of JSON every simulated second");
   sub->add_flag("--headless", command.headless, "Print lines instead of the map");
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
-  commands.push_back({sub, [kept] { return sim(*kept); }});
 }
 
 }  // namespace

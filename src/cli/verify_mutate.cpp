@@ -73,6 +73,11 @@ class Mutating {
     if (!scenario.ok()) return plan;
     plan = project::prepare(verify::with_models(*scenario.value), cache_);
     if (!plan.ok()) return plan;
+    if (any_.path().empty()) {
+      plan.value.reset();
+      plan.diagnostics.push_back({Severity::kError, "verify.no-folder", "no temporary folder can be made", {}});
+      return plan;
+    }
     // Services without a model answer what is told apart now.
     const auto any = verify::add_models(*scenario.value, *plan.value, any_.path() / std::to_string(loaded_++));
     if (!any) {

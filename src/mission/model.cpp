@@ -235,6 +235,8 @@ Result<std::variant<ModelMachine::Answer, ModelMachine::Topic>> ModelMachine::me
                             message != nullptr ? std::string(message->text()) : "");
     const Value* exception = param(send, "exception");
     if (exception == nullptr) return answer;
+    if (answer.outcome.kind != "exception")
+      return fail("model.answer", "an exception is of kind 'exception', and of no other", send.span);
     auto thrown = idl::conform_exception(**found, *exception);
     if (!thrown) return tl::unexpected(thrown.error());
     answer.outcome.result = *std::move(thrown);

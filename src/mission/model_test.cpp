@@ -166,6 +166,8 @@ TEST(Model, ThrowsWhatTheInterfaceDeclares) {
   EXPECT_THAT(thrown("({Wron: {why: 'old'}})"),
               ElementsAre(testing::HasSubstr("throws no \\\"Wron\\\"; did you mean")));
   EXPECT_THAT(thrown("({Worn: {why: 5}})"), ElementsAre(testing::HasSubstr("exception.Worn.why: expected string")));
+  EXPECT_THAT(thrown("({Worn: {why: 'old'}})\"/><param name=\"kind\" expr=\"'late'"),
+              ElementsAre(testing::HasSubstr("and of no other")));
   EXPECT_THAT(thrown("'old'"), ElementsAre(testing::HasSubstr("expected the fields of one of stop's exceptions")));
 }
 

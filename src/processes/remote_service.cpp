@@ -65,14 +65,13 @@ Result<Probe> Probe::to(const rpc::Address& address, std::string name) {
   rpc::ClientOptions options;
   options.target = std::move(name);
   options.tls = environment_tls();
-  const auto schema = idl::Schema::load("service Probe { void sentree_ping() }", "probe.thrift");
-  auto caller = rpc::connect(address, schema.value->service("Probe"), std::move(options));
+  auto caller = rpc::connect(address, rpc::nobodys_service(), std::move(options));
   if (!caller) return tl::unexpected(caller.error());
   return Probe(std::move(*caller));
 }
 
 std::optional<std::string> Probe::ask(rpc::Deadline deadline) {
-  const auto outcome = rpc::call_and_wait(*caller_, "sentree_ping", Map(), deadline);
+  const auto outcome = rpc::call_and_wait(*caller_, rpc::nobodys_service()->methods.front()->name, Map(), deadline);
   if (outcome || outcome.error().kind == rpc::CallErrorKind::kProtocol) return std::nullopt;
   return outcome.error().message;
 }

@@ -12,10 +12,9 @@
 namespace sentree::processes {
 
 /// A service at an address, called through the middleware of its scheme: the caller never waits. An address that names
-/// no service may be of several, of which one has this name, or of one alone: which it is, the first call finds out.
-/// Each call has
-/// `deadline` [wall time] from the moment it was asked for. The error of a service that does not exist yet or is gone
-/// is kind unreachable.
+/// no service may be of several, of which one has this name, or of one alone: which it is, the first connection finds
+/// out, by one exchange more. Each call has `deadline` [wall time] from the moment it was asked for. The error of a
+/// service that does not exist yet or is gone is kind unreachable.
 [[nodiscard]] Result<std::unique_ptr<runtime::ServicePort>> make_remote_port(const rpc::Address& address,
                                                                              idl::ServicePtr interface,
                                                                              std::string name, Duration deadline);

@@ -13,6 +13,12 @@ void Caller::call(std::string_view method, Value arguments, Deadline deadline, D
   call(**found, std::move(arguments), deadline, std::move(done));
 }
 
+const idl::ServicePtr& nobodys_service() {
+  static const idl::ServicePtr kNobody =
+      idl::Schema::load("service Nobody { void sentree_ping() }", "nobody.thrift").value->service("Nobody");
+  return kNobody;
+}
+
 Outcome call_and_wait(Caller& caller, std::string_view method, Value arguments, Deadline deadline) {
   std::promise<Outcome> made;
   caller.call(method, std::move(arguments), deadline, [&made](Outcome outcome) { made.set_value(std::move(outcome)); });

@@ -45,6 +45,10 @@ class Caller {
   [[nodiscard]] virtual ClientCounters counters() const = 0;
 };
 
+/// An interface with one method, `sentree_ping`, which nobody serves: what a server says of it shows that it lives, and
+/// under which names it serves.
+[[nodiscard]] const idl::ServicePtr& nobodys_service();
+
 /// One call whose outcome is waited for.
 [[nodiscard]] Outcome call_and_wait(Caller& caller, std::string_view method, Value arguments, Deadline deadline);
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "sentree/rpc/caller.h"
+
 namespace sentree::rpc {
 namespace {
 
@@ -15,11 +17,7 @@ using std::chrono::steady_clock;
 // A connection idle for longer than this is looked at before it is used: the peer may have gone meanwhile.
 constexpr milliseconds kTrustedIdle{20};
 
-// A method that no service has.
-const idl::Method& nobodys() {
-  static const auto kSchema = idl::Schema::load("service Nobody { void sentree_ping() }", "nobody.thrift");
-  return *kSchema.value->service("Nobody")->methods.front();
-}
+const idl::Method& nobodys() { return *nobodys_service()->methods.front(); }
 
 }  // namespace
 
@@ -141,8 +139,8 @@ tl::expected<void, CallError> ThriftLine::settle(Deadline deadline) {
   } catch (const WireError& e) {
     drop();
     if (e.status == StreamStatus::kLate) return tl::unexpected(late("no reply to " + nobodys().name));
-    // Some servers of several services end the connection where they know no method.
-    is_settled_ = true;
+    // Some servers of several services end the connection where they know no method; others may have died just now, so
+    // the next connection asks again.
     return connect_anew(deadline);
   }
 }
