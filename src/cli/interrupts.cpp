@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t kSameNs = 500'000'000;
 
 std::atomic<bool> interrupted = false;
-std::atomic<std::int64_t> first_ns = 0;
+std::atomic<std::int64_t> last_ns = 0;  // when one came that counts
 struct sigaction interrupt_before {};
 struct sigaction terminate_before {};
 
@@ -21,13 +21,10 @@ void note(int signal) {
   struct timespec now {};
   clock_gettime(CLOCK_MONOTONIC, &now);
   const std::int64_t now_ns = now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
-  std::int64_t first = 0;
-  if (first_ns.compare_exchange_strong(first, now_ns)) {
-    interrupted = true;
-    return;
-  }
-  interrupted = true;
-  if (now_ns - first < kSameNs) return;
+  std::int64_t last = last_ns;
+  // In another thread it may come at the same time.
+  if ((last != 0 && now_ns - last < kSameNs) || !last_ns.compare_exchange_strong(last, now_ns)) return;
+  if (!interrupted.exchange(true)) return;
   struct sigaction usual {};
   usual.sa_handler = SIG_DFL;
   sigaction(signal, &usual, nullptr);
@@ -38,7 +35,7 @@ void note(int signal) {
 
 Interrupts::Interrupts() {
   interrupted = false;
-  first_ns = 0;
+  last_ns = 0;
   struct sigaction action {};
   action.sa_handler = note;
   sigaction(SIGINT, &action, &interrupt_before);
@@ -52,9 +49,6 @@ Interrupts::~Interrupts() {
 
 bool is_interrupted() { return interrupted; }
 
-bool take_interrupt() {
-  first_ns = 0;
-  return interrupted.exchange(false);
-}
+bool take_interrupt() { return interrupted.exchange(false); }
 
 }  // namespace sentree::cli
