@@ -104,5 +104,22 @@ TEST(Requirements, DecideAsTheChartsDrawnByHand) {
   }
 }
 
+// The tick of that instant would have been in time; the run ended before it.
+TEST(Requirements, WhatIsDueWhenTheRunEndsStaysOpen) {
+  const Watched watched(
+      "on_time: event(mission.tick) at least every 500 ms.\ntoo_rare: event(mission.tick) at least every 499 ms.\n");
+  project::Scenario scenario = watched.scenario();
+  scenario.project.period = std::chrono::milliseconds(500);
+  scenario.duration = std::chrono::seconds(1);
+  const auto plan = prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok()) << to_string(plan.diagnostics.front());
+  const RunReport report = runtime::Run(*plan.value, {}).execute();
+  ASSERT_EQ(report.ended, TimePoint(std::chrono::seconds(1)));
+  ASSERT_EQ(report.monitors.size(), 2U);
+  EXPECT_EQ(report.monitors[0].verdict, monitor::Verdict::kUndecided);
+  ASSERT_TRUE(report.monitors[1].decision);
+  EXPECT_EQ(report.monitors[1].decision->at, TimePoint(std::chrono::milliseconds(499)));
+}
+
 }  // namespace
 }  // namespace sentree::runtime
