@@ -155,7 +155,7 @@ const std::vector<LibraryRule>& library_rules() {
       {"project", {"base", "text", "idl", "bt", "nav2", "scxml", "monitor", "rpc", "sim"}},
       {"design", {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "sim", "project"}},
       {"lsp", {"base", "text", "idl", "draw", "bt", "scxml", "graph", "monitor", "record", "project", "design"}},
-      {"import", {"base", "text", "idl", "bt", "scxml", "project"}},
+      {"import", {"base", "text", "idl", "bt", "nav2", "scxml", "project"}},
       {"mission", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "project"}},
       {"verify", {"base", "text", "idl", "bt", "scxml", "monitor", "project", "mission"}},
       {"runtime", {"base", "text", "idl", "bt", "scxml", "monitor", "sim", "project", "mission"}},

@@ -44,7 +44,9 @@ void print_text(const ImportCommand& command, const import::Imported& imported) 
     say(fmt::format("{}: {}: {}{}", to_string(finding.span), import::to_string(finding.fate),
                     finding.original.empty() ? "" : finding.original + ": ", finding.reason));
   }
-  say(fmt::format("\nNow try:\n  sentree check {}\n  sentree graph {} -o tree.svg", command.output, command.output));
+  say(fmt::format(
+      "\nNow try:\n  sentree check {0}\n{1}  sentree graph {0} -o tree.svg", command.output,
+      imported.form == import::kTreeForm ? fmt::format("  sentree run {} --clock virtual\n", command.output) : ""));
 }
 
 }  // namespace

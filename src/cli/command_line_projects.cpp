@@ -45,6 +45,7 @@ void add_import(CLI::App& app, Commands& commands) {
   ImportCommand& command = options_for<ImportCommand>(sub, commands, import_project);
   sub->footer(
       "Examples:\n"
+      "  sentree import main_tree.xml -o my_robot           a mission of BehaviorTree.CPP: its leaves get skills\n"
       "  sentree import ~/bt-implementation -o my_robot     Behavior Trees, Qt SCXML skills with C++ snippets, YARP\n"
       "  sentree import museum/main.xml -o museum_project   an AS2FM system; or its folder, if files lie beside "
       "main.xml\n"
@@ -53,9 +54,9 @@ void add_import(CLI::App& app, Commands& commands) {
       "line.\n"
       "Exit code: 0 everything was translated, 1 something is left to do by hand, 3 no such system, or the output is\n"
       "not empty, 4 it cannot be written.");
-  sub->add_option("system", command.system, "Folder of the system, or the main file of an AS2FM system")->required();
+  sub->add_option("system", command.system, "Folder of the system, or its main file")->required();
   sub->add_option("--output,-o", command.output, "Folder of the new project")->required();
-  sub->add_option("--main", command.main, "Of a folder with several AS2FM systems: the main file");
+  sub->add_option("--main", command.main, "Of a folder with several systems: the main file");
   sub->add_flag("--force", command.force, "Replace files of the same names in a folder that is not empty");
   sub->add_flag("--json", command.json, "Print files and findings as JSON");
 }

@@ -7,6 +7,7 @@
 
 #include "sentree/import/roaml_system.h"
 #include "sentree/import/source_folder.h"
+#include "sentree/import/tree_system.h"
 #include "sentree/import/yarp_system.h"
 #include "sentree/text/file.h"
 
@@ -31,12 +32,14 @@ Loaded<Imported> import_system(const path& from, const std::string& main) {
   };
   std::error_code error;
   const bool is_file = std::filesystem::is_regular_file(from, error);
+  if (is_file && is_tree_file(from)) return import_tree(from);
   const path above = from.has_parent_path() ? from.parent_path() : path(".");
   const auto folder = SourceFolder::open(is_file ? above : from);
   if (!folder) return Loaded<Imported>{.value = std::nullopt, .diagnostics = {folder.error()}};
   if (is_file) return import_roaml(*folder, from.filename().string());
   if (!main.empty()) {
-    if (folder->contains(main)) return import_roaml(*folder, main);
+    if (folder->contains(main))
+      return is_tree_file(from / main) ? import_trees(*folder, main) : import_roaml(*folder, main);
     return failed("file.not-found", "there is no such file in the folder", from / main);
   }
   const std::vector<std::string> mains = roaml_mains(*folder);
@@ -49,10 +52,14 @@ Loaded<Imported> import_system(const path& from, const std::string& main) {
                   from);
   }
   if (holds_yarp_skills(*folder)) return import_yarp_skills(*folder);
+  const std::vector<std::string> documents = folder->with_ending({".xml"});
+  if (std::any_of(documents.begin(), documents.end(),
+                  [&](const std::string& file) { return is_tree_file(from / file); }))
+    return import_trees(*folder, main);
   return failed(
       "import.unknown-form",
-      "no system that can be imported: neither Behavior Trees with Qt SCXML skills, nor the main file of an AS2FM "
-      "system",
+      "no system that can be imported: neither Behavior Trees, alone or with Qt SCXML skills, nor the main file "
+      "of an AS2FM system",
       from);
 }
 

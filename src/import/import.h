@@ -34,16 +34,20 @@ struct ProjectFile {
   std::string content;
 };
 
+/// Forms of systems.
+inline constexpr const char* kTreeForm = "behavior-tree";
+
 /// A Sentree project made of somebody else's system; nothing has been written yet.
 struct Imported {
-  std::string form;  ///< "yarp-skills" or "as2fm".
+  std::string form;  ///< "yarp-skills", "as2fm" or "behavior-tree".
   std::vector<ProjectFile> files;
   std::vector<Finding> findings;  ///< By file and line.
 };
 
-/// Reads a system: a folder with Behavior Trees and Qt SCXML skills with C++ snippets, or an AS2FM system by its folder
-/// or its main file. Of a folder with several main files, `main` (a path inside it) says which. Only what lies in the
-/// folder (of a main file: its own) is read; links are not followed.
+/// Reads a system: the mission of a BehaviorTree.CPP program, a folder with Behavior Trees and Qt SCXML skills with C++
+/// snippets, or an AS2FM system; the first and the last by the folder or the main file. Of a folder with several main
+/// files, `main` (a path inside it) says which. Only what lies in the folder (of a main file: its own) is read; links
+/// are not followed.
 ///
 /// Errors: import.unknown-form, import.ambiguous, import.too-large, and those of the files without which there is no
 /// system. What is wrong with one part is a finding, not an error. The same input gives the same files.

@@ -1,0 +1,516 @@
+#include "sentree/import/tree_system.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sentree/base/ascii.h"
+#include "sentree/bt/library.h"
+#include "sentree/bt/write.h"
+#include "sentree/import/project_writer.h"
+#include "sentree/nav2/nav2.h"
+#include "sentree/project/plan.h"
+#include "sentree/text/file.h"
+#include "sentree/text/xml.h"
+
+namespace sentree::import {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// What is asked, rather than done, of which no file says what it is.
+constexpr std::array<std::string_view, 9> kQuestions{"Is",     "Has",   "Are",   "Can", "Was",
+                                                     "Should", "Check", "Needs", "Does"};
+
+bool sounds_like_a_condition(std::string_view id) {
+  return std::any_of(kQuestions.begin(), kQuestions.end(), [&](std::string_view word) {
+    if (!id.starts_with(word) || id.size() == word.size()) return false;
+    const char next = id[word.size()];
+    return next == '_' || (next >= 'A' && next <= 'Z');
+  });
+}
+
+bool is_data_id(std::string_view name) {
+  return !name.empty() && !is_digit(name.front()) && std::all_of(name.begin(), name.end(), is_word);
+}
+
+// A value to begin with, of the type that a palette names.
+std::string_view first_value(std::string_view type) {
+  if (type == "bool") return "false";
+  if (type.find("int") != std::string_view::npos || type == "double" || type == "float" || type == "unsigned")
+    return "0";
+  return "''";
+}
+
+std::string tree_source(const std::string& xml) {
+  const auto document = text::XmlDocument::parse(xml, {}, {.lenient = true});
+  return document ? std::string(document->root().local_name()) : std::string();
+}
+
+// "{entry}" as the name of the entry; "{=}" is the port's own.
+std::string_view entry_of(const bt::PortFact& port) {
+  const std::string_view text = port.text;
+  if (text == "{=}" || text == "=") return port.name;
+  return text.size() > 2 && text.front() == '{' && text.back() == '}' ? text.substr(1, text.size() - 2)
+                                                                      : std::string_view();
+}
+
+// Entries that something has written, in the order of the file. A SubTree's are those of its own blackboard, and what
+// its ports pass on.
+class Written {
+ public:
+  explicit Written(const bt::Tree& tree) : tree_(tree) {}
+
+  [[nodiscard]] bool contains(bt::NodeId scope, std::string_view entry) const {
+    for (std::string name(entry);;) {
+      if (entries_.contains({scope, name}) || name.starts_with('@')) return true;
+      if (scope == kNoNode) return false;
+      const auto outside = outside_of(scope, name);
+      if (!outside) return false;
+      if (outside->empty()) return true;  // a constant
+      name = *outside;
+      scope = tree_.enclosing_subtree(scope);
+    }
+  }
+  void add(bt::NodeId scope, std::string_view entry) {
+    for (std::optional<std::string> name(entry); name && !name->empty();) {
+      entries_.emplace(scope, *name);
+      if (scope == kNoNode) return;
+      name = outside_of(scope, *name);
+      scope = tree_.enclosing_subtree(scope);
+    }
+  }
+  // What a built-in or declared node writes.
+  void add_all(bt::NodeId node) {
+    const bt::NodeId scope = tree_.enclosing_subtree(node);
+    for (const bt::PortFact& port : tree_.ports(node)) {
+      if (port.output && port.declared) add(scope, entry_of(port));
+      if (port.name == "code") add_assigned(scope, port.text);
+      if (port.name == "output_key") add(scope, entry_of(port).empty() ? port.text : entry_of(port));
+    }
+    for (const auto& [kind, script] : tree_.conditions(node)) add_assigned(scope, script);
+  }
+
+ private:
+  static constexpr bt::NodeId kNoNode = bt::kNoNode;
+
+  // Of a SubTree's entry, what it is outside: nothing if it is none there, "" for a constant.
+  [[nodiscard]] std::optional<std::string> outside_of(bt::NodeId subtree, std::string_view entry) const {
+    std::optional<std::string> outside;
+    for (const bt::PortFact& port : tree_.ports(subtree)) {
+      if (port.name == "_autoremap" && port.text != "false" && port.text != "0" && !outside)
+        outside = std::string(entry);
+      if (port.name == entry) outside = std::string(entry_of(port));
+    }
+    return outside;
+  }
+  void add_assigned(bt::NodeId scope, std::string_view script) {
+    for (std::size_t at = script.find('='); at != std::string_view::npos; at = script.find('=', at + 1)) {
+      const std::size_t end = script.find_last_not_of(": ", at == 0 ? 0 : at - 1);
+      if (at == 0 || end == std::string_view::npos || !is_word(script[end])) continue;
+      std::size_t begin = end;
+      while (begin > 0 && is_word(script[begin - 1])) --begin;
+      add(scope, script.substr(begin, end + 1 - begin));
+    }
+  }
+
+  const bt::Tree& tree_;
+  std::set<std::pair<bt::NodeId, std::string>> entries_;
+};
+
+struct Port {
+  std::string type;
+  bool input = false;
+  bool output = false;
+};
+
+// All leaves of one ID have one skill.
+struct Skill {
+  std::string id;
+  bool is_condition = false;
+  bool is_declared = false;
+  SourceSpan span;  // of the first
+  std::map<std::string, Port, std::less<>> ports;
+};
+
+std::string chart_of(const Skill& skill) {
+  // Its own, by which scenarios and the project say how it ends.
+  std::string outcome = skill.is_condition ? "holds" : "succeeds";
+  while (skill.ports.contains(outcome)) outcome += '_';
+  std::string data = fmt::format("    <data id=\"{}\" expr=\"true\"/>\n", outcome);
+  std::string results;
+  for (const auto& [name, port] : skill.ports) {
+    if (!is_data_id(name)) continue;
+    if (port.input) data += fmt::format("    <data id=\"{}\"/>\n", name);
+    if (port.output)
+      results +=
+          fmt::format("      <param name=\"{}\" expr=\"{}\"/>\n", name, port.input ? name : first_value(port.type));
+  }
+  const std::string head = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<!-- To begin with: {}. Write what it {}. -->\n"
+      "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"{}\" "
+      "initial=\"{}\">\n  <datamodel>\n{}  </datamodel>\n",
+      skill.is_condition ? "it holds" : "it succeeds after a second", skill.is_condition ? "asks" : "does", skill.id,
+      skill.is_condition ? "asking" : "working", data);
+  const std::string body = fmt::format(
+      fmt::runtime(
+          skill.is_condition
+              ? "  <state id=\"asking\">\n"
+                "    <!-- <send type=\"thrift\" target=\"SERVICE\" event=\"METHOD\"/> asks, and its reply decides. "
+                "-->\n"
+                "    <transition cond=\"{0}\" target=\"success\"/>\n"
+                "    <transition target=\"failure\"/>\n"
+                "  </state>\n"
+              : "  <state id=\"working\">\n"
+                "    <!-- <send type=\"thrift\" target=\"SERVICE\" event=\"METHOD\"/> asks a component to begin. -->\n"
+                "    <onentry><send event=\"done\" delay=\"1s\"/></onentry>\n"
+                "    <transition event=\"halt\" target=\"halted\"/>\n"
+                "    <transition event=\"done\" cond=\"{0}\" target=\"success\"/>\n"
+                "    <transition event=\"done error\" target=\"failure\"/>\n"
+                "  </state>\n"),
+      outcome);
+  const std::string success =
+      results.empty() ? "  <final id=\"success\"/>\n"
+                      : "  <final id=\"success\">\n    <donedata>\n" + results + "    </donedata>\n  </final>\n";
+  return head + body + success + "  <final id=\"failure\"/>\n" +
+         (skill.is_condition ? "" : "  <final id=\"halted\"/>\n") + "</scxml>\n";
+}
+
+class TreeSystem {
+ public:
+  // Paths are relative to `folder`; `shown` is how messages name them.
+  explicit TreeSystem(fs::path folder) : folder_(std::move(folder)) { nav2::add_nodes(registry_); }
+
+  // A file of which something may be needed.
+  void offer(const std::string& file) {
+    const auto source = text::read_file(folder_ / file, shown(file), kFileBytesMax);
+    if (source) (void)library_.add(shown(file), *source);
+  }
+
+  [[nodiscard]] const bt::Library& library() const { return library_; }
+
+  Loaded<Imported> run(const std::string& main) {
+    result_.form = kTreeForm;
+    own_ = library_.palette();
+    library_.add(nav2::models());
+    bt::LoadOptions options;
+    options.registry = &registry_;
+    options.partial = true;
+    options.read_file = [this](const fs::path& file) { return include(file); };
+    options.find_package = [](std::string_view package) { return bt::find_ros_package(package); };
+    library_.serve(options);
+    Loaded<bt::Tree> tree;
+    if (const auto source = include(shown(main))) {
+      tree = bt::load(*source, options, shown(main));
+    } else {
+      tree.diagnostics.push_back(source.error());
+    }
+    if (!tree.value) return {.value = std::nullopt, .diagnostics = std::move(tree.diagnostics)};
+    for (const Diagnostic& problem : tree.diagnostics) {
+      // Of the leaves there is something to say below.
+      if (problem.code != "bt.unknown-node" && problem.code != "bt.unknown-tree")
+        find(Fate::kByHand, problem.span, "", problem.message);
+    }
+    Written written(*tree.value);
+    for (bt::NodeId node = 0; node < tree.value->size(); ++node) {
+      look_at(*tree.value, node, written);
+      written.add_all(node);
+    }
+    for (const auto& [id, skill] : skills_) write(skill);
+    write_missing(tree.value->format());
+    std::string begin(tree.value->id());
+    if (needs_goal_) begin = write_goal(begin, tree.value->format());
+    write_project_file(main, begin);
+    std::stable_sort(result_.findings.begin(), result_.findings.end(),
+                     [](const Finding& a, const Finding& b) { return a.span < b.span; });
+    return {.value = std::move(result_), .diagnostics = {}};
+  }
+
+ private:
+  void find(Fate fate, SourceSpan span, std::string original, std::string reason) {
+    result_.findings.push_back({fate, std::move(span), std::move(original), std::move(reason)});
+  }
+
+  [[nodiscard]] std::string shown(const std::string& file) const { return (folder_ / file).string(); }
+
+  // What the mission is made of comes into the project as it is, but for packages of ROS, which are found there as
+  // here.
+  Result<std::string> include(const fs::path& file) {
+    const std::string inside = file.lexically_normal().lexically_relative(folder_.lexically_normal()).generic_string();
+    const bool is_outside = inside.empty() || inside.starts_with("..");
+    auto source = text::read_file(file, file.string(), kFileBytesMax);
+    if (!source) return source;
+    if (is_outside) {
+      find(Fate::kByHand, SourceSpan{file.string()}, "",
+           "lies outside the mission's folder, and was not copied; `packages:` of sentree.yaml finds those of ROS");
+    } else if (copied_.insert(inside).second) {
+      result_.files.push_back({"trees/" + inside, *source});
+    }
+    return source;
+  }
+
+  void look_at(const bt::Tree& tree, bt::NodeId node, Written& written) {
+    if (tree.is_unknown(node) && tree.category(node) == bt::Category::kSubTree)
+      missing_.emplace(std::string(tree.subtree_id(node)), tree.span(node));
+    const std::string id(tree.registration(node));
+    if (tree.is_unknown(node) && tree.category(node) != bt::Category::kSubTree) {
+      if (!unknown_.insert(id).second) return;
+      find(Fate::kByHand, tree.span(node), id,
+           "a node with children, written in C++: write it as a plug-in (docs/coming-from-behaviortree-cpp.md), and "
+           "name that under `plugins:`");
+      return;
+    }
+    if (tree.is_external(node)) {
+      if (!is_of_nav2(tree, node)) return add_skill(tree, node, written);
+      drives_ = true;
+      for (const bt::PortFact& port : tree.ports(node)) {
+        const bool is_goal = port.input && !port.output && entry_of(port) == "goal";
+        needs_goal_ = needs_goal_ || (is_goal && !written.contains(tree.enclosing_subtree(node), "goal"));
+      }
+    } else if (registry_.find(id) == nullptr) {
+      return;
+    }
+    if (!std::exchange(nav2_, true)) {
+      find(Fate::kReview, tree.span(node), id,
+           "taken as Nav2's; a skill of your own in skills/ counts first (docs/how-to/run-a-nav2-tree.md)");
+    }
+  }
+
+  // One whose skill comes with Sentree, and that has no port which that does not know.
+  [[nodiscard]] bool is_of_nav2(const bt::Tree& tree, bt::NodeId node) const {
+    const std::string id(tree.registration(node));
+    const auto& models = nav2::models();
+    const auto model = std::find_if(models.begin(), models.end(), [&](const bt::NodeModel& m) { return m.id == id; });
+    std::error_code error;
+    if (model == models.end() ||
+        !fs::exists(project::shipped_folder("skills") / nav2::kPalette / (id + ".scxml"), error))
+      return false;
+    const std::vector<bt::PortFact> ports = tree.ports(node);
+    return std::all_of(ports.begin(), ports.end(), [&](const bt::PortFact& port) {
+      return std::any_of(model->ports.begin(), model->ports.end(),
+                         [&](const bt::PortInfo& known) { return known.name == port.name; });
+    });
+  }
+
+  void add_skill(const bt::Tree& tree, bt::NodeId node, Written& written) {
+    const std::string id(tree.registration(node));
+    const bool is_new = !skills_.contains(id);
+    Skill& skill = skills_[id];
+    if (is_new) {
+      skill.id = id;
+      skill.span = tree.span(node);
+      skill.is_declared = own_.find(id) != nullptr;
+      skill.is_condition =
+          tree.category(node) == bt::Category::kCondition || (!skill.is_declared && sounds_like_a_condition(id));
+    }
+    for (const bt::PortFact& fact : tree.ports(node)) {
+      Port& port = skill.ports[std::string(fact.name)];
+      if (port.type.empty()) port.type = std::string(fact.type);
+      const std::string_view entry = entry_of(fact);
+      // What nothing has written before is written here, as far as one can guess.
+      const bool is_guess = !fact.declared && !entry.empty();
+      const bool writes = is_guess ? !written.contains(tree.enclosing_subtree(node), entry) : fact.output;
+      port.input = port.input || (is_guess ? !writes : fact.input);
+      port.output = port.output || writes;
+      if (!is_guess) continue;
+      if (writes) written.add(tree.enclosing_subtree(node), entry);
+      if (guessed_.emplace(id, fact.name).second) {
+        find(Fate::kReview, tree.span(node), fmt::format("{}=\"{}\"", fact.name, fact.text),
+             fmt::format("no TreeNodesModel says whether {} reads or writes it: taken as {}", id,
+                         writes ? "written, since nothing has done so before" : "read"));
+      }
+    }
+  }
+
+  void write(const Skill& skill) {
+    if (safe_name(skill.id) != skill.id) {
+      find(Fate::kByHand, skill.span, skill.id, "no name of a file: give its skill under `skills:`");
+      return;
+    }
+    const std::string file = fmt::format("skills/{}.scxml", skill.id);
+    result_.files.push_back({file, chart_of(skill)});
+    find(Fate::kByHand, skill.span, skill.id,
+         fmt::format("{} {}{}: write what it {} (docs/how-to/write-a-skill.md)", file,
+                     skill.is_condition ? "holds" : "succeeds after a second",
+                     skill.is_declared    ? ""
+                     : skill.is_condition ? " (a condition by its name)"
+                                          : "",
+                     skill.is_condition ? "asks" : "does"));
+    for (const auto& [name, port] : skill.ports) {
+      if (is_data_id(name)) continue;
+      find(Fate::kByHand, skill.span, fmt::format("{} of {}", name, skill.id),
+           "no name of <data>: the skill does not have this port");
+    }
+  }
+
+  // The mission runs without them; BehaviorTrees of format 3 and 4 are not mixed.
+  void write_missing(int format) {
+    if (missing_.empty()) return;
+    std::string xml = format == 4 ? "<root BTCPP_format=\"4\">\n" : "<root>\n";
+    for (const auto& [id, span] : missing_) {
+      const std::string name = text::xml_escape(id);
+      xml += fmt::format("  <BehaviorTree ID=\"{}\"><AlwaysSuccess/></BehaviorTree>\n", name);
+      find(Fate::kByHand, span, id,
+           "its BehaviorTree is in none of the files: trees/missing_trees.xml has one that succeeds, to begin with");
+    }
+    result_.files.push_back({"trees/missing_trees.xml", xml + "</root>\n"});
+    copied_.insert("missing_trees.xml");
+  }
+
+  // In Nav2 the goal is there when the tree begins. The tree that puts it there.
+  std::string write_goal(const std::string& tree, int format) {
+    const std::string id = tree == "Mission" ? "MissionToGoal" : "Mission";
+    result_.files.push_back(
+        {"trees/to_the_goal.xml",
+         fmt::format("<root{0}>\n  <BehaviorTree ID=\"{1}\">\n    <Sequence>\n"
+                     "      <!-- stamp; frame; x; y; z; qx; qy; qz; qw -->\n"
+                     "      {4}\n"
+                     "      <SubTree ID=\"{2}\" {3}/>\n    </Sequence>\n  </BehaviorTree>\n</root>\n",
+                     format == 4 ? " BTCPP_format=\"4\"" : "", id, text::xml_escape(tree),
+                     format == 4 ? "goal=\"{goal}\"" : "__shared_blackboard=\"true\"",
+                     format == 4 ? "<Script code=\"goal := '0;map;14.6;8.8;0;0;0;0;1'\"/>"
+                                 : "<SetBlackboard output_key=\"goal\" value=\"0;map;14.6;8.8;0;0;0;0;1\"/>")});
+    copied_.insert("to_the_goal.xml");
+    find(Fate::kReview, SourceSpan{"trees/to_the_goal.xml"}, "goal",
+         "Nav2 gives it to its tree: here it is written by the mission, the kitchen of the simulated house to begin "
+         "with");
+    return id;
+  }
+
+  // Models of the leaves that the mission's own files do not describe.
+  bool write_palette() {
+    std::set<std::string, std::less<>> described;
+    for (const ProjectFile& file : result_.files) {
+      if (!file.path.starts_with("trees/")) continue;
+      const auto models = bt::read_models(file.content);
+      for (const bt::NodeModel& model : models ? *models : std::vector<bt::NodeModel>()) described.insert(model.id);
+    }
+    std::vector<bt::NodeModel> models;
+    for (const auto& [id, skill] : skills_) {
+      if (described.contains(id)) continue;
+      if (const bt::NodeModel* known = own_.find(id)) {
+        models.push_back(*known);
+        continue;
+      }
+      bt::NodeModel& model = models.emplace_back();
+      model.id = id;
+      model.category = skill.is_condition ? bt::Category::kCondition : bt::Category::kAction;
+      for (const auto& [name, port] : skill.ports) {
+        if (!is_data_id(name)) continue;
+        model.ports.push_back(!port.output ? bt::input(name) : port.input ? bt::inout(name) : bt::output(name));
+      }
+    }
+    if (models.empty()) return false;
+    result_.files.push_back({"trees/nodes.xml", "<root>\n" + bt::write_models(models) + "</root>\n"});
+    return true;
+  }
+
+  void write_project_file(const std::string& main, const std::string& tree) {
+    std::string files;
+    for (const std::string& file : copied_) files += (files.empty() ? "" : ", ") + yaml_text("trees/" + file);
+    std::string palettes = write_palette() ? "trees/nodes.xml" : "";
+    if (nav2_) palettes += (palettes.empty() ? "" : ", ") + std::string(nav2::kPalette);
+    std::string yaml = "# Imported; IMPORT.md says from what, and what is left to do.\n";
+    const std::string begin = tree.empty() ? "" : ", tree: " + yaml_text(tree);
+    yaml += copied_.size() > 1 ? fmt::format("mission: {{files: [{}]{}}}\n", files, begin)
+                               : fmt::format("mission: {{file: {}{}}}\n", yaml_text("trees/" + main), begin);
+    if (!palettes.empty()) yaml += fmt::format("palettes: [{}]\n", palettes);
+    if (drives_) {
+      add_house();
+      yaml +=
+          "world: world/world.yaml\n"
+          "services:\n"
+          "  navigation:   {interface: robot.thrift/Navigation,   at: sim}\n"
+          "  localization: {interface: robot.thrift/Localization, at: sim}\n"
+          "  battery:      {interface: robot.thrift/Battery,      at: sim}\n";
+    }
+    result_.files.push_back({"sentree.yaml", yaml});
+  }
+
+  // A place to drive in, until there is the reader's own.
+  void add_house() {
+    const fs::path from = project::shipped_folder("examples") / "recharge" / "world";
+    for (const char* name : {"house.pgm", "house.yaml"}) {
+      if (const auto content = text::read_file(from / name))
+        result_.files.push_back({fmt::format("world/{}", name), *content});
+    }
+    result_.files.push_back({"world/world.yaml",
+                             "map: house.yaml\nstart: start\nlocations:\n  start:   [1.2, 1.2, 45 deg]\n"
+                             "  kitchen: [14.6, 8.8, 0 deg]\n"
+                             "# The tree recovers, so the robot's own navigation does not.\n"
+                             "navigation: {recoveries: 0, patience: 3 s}\n"});
+  }
+
+  fs::path folder_;
+  bt::Registry registry_;
+  bt::Library library_;
+  bt::Palette own_;  // what the mission's files say, without Nav2's
+  Imported result_;
+  std::set<std::string> copied_;
+  std::map<std::string, Skill> skills_;
+  std::set<std::string> unknown_;
+  std::map<std::string, SourceSpan> missing_;
+  std::set<std::pair<std::string, std::string_view>> guessed_;
+  bool nav2_ = false;
+  bool drives_ = false;  // a leaf of Nav2's does, which needs a robot
+  bool needs_goal_ = false;
+};
+
+}  // namespace
+
+bool is_tree_file(const fs::path& file) {
+  const auto source = text::read_file(file, file.string(), kFileBytesMax);
+  return source && tree_source(*source) == "root";
+}
+
+Loaded<Imported> import_tree(const fs::path& file) {
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  TreeSystem system(folder);
+  system.offer(file.filename().string());
+  std::vector<std::string> beside;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const bool is_other = entry.path().extension() == ".xml" && entry.path().filename() != file.filename();
+    if (is_other && entry.is_regular_file(error) && !entry.is_symlink(error) && beside.size() < kFilesMax)
+      beside.push_back(entry.path().filename().string());
+  }
+  std::sort(beside.begin(), beside.end());
+  for (const std::string& other : beside) system.offer(other);
+  return system.run(file.filename().string());
+}
+
+Loaded<Imported> import_trees(const SourceFolder& folder, const std::string& main) {
+  const auto failed = [&](std::string code, std::string message) {
+    return Loaded<Imported>{
+        .value = std::nullopt,
+        .diagnostics = {{Severity::kError, std::move(code), std::move(message), SourceSpan{folder.shown("")}}}};
+  };
+  const fs::path base = folder.shown("");
+  TreeSystem system(base);
+  for (const std::string& file : folder.with_ending({".xml"})) system.offer(file);
+  if (!main.empty()) return system.run(main);
+  const std::vector<std::string> roots = system.library().roots();
+  std::vector<std::string> mains;
+  for (const bt::TreeFile& file : system.library().files()) {
+    const bool begins = std::any_of(file.trees.begin(), file.trees.end(), [&](const std::string& id) {
+      return (id.empty() && file.trees.size() == 1) || std::find(roots.begin(), roots.end(), id) != roots.end();
+    });
+    if (begins) mains.push_back(file.path.lexically_relative(base).generic_string());
+  }
+  if (mains.size() == 1) return system.run(mains.front());
+  if (mains.empty())
+    return failed("import.no-tree", "none of its trees is one that no other uses: give one with --main");
+  std::string list;
+  for (std::size_t i = 0; i < mains.size() && i < 10; ++i) list += (i == 0 ? "" : ", ") + mains[i];
+  return failed("import.ambiguous", fmt::format("the folder holds {} missions; choose one with --main: {}{}",
+                                                mains.size(), list, mains.size() > 10 ? ", …" : ""));
+}
+
+}  // namespace sentree::import

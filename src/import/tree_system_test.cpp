@@ -1,0 +1,171 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "sentree/base/temporary_folder.h"
+#include "sentree/import/import.h"
+#include "sentree/project/plan.h"
+#include "sentree/text/file.h"
+
+namespace sentree::import {
+namespace {
+
+using std::filesystem::path;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::Field;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const path kMission = path(SENTREE_SOURCE_DIR) / "src/import/testdata/mission";
+
+std::string text_of(const Imported& imported, const std::string& name) {
+  const auto found = std::find_if(imported.files.begin(), imported.files.end(),
+                                  [&](const ProjectFile& file) { return file.path == name; });
+  return found != imported.files.end() ? found->content : "there is no " + name;
+}
+
+Imported imported(const path& from, const std::string& main = {}) {
+  auto system = import_system(from, main);
+  EXPECT_TRUE(system.ok()) << (system.diagnostics.empty() ? "" : to_string(system.diagnostics[0]));
+  return system.ok() ? std::move(*system.value) : Imported();
+}
+
+// The project that it becomes has no errors.
+void expect_runnable(const Imported& system) {
+  const TemporaryFolder folder("import");
+  ASSERT_TRUE(write_project(system, folder.path() / "made", false));
+  auto project = project::load_project(folder.path() / "made");
+  ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.at(0));
+  const auto plan = project::prepare(project::plain_scenario(std::move(*project.value)));
+  EXPECT_TRUE(plan.ok());
+  for (const Diagnostic& problem : plan.diagnostics)
+    EXPECT_NE(problem.severity, Severity::kError) << to_string(problem);
+}
+
+auto told(Fate fate, const std::string& original, const std::string& reason) {
+  return AllOf(Field(&Finding::fate, fate), Field(&Finding::original, HasSubstr(original)),
+               Field(&Finding::reason, HasSubstr(reason)));
+}
+
+TEST(TreeSystem, GivesEachLeafASkillToBeginWith) {
+  for (const path& from : {kMission / "main.xml", kMission}) {
+    const Imported system = imported(from);
+    EXPECT_EQ(system.form, kTreeForm);
+    std::vector<std::string> names;
+    for (const ProjectFile& file : system.files) names.push_back(file.path);
+    EXPECT_THAT(names, ElementsAre("trees/main.xml", "trees/sub/pick.xml", "skills/BatteryOK.scxml",
+                                   "skills/CloseGripper.scxml", "skills/FindObject.scxml", "skills/IsPathFree.scxml",
+                                   "skills/MoveArm.scxml", "skills/Shout.scxml", "trees/nodes.xml", "sentree.yaml"));
+    EXPECT_THAT(text_of(system, "trees/nodes.xml"), AllOf(HasSubstr("MoveArm"), Not(HasSubstr("FindObject"))));
+    EXPECT_EQ(text_of(system, "trees/main.xml"), *text::read_file(kMission / "main.xml"));
+    expect_runnable(system);
+  }
+}
+
+TEST(TreeSystem, SkillsHaveThePortsOfTheirLeaves) {
+  const Imported system = imported(kMission / "main.xml");
+  EXPECT_THAT(text_of(system, "skills/BatteryOK.scxml"),
+              AllOf(HasSubstr("<data id=\"level\"/>"), Not(HasSubstr("halt"))));
+  EXPECT_THAT(
+      text_of(system, "skills/FindObject.scxml"),
+      AllOf(HasSubstr("<param name=\"pose\" expr=\"''\"/>"), Not(HasSubstr("<data id=\"pose")), HasSubstr("halted")));
+  EXPECT_THAT(text_of(system, "skills/IsPathFree.scxml"), HasSubstr("To begin with: it holds."));
+  EXPECT_THAT(
+      system.findings,
+      AllOf(Contains(told(Fate::kReview, "pose=\"{where}\"", "whether MoveArm reads or writes it: taken as read")),
+            Contains(told(Fate::kByHand, "to-whom of Shout", "no name of <data>")),
+            Contains(told(Fate::kByHand, "IsPathFree", "a condition by its name"))));
+}
+
+TEST(TreeSystem, WhatNothingHasWrittenBeforeIsWritten) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "go.xml";
+  ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go">
+    <BehaviorTree ID="Go"><Sequence>
+      <Script code="speed := 1; size = 2"/>
+      <Look at="{speed}" sees="{thing}"/>
+      <SubTree ID="Take" what="{thing}" how="gently" _autoremap="false"/>
+      <Tell about="{thing}" of="{weight}"/>
+    </Sequence></BehaviorTree>
+    <BehaviorTree ID="Take"><Sequence>
+      <Grip what="{what}" how="{how}" grasp="{grasp}"/><Lift grasp="{grasp}" weight="{speed}"/>
+    </Sequence></BehaviorTree></root>)"));
+  const Imported system = imported(source);
+  expect_runnable(system);
+  const auto ports = [&](const std::string& skill) {
+    const std::string chart = text_of(system, "skills/" + skill + ".scxml");
+    std::string found;
+    for (const char* port : {"at", "sees", "what", "how", "grasp", "weight", "about", "of"}) {
+      if (chart.find(std::string("<data id=\"") + port + '"') != std::string::npos) found += std::string(" <") + port;
+      if (chart.find(std::string("<param name=\"") + port + '"') != std::string::npos)
+        found += std::string(" >") + port;
+    }
+    return found;
+  };
+  EXPECT_EQ(ports("Look"), " <at >sees");
+  EXPECT_EQ(ports("Grip"), " <what <how >grasp");
+  // The blackboard of Take has no speed of Go's.
+  EXPECT_EQ(ports("Lift"), " <grasp >weight");
+  EXPECT_EQ(ports("Tell"), " <about >of");
+}
+
+TEST(TreeSystem, NodesOfNav2ComeWithSentree) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "go.xml";
+  ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4"><BehaviorTree ID="Go">
+    <PipelineSequence>
+      <RateController hz="1"><ComputePathToPose goal="{goal}" path="{path}"/></RateController>
+      <FollowPath path="{path}"/>
+      <Wait loudly="yes"/>
+    </PipelineSequence></BehaviorTree></root>)"));
+  const Imported system = imported(source);
+  EXPECT_THAT(text_of(system, "sentree.yaml"),
+              AllOf(HasSubstr("palettes: [trees/nodes.xml, nav2]"), HasSubstr("robot.thrift/Navigation")));
+  EXPECT_THAT(text_of(system, "skills/FollowPath.scxml"), HasSubstr("there is no"));
+  EXPECT_THAT(text_of(system, "trees/to_the_goal.xml"), HasSubstr("<SubTree ID=\"Go\" goal=\"{goal}\"/>"));
+  expect_runnable(system);
+  // It has a port that Nav2's has not.
+  EXPECT_THAT(text_of(system, "skills/Wait.scxml"), HasSubstr("<data id=\"loudly\"/>"));
+}
+
+TEST(TreeSystem, SaysWhatCannotBeMadeOfIt) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "in" / "go.xml";
+  std::filesystem::create_directories(source.parent_path());
+  ASSERT_TRUE(
+      text::write_file(folder.path() / "outside.xml",
+                       R"(<root BTCPP_format="4"><BehaviorTree ID="Out"><AlwaysSuccess/></BehaviorTree></root>)"));
+  ASSERT_TRUE(
+      text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go"><include path="../outside.xml"/>
+    <BehaviorTree ID="Go"><Jugglers><SubTree ID="Out"/><SubTree ID="Nowhere"/></Jugglers></BehaviorTree></root>)"));
+  const Imported system = imported(source);
+  EXPECT_THAT(system.findings, AllOf(Contains(told(Fate::kByHand, "", "lies outside the mission's folder")),
+                                     Contains(told(Fate::kByHand, "Jugglers", "plug-in")),
+                                     Contains(told(Fate::kByHand, "Nowhere", "missing_trees.xml"))));
+  EXPECT_THAT(text_of(system, "trees/missing_trees.xml"), HasSubstr("ID=\"Nowhere\""));
+  ASSERT_TRUE(text::write_file(source, "<root BTCPP_format=\"4\"><BehaviorTree><Sequence></BehaviorTree></root>"));
+  EXPECT_THAT(import_system(source).diagnostics, Contains(Field(&Diagnostic::span, Field(&SourceSpan::line, 1))));
+}
+
+TEST(TreeSystem, OfSeveralMissionsOneIsChosen) {
+  const TemporaryFolder folder("import");
+  for (const char* name : {"a", "b"}) {
+    ASSERT_TRUE(text::write_file(folder.path() / (std::string(name) + ".xml"),
+                                 std::string(R"(<root BTCPP_format="4"><BehaviorTree ID=")") + name +
+                                     R"("><SubTree ID="common"/></BehaviorTree></root>)"));
+  }
+  ASSERT_TRUE(text::write_file(folder.path() / "common.xml",
+                               R"(<root BTCPP_format="4"><BehaviorTree ID="common"><Go/></BehaviorTree></root>)"));
+  const auto refused = import_system(folder.path());
+  EXPECT_THAT(refused.diagnostics, ElementsAre(Field(&Diagnostic::message, HasSubstr("--main: a.xml, b.xml"))));
+  const Imported system = imported(folder.path(), "b.xml");
+  EXPECT_THAT(text_of(system, "trees/a.xml"), HasSubstr("there is no"));
+  EXPECT_THAT(text_of(system, "sentree.yaml"), HasSubstr("{files: [trees/b.xml, trees/common.xml], tree: b}"));
+  expect_runnable(system);
+}
+
+}  // namespace
+}  // namespace sentree::import
