@@ -75,6 +75,19 @@ TEST(Step, SuspendsForAnExternalLeafAndGoesOnWithItsAnswer) {
   EXPECT_EQ(result.status, Status::kRunning);
 }
 
+// Of a C++ node with a port of any type the entry would be of any type, and lose the text, as in BehaviorTree.CPP.
+TEST(Step, AnUntypedPortOfAnExternalLeafSaysNothingOfItsEntry) {
+  for (const char* port : {"", "<input_port name='text'/>", "<input_port name='text' type='Pose'/>"}) {
+    Mission m(std::string("<root BTCPP_format='4'><BehaviorTree ID='M'><Sequence>"
+                          "<SetBlackboard output_key='goal' value='a;b'/><Say text='{goal}'/></Sequence></BehaviorTree>"
+                          "<TreeNodesModel><Action ID='Say'>") +
+              port + "</Action></TreeNodesModel></root>");
+    ASSERT_TRUE(m.loaded.ok()) << m.messages;
+    ASSERT_TRUE(m.step(Input::tick()).waiting());
+    EXPECT_EQ(m.effects.list[0].inputs, (Map{{"text", "a;b"}}));
+  }
+}
+
 TEST(Step, TicksTheSuccessorBeforeItsPredecessorIsHalted) {
   Mission m(kMission);
   m.step(Input::tick());

@@ -183,6 +183,8 @@ std::uint32_t Loader::bind_script(std::uint32_t script, std::uint32_t scope) {
 
 void Loader::bind_ports(const Definition& definition, const DefinedNode& defined, NodeId id, std::uint32_t scope) {
   const bool subtree = model_->manifests[defined.manifest].kind == Kind::kSubTree;
+  // Of a port of a skill whose type is not known nobody can say that it is of any type: it does not make the entry so.
+  const bool external = model_->manifests[defined.manifest].external;
   model_->nodes[id].ports = static_cast<std::uint32_t>(model_->bindings.size());
   model_->nodes[id].port_count = defined.port_count;
   for (std::uint32_t i = 0; i < defined.port_count; ++i) {
@@ -198,7 +200,8 @@ void Loader::bind_ports(const Definition& definition, const DefinedNode& defined
     binding.target = port.target;
     if (port.kind == Binding::Kind::kEntry) {
       binding.target = cell(scope, port.target);
-      if (!subtree) declare_entry(binding.target, port.type, defined, port.name);
+      const bool is_typed = port.type != nullptr && port.type->strong();
+      if (!subtree && (is_typed || !external)) declare_entry(binding.target, port.type, defined, port.name);
     }
     model_->bindings.push_back(binding);
   }
