@@ -423,8 +423,8 @@ Result<std::filesystem::path> find_ros_package(std::string_view package,
                                                        : "; tried " + tried));
 }
 
-Loaded<Tree> load(std::string xml, const LoadOptions& options, std::string file) {
-  return Loader(options).load(std::move(xml), std::move(file));
+Loaded<Tree> load(std::string xml, const LoadOptions& options, const std::string& file) {
+  return Loader(options).load(std::move(xml), file);
 }
 
 Loaded<Tree> load_file(const std::filesystem::path& path, LoadOptions options) {

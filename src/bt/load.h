@@ -79,7 +79,7 @@ struct LoadOptions {
 ///
 /// @param file  Name for messages, and what includes are relative to.
 /// Codes: xml.*, bt.* (docs/bt.md lists them).
-[[nodiscard]] Loaded<Tree> load(std::string xml, const LoadOptions& options = {}, std::string file = {});
+[[nodiscard]] Loaded<Tree> load(std::string xml, const LoadOptions& options = {}, const std::string& file = {});
 
 /// The same from a file; includes are read from the file system, those of ROS packages through `find_ros_package`.
 [[nodiscard]] Loaded<Tree> load_file(const std::filesystem::path& path, LoadOptions options = {});

@@ -35,7 +35,7 @@ std::vector<std::string> texts(const std::vector<Level>& levels) {
 // Rows of a table one by one; the last may be torn, and so may the header be, of who was killed as it began.
 class Table {
  public:
-  Table(std::filesystem::path file, std::string header, std::size_t requirements)
+  Table(std::filesystem::path file, const std::string& header, std::size_t requirements)
       : file_(std::move(file)), requirements_(requirements), in_(file_, std::ios::binary) {
     std::string line;
     std::getline(in_, line);

@@ -466,7 +466,7 @@ TEST(Pool, LosesOnlyWhatAChildDiedOf) {
   EXPECT_EQ(done.size(), 48U);
   ASSERT_EQ(lost.size(), 12U);
   for (const auto& [what, why] : lost)
-    EXPECT_THAT(why, HasSubstr(what % 10 == 7 ? "ended by signal 9" : "ended with code 5"));
+    EXPECT_THAT(why, HasSubstr(what % 10 == 7 ? "ended with signal 9 (Killed)" : "ended with exit code 5"));
 }
 
 TEST(Pool, GivesTheRestToAnotherWhenAChildIsSpoilt) {

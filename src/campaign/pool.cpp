@@ -14,6 +14,8 @@
 #include <system_error>
 #include <vector>
 
+#include "sentree/base/exit_status.h"
+
 namespace sentree::campaign {
 
 namespace {
@@ -181,9 +183,7 @@ class Pool {
     if (died && !child.given.empty()) {
       const std::uint64_t what = child.given.front();
       child.given.pop_front();
-      task_.lost(what, WIFSIGNALED(status) ? fmt::format("its process was ended by signal {} ({})", WTERMSIG(status),
-                                                         strsignal(WTERMSIG(status)))
-                                           : fmt::format("its process ended with code {}", WEXITSTATUS(status)));
+      task_.lost(what, "its process ended with " + describe_exit(status));
     }
     again_.insert(again_.begin(), child.given.begin(), child.given.end());
   }
@@ -210,7 +210,7 @@ Result<void> run_pool(const PoolTask& task) {
   struct sigaction before {};
   ignore.sa_handler = SIG_IGN;
   sigaction(SIGPIPE, &ignore, &before);
-  const auto result = Pool(task).run();
+  auto result = Pool(task).run();
   sigaction(SIGPIPE, &before, nullptr);
   return result;
 }

@@ -369,7 +369,7 @@ class ChartEditor {
   }
   [[nodiscard]] Result<StateIndex> parent_of(const std::string& id) const {
     if (id.empty()) return kRootIndex;
-    const auto found = find(id);
+    auto found = find(id);
     if (!found) return found;
     const scxml::State& state = chart_.states()[*found];
     if (state.kind == scxml::StateKind::kFinal) return fail("design.arity", id + " is final: it has no states inside");
@@ -377,7 +377,7 @@ class ChartEditor {
     return found;
   }
   [[nodiscard]] Result<StateIndex> source_of(const std::string& id) const {
-    const auto found = find(id);
+    auto found = find(id);
     if (!found) return found;
     const scxml::State& state = chart_.states()[*found];
     if (state.kind == scxml::StateKind::kFinal || state.is_history())

@@ -52,7 +52,8 @@ std::optional<std::vector<std::pair<int, int>>> pairs(const Lines& a, const Line
       int x = 0;
       if (d > 0) x = k == -d || (k != d && before(k - 1) < before(k + 1)) ? before(k + 1) : before(k - 1) + 1;
       while (x < n && x - k < m && x - k >= 0 && a[from_a + x] == b[from_b + x - k]) ++x;
-      next[static_cast<std::size_t>(k + d)] = x;
+      const int diagonal = k + d;
+      next[static_cast<std::size_t>(diagonal)] = x;
       done = k == n - m && x >= n;
     }
     trace.push_back(next);

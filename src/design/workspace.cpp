@@ -8,8 +8,8 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <set>
+#include <system_error>
 
 #include "sentree/base/json.h"
 #include "sentree/base/value.h"
@@ -55,7 +55,7 @@ std::optional<std::string> text_of(const fs::path& path) {
 }
 
 tl::unexpected<Diagnostic> unwritable(const std::string& file) {
-  return fail("file.unwritable", std::string("cannot be written: ") + std::strerror(errno), SourceSpan{file});
+  return fail("file.unwritable", "cannot be written: " + std::generic_category().message(errno), SourceSpan{file});
 }
 
 // A descriptor that is closed, and a temporary file that is gone, whatever happens.

@@ -22,6 +22,7 @@
 
 #include <fmt/format.h>
 
+#include "sentree/base/exit_status.h"
 #include "sentree/processes/remote_service.h"
 #include "sentree/text/file.h"
 
@@ -83,13 +84,6 @@ Result<Spawned> spawn(const std::string& name, const std::string& program, const
   }
   fcntl(pipes[0], F_SETFL, O_NONBLOCK);
   return Spawned{pid, pipes[0]};
-}
-
-std::string describe(int status) {
-  if (WIFSIGNALED(status)) {
-    return fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
-  }
-  return fmt::format("exit code {}", WEXITSTATUS(status));
 }
 
 struct Child {
@@ -357,7 +351,7 @@ class Supervisor::Impl {
       child.state = Child::State::kGone;
       return;
     }
-    events.push_back({ProcessEvent::Kind::kExited, child.spec.name, pid, adopted ? "" : describe(status)});
+    events.push_back({ProcessEvent::Kind::kExited, child.spec.name, pid, adopted ? "" : describe_exit(status)});
     wait_or_give_up(child, now, events);
   }
 

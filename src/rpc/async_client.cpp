@@ -107,7 +107,7 @@ class AsyncClient::Impl {
     Done done;
   };
 
-  void finish(Job job, Outcome out) {
+  void finish(const Job& job, Outcome out) {
     calls_.ended(out);
     job.done(std::move(out));
   }

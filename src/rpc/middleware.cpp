@@ -56,6 +56,7 @@ std::vector<std::unique_ptr<Middleware>>& registered() {
 
 }  // namespace
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): who overrides it keeps what it takes
 Result<std::unique_ptr<Opened>> Middleware::subscribe(const Address& address, idl::ServicePtr, Take, SubscribeOptions) {
   return fail("rpc.address", fmt::format("nothing can be read from {}: it has no topics", to_string(address)));
 }
@@ -77,6 +78,7 @@ Result<std::unique_ptr<Opened>> Middleware::overhear(const Address& address, idl
       std::move(options));
 }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): as above
 Result<std::unique_ptr<Opened>> Middleware::watch(const Address& address, std::function<void(const std::string&)>,
                                                   SubscribeOptions options) {
   return subscribe(address, nullptr, {}, std::move(options));

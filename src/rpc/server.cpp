@@ -146,7 +146,7 @@ class Server::Impl {
     c.wire->end_message();
     calls_.fetch_add(1, std::memory_order_relaxed);
     if (method->oneway || head.type == MessageType::kOneway)
-      return invoke(*service, *method, arguments, Reply([](Outcome, bool) {}));
+      return invoke(*service, *method, arguments, Reply([](const Outcome&, bool) {}));
     answers->owe();
     const Question question{method, head.sequence};
     invoke(*service, *method, arguments, Reply([answers, question](Outcome outcome, bool is_last) {

@@ -371,13 +371,14 @@ class WireOf final : public Wire {
       return;
     }
     Map ordered;
-    for (std::size_t k = 0; k < s.fields.size(); ++k) {
-      if (k == i) {
-        ordered.append(s.fields[k].name, std::move(value));
-      } else if (Value* there = out.find(s.fields[k].name)) {
-        ordered.append(s.fields[k].name, std::move(*there));
+    const auto keep = [&](std::size_t from, std::size_t to) {
+      for (std::size_t k = from; k < to; ++k) {
+        if (Value* there = out.find(s.fields[k].name)) ordered.append(s.fields[k].name, std::move(*there));
       }
-    }
+    };
+    keep(0, i);
+    ordered.append(s.fields[i].name, std::move(value));
+    keep(i + 1, s.fields.size());
     out = std::move(ordered);
   }
 

@@ -217,7 +217,8 @@ Result<void> Durability::begin_again(const Journaled& journaled, Again& again) {
     if (!std::holds_alternative<mission::SkillDelivery>(what->what)) return bad("an input is for no skill");
     answered_.insert(outcome_of(*what));
     again.emplace_back(where, [this, when = where.when, what = std::move(*what)]() mutable {
-      scheduler_.at(skill_(what.leaf)->actor(), when, mission::Rank::kInjection, std::move(what));
+      const auto actor = skill_(what.leaf)->actor();
+      scheduler_.at(actor, when, mission::Rank::kInjection, std::move(what));
     });
   }
   return {};

@@ -99,7 +99,7 @@ std::optional<mission::Admission> Stream::publish_if(Message message, const Judg
   scheduler_.at(deadlines_, deadline, mission::Rank::kTimer, [first, decided] {
     first(decided, {mission::Veto{"", "no gate decided in time"}});
   });
-  scheduler_.post(actor_, [this, message = std::move(message), judge, decided, open, first] {
+  scheduler_.post(actor_, [this, message = std::move(message), judge, decided = std::move(decided), open, first] {
     {
       const std::lock_guard lock(mutex_);
       undecided_ = [first, decided] { first(decided, {mission::Veto{"", "a gate was given up while it decided"}}); };

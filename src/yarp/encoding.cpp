@@ -335,7 +335,7 @@ class Reader {
     Plain out;
     const bool yarp3 = version_ == Version::kYarp3;
     switch (tag) {
-      case kInt8: out.integer = bytes_as<std::int8_t>(), out.bytes = 1; return out;
+      case kInt8: out.integer = +bytes_as<std::int8_t>(), out.bytes = 1; return out;
       case kInt16: out.integer = bytes_as<std::int16_t>(), out.bytes = 2; return out;
       case kInt32: out.integer = bytes_as<std::int32_t>(), out.bytes = 4; return out;
       case kInt64: out.integer = bytes_as<std::int64_t>(), out.bytes = 8; return out;
