@@ -136,7 +136,7 @@ Result<void> to_trace(replay::RecordedRun& run, Output& output) {
              {"args", std::move(args)}});
   };
   output.text() += "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
-  const auto read = run.each([&](const Message& message) {
+  auto read = run.each([&](const Message& message) {
     if (message.name == "node.status") {
       Open& open = nodes[message.source];
       if (!open.what.empty() && open.what != "IDLE") slice("node " + message.source, open, message.time, Map());
@@ -187,7 +187,7 @@ Result<void> to_groot(replay::RecordedRun& run, bool allow_plugins, bool groot2,
   }
   const bt::Tree& tree = plan.value->tree;
   std::vector<groot::Transition> transitions;
-  const auto read = run.each([&](const Message& message) {
+  auto read = run.each([&](const Message& message) {
     const Value* node = message.name == "node.status" ? message.data.find("node") : nullptr;
     const Value* from = message.data.find("from");
     const Value* to = message.data.find("to");

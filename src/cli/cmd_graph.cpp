@@ -25,6 +25,7 @@ namespace sentree::cli {
 
 namespace {
 
+// Empty: the file's ending is of none.
 std::string format_of(const GraphCommand& command) {
   if (!command.format.empty()) return command.format;
   const std::string ending = std::filesystem::path(command.output).extension().string();
@@ -32,7 +33,7 @@ std::string format_of(const GraphCommand& command) {
   if (ending == ".dot" || ending == ".gv") return "dot";
   if (ending == ".mmd" || ending == ".mermaid") return "mermaid";
   if (ending == ".puml" || ending == ".plantuml") return "plantuml";
-  return "svg";
+  return ending.empty() || ending == ".svg" ? "svg" : "";
 }
 
 draw::Direction direction_of(const draw::Tree& picture, const std::string& wanted) {
@@ -161,6 +162,12 @@ int deliver(const GraphCommand& command, const std::string& format, const std::s
 
 int graph(const GraphCommand& command) {
   const std::string format = format_of(command);
+  if (format.empty()) {
+    say(fmt::format("{}: pictures are written as .svg, .png, .dot, .mmd (Mermaid) or .puml (PlantUML); --format says which where "
+                    "the name does not",
+                    command.output));
+    return kUsage;
+  }
   if (command.files.size() == 1 && is_world(command.files.front())) {
     if (format != "svg" && format != "png") {
       say("a world can be drawn as svg or png");

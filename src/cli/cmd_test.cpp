@@ -58,8 +58,8 @@ Tested test_one(const std::filesystem::path& file, bool strict, campaign::Covera
     if (strict && !monitor.vacuity.empty())
       report.unmet.push_back("monitor " + monitor.name + " was not put to the test: it " + monitor.vacuity);
     if (monitor.verdict == monitor::Verdict::kViolated && !plan->scenario.verdicts.contains(monitor.name))
-      report.problems.push_back(
-          fmt::format("monitor {} is violated, and the scenario does not expect it: `monitors: {{{}: violated}}`",
+      report.unmet.push_back(
+          fmt::format("monitor {} is violated, and the scenario does not expect it (`monitors: {{{}: violated}}`)",
                       monitor.name, monitor.name));
   }
   // What goes wrong on the way is seen in any case.

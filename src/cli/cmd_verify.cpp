@@ -120,7 +120,7 @@ class Verifying {
 
   // Where what is found is written.
   fs::path out_folder() const {
-    const fs::path folder = command_.out.empty() ? plan_.scenario.project.folder / "verify" : fs::path(command_.out);
+    fs::path folder = command_.out.empty() ? plan_.scenario.project.folder / "verify" : fs::path(command_.out);
     std::error_code error;
     fs::create_directories(folder, error);
     return folder;

@@ -90,7 +90,7 @@ void add_skill(CLI::App& app, Commands& commands) {
   sub->add_option("--observer", command.observer, "Where the run listens for what is observed here");
   sub->add_option("--at", command.at, "SERVICE=ADDRESS, instead of what sentree.yaml says");
   sub->add_option("--factor", command.factor, "Run seconds per wall second")->check(CLI::Range(0.01, 1000.0));
-  sub->add_option("--seed", command.seed);
+  sub->add_option("--seed", command.seed)->check(CLI::NonNegativeNumber);
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
 }
 
@@ -161,7 +161,7 @@ void add_component(CLI::App& app, Commands& commands) {
   sub->add_option("--of-run", command.of_run, "Given by durable runs: end when that run is not resumed in time")
       ->group("");
   sub->add_option("--factor", command.factor, "Run seconds per wall second")->check(CLI::Range(0.01, 1000.0));
-  sub->add_option("--seed", command.seed);
+  sub->add_option("--seed", command.seed)->check(CLI::NonNegativeNumber);
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
 }
 
@@ -189,7 +189,7 @@ void add_sim(CLI::App& app, Commands& commands) {
   sub->add_flag("--ros", command.ros, "Serve it as services of ROS 2, too");
   sub->add_option("--speed", command.speed, "Simulated seconds per second; 0: as fast as the machine allows")
       ->check(CLI::Range(0.0, 1000.0));
-  sub->add_option("--seed", command.seed, "Of all that is random");
+  sub->add_option("--seed", command.seed, "Of all that is random")->check(CLI::NonNegativeNumber);
   sub->add_option("--duration", command.duration, "Of simulated time, e.g. 90 s; else until Ctrl-C");
   sub->add_option("--goto", command.stops, "Send a robot there, PLACE or ROBOT=PLACE; several in their order");
   sub->add_flag("--json", command.json, "Print a line of JSON every simulated second");

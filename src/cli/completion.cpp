@@ -76,7 +76,7 @@ Line read_line(const CLI::App& app, const std::vector<std::string>& words) {
   return line;
 }
 
-std::string first_line(std::string text) { return text.substr(0, text.find('\n')); }
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 Candidates commands(const CLI::App& app) {
   Candidates all;

@@ -27,6 +27,8 @@ Result<std::unique_ptr<yarp::NameServer>> start_name_server(const std::string& w
   auto server = yarp::NameServer::start(std::move(options));
   if (!server) return tl::unexpected(server.error());
   const std::string at = to_string((*server)->at());
+  // Its threads do not look at the environment, and what is started later has it too.
+  // NOLINTNEXTLINE(concurrency-mt-unsafe)
   ::setenv("SENTREE_YARP_SERVER", at.c_str(), 1);
   say(fmt::format("name server of YARP at {}; whoever reaches it can do everything, there is no authentication", at));
   return server;

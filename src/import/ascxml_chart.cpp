@@ -290,7 +290,7 @@ class AscxmlTranslator {
 
   /// A state that draws one of the targets; it stands behind the present state. Returns its id.
   std::string chance(const XmlElement& element, const std::vector<XmlElement>& targets) {
-    const std::string id = fmt::format("{}.chance{}", state_id_, ++draws_);
+    std::string id = fmt::format("{}.chance{}", state_id_, ++draws_);
     std::string text =
         fmt::format("<state{}>\n<onentry>\n<assign location=\"drawn\" expr=\"Math.random()\"/>\n</onentry>\n",
                     text::xml_attribute("id", id));

@@ -77,7 +77,7 @@ Result<void> write_project(const Imported& imported, const path& folder, bool fo
   for (const ProjectFile& file : files) {
     const path target = folder / file.path;
     std::filesystem::create_directories(target.parent_path(), error);
-    if (const auto written = text::write_file(target, file.content); !written) return written;
+    if (auto written = text::write_file(target, file.content); !written) return written;
   }
   return {};
 }

@@ -122,7 +122,7 @@ class RoamlSystem {
 
   std::optional<std::string> file_of(const XmlElement& input) {
     const std::string source(input.attribute("src").value_or(""));
-    const auto file = SourceFolder::resolve(main_, source);
+    auto file = SourceFolder::resolve(main_, source);
     if (file && folder_.contains(*file)) return file;
     find(Fate::kByHand, input.span(), source,
          !file ? "lies outside the imported folder and was not read; import the folder above it: sentree import FOLDER "

@@ -19,14 +19,16 @@ const std::map<std::string, std::string, std::less<>>& plain_types() {
 
 /// "linear.x" under "linear".
 struct Tree {
+  std::string name;
   std::string type;
-  std::vector<std::pair<std::string, Tree>> members;
+  std::vector<Tree> members;
 
-  Tree& member(const std::string& name) {
-    for (auto& [known, tree] : members) {
-      if (known == name) return tree;
+  Tree& member(const std::string& wanted) {
+    for (Tree& known : members) {
+      if (known.name == wanted) return known;
     }
-    return members.emplace_back(name, Tree()).second;
+    members.emplace_back().name = wanted;
+    return members.back();
   }
 };
 
@@ -49,15 +51,15 @@ std::string fields_text(const Tree& tree, const std::string& prefix, const std::
                         std::string& structs) {
   std::string text;
   int number = 0;
-  for (const auto& [name, member] : tree.members) {
+  for (const Tree& member : tree.members) {
     std::string type = member.type;
     if (!member.members.empty()) {
-      type = fmt::format("{}_{}", prefix, name);
+      type = fmt::format("{}_{}", prefix, member.name);
       const std::string inside = fields_text(member, type, "\n", structs);
       structs += fmt::format("struct {} {{\n{}\n}}\n\n", type, inside);
     }
     text += (text.empty() ? "" : separator == "\n" ? "\n" : ", ");
-    text += fmt::format("{}{}: {} {}", separator == "\n" ? "  " : "", ++number, type, name);
+    text += fmt::format("{}{}: {} {}", separator == "\n" ? "  " : "", ++number, type, member.name);
   }
   return text;
 }

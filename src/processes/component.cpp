@@ -16,8 +16,8 @@ namespace {
 
 // Half of a call's deadline where the project says nothing.
 constexpr std::chrono::milliseconds kWork{20};
-// Wall time, in seconds, by which what calls see may lag behind the clock.
-constexpr double kLag = 0.25;
+// Wall time by which what calls see may lag behind the clock.
+constexpr double kLag_s = 0.25;
 
 std::string lower(std::string_view text) {
   std::string out(text);
@@ -92,7 +92,7 @@ SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor,
                      std::function<void(const std::string&)> say)
     : clock_(runtime::make_real_clock(factor)),
       host_(std::make_unique<runtime::SimHost>(component.world, seed, *clock_)) {
-  host_->keep_up({kWork, from_seconds(kLag * factor)},
+  host_->keep_up({kWork, from_seconds(kLag_s * factor)},
                  [say = std::move(say)](Duration behind) { say(runtime::falls_behind(behind)); });
   served_ = std::move(component.services);
   for (const SimComponent::Served& served : served_) {

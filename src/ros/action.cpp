@@ -107,7 +107,7 @@ void ActionClient::forget(int number) {
   listeners_.erase(number);
 }
 
-void ActionClient::publish(const char* method, Map arguments) {
+void ActionClient::publish(const char* method, const Map& arguments) {
   const idl::Method& of = *interface_->find(method);
   const std::lock_guard lock(listeners_mutex_);
   for (const auto& [number, listener] : listeners_) listener.take(of, Value(arguments));

@@ -195,7 +195,7 @@ class RosCaller final : public rpc::Caller {
         });
   }
 
-  void finish(Job job, rpc::Outcome outcome) {
+  void finish(const Job& job, rpc::Outcome outcome) {
     if (!outcome && outcome.error().kind != CallErrorKind::kException) {
       errors_.fetch_add(1);
       if (outcome.error().kind == CallErrorKind::kLate) late_.fetch_add(1);
@@ -327,8 +327,8 @@ class Listening final : public rpc::Opened {
     if (action_ != nullptr && number_ != 0) action_->forget(std::exchange(number_, 0));
   }
 
-  Result<void> hear(const std::shared_ptr<Node>& node, std::shared_ptr<const Carried> carried, const dds::Qos& qos,
-                    idl::ServicePtr interface, rpc::Middleware::Take take, const Problem& problem) {
+  Result<void> hear(const std::shared_ptr<Node>& node, const std::shared_ptr<const Carried>& carried, const dds::Qos& qos,
+                    const idl::ServicePtr& interface, rpc::Middleware::Take take, const Problem& problem) {
     const auto told = std::make_shared<std::atomic<bool>>(false);
     const auto once = [told, problem](const std::string& what) {
       if (problem && !told->exchange(true)) problem(what);
@@ -403,9 +403,9 @@ class Serving final : public rpc::Opened {
       }
       if (method->oneway) {
         if (topics_ == nullptr) topics_ = std::make_unique<Listening>(address_);
-        const auto done = topics_->hear(
+        auto done = topics_->hear(
             node, *carried, address.qos_of(false), idl::ServicePtr(service, &interface),
-            [service](const idl::Method& of, Value arguments) { static_cast<void>(service->call(of, arguments)); },
+            [service](const idl::Method& of, const Value& arguments) { static_cast<void>(service->call(of, arguments)); },
             problem_);
         if (!done) return done;
         continue;
@@ -514,7 +514,7 @@ class Watching final : public rpc::Opened {
     auto listening = std::make_unique<Listening>(text_);
     const auto heard = listening->hear(
         node_, *carried, address_.qos_of(false), interface,
-        [take = take_](const idl::Method&, Value arguments) { take(to_json(arguments)); }, problem_);
+        [take = take_](const idl::Method&, const Value& arguments) { take(to_json(arguments)); }, problem_);
     if (!heard) return say(heard.error().message);
     const std::lock_guard lock(mutex_);
     listening_ = std::move(listening);

@@ -37,7 +37,8 @@ std::vector<Cell> escape(const RouteModel& model, const CostGrid& grid, Cell sta
   const int room_at_start = room(start);
   const int side = 2 * reach + 1;
   const auto local = [&](Cell c) {
-    return static_cast<std::size_t>((c.y - start.y + reach) * side + c.x - start.x + reach);
+    const int index = (c.y - start.y + reach) * side + c.x - start.x + reach;
+    return static_cast<std::size_t>(index);
   };
   std::vector<int> parent(static_cast<std::size_t>(side) * static_cast<std::size_t>(side), -1);
   std::vector<Cell> queue{start};

@@ -288,7 +288,7 @@ void Conversation::answer_json(std::int64_t id, const std::string& json) {
   send(fmt::format("{{\"type\":\"answer\",\"id\":{},\"ok\":true,\"value\":{}}}", id, json));
 }
 
-void Conversation::answer(std::int64_t id, Value value) { answer_json(id, to_json(value)); }
+void Conversation::answer(std::int64_t id, const Value& value) { answer_json(id, to_json(value)); }
 
 void Conversation::refuse(std::int64_t id, const std::string& why) {
   if (id == 0) return;

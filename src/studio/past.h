@@ -19,7 +19,7 @@ inline constexpr std::size_t kPastObservationsMax = 300'000;
 /// What requirements that are being written would have said of the project's last runs. Used by one thread.
 class Past {
  public:
-  explicit Past(std::filesystem::path folder) : runs_(std::move(folder) / "runs") {}
+  explicit Past(const std::filesystem::path& folder) : runs_(folder / "runs") {}
 
   /// The message "design_past" about a file of requirements, from its text: for each requirement the picture of the
   /// chart that it becomes, and when each recording would have violated it first, as `sentree monitor check` has it. A

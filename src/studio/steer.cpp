@@ -27,7 +27,7 @@ class Asked {
     if (value != nullptr && value->as_string() != nullptr) return *value->as_string();
     return fail("studio.request", fmt::format("{} needs a text \"{}\"", op_, name));
   }
-  std::string text_or(const char* name, std::string otherwise) const {
+  std::string text_or(const char* name, const std::string& otherwise) const {
     const Value* value = request_.find(name);
     return value != nullptr && value->as_string() != nullptr ? *value->as_string() : otherwise;
   }

@@ -65,7 +65,7 @@ class ActionClient {
       : interface_(std::move(interface)), name_(std::move(name)), type_(std::move(type)) {}
   [[nodiscard]] Result<void> open(const std::shared_ptr<Node>& node);
   void follow();
-  void publish(const char* method, Map arguments);
+  void publish(const char* method, const Map& arguments);
   void trouble(const std::string& what);
   void take_feedback(const Octets& message);
   void take_statuses(const Octets& message);

@@ -119,7 +119,7 @@ class Conversation {
   void follow();
   void steer(const Request& request);
   void send(std::string text);
-  void answer(std::int64_t id, Value value);
+  void answer(std::int64_t id, const Value& value);
   void answer_json(std::int64_t id, const std::string& json);
   void refuse(std::int64_t id, const std::string& why);
   void send_present_state();
