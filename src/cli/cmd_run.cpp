@@ -302,7 +302,12 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
     return plan.ok() && in_processes ? project::prepare(project::in_processes(*plan.value)) : std::move(plan);
   };
   auto plan = prepare(std::move(*scenario));
-  if (replaces && plan.ok()) {
+  if (replaces && !plan.ok()) {
+    say(plan.diagnostics);
+    say(fmt::format("the mission cannot go on with {}; nothing was resumed", command.project));
+    return invalid(plan.diagnostics);
+  }
+  if (replaces) {
     say(plan.diagnostics);
     auto before = resumption->plan();
     if (!before.ok()) {

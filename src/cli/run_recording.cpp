@@ -8,6 +8,7 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
 #include "sentree/record/folder.h"
+#include "sentree/runtime/journal.h"
 
 namespace sentree::cli {
 
@@ -25,7 +26,7 @@ std::unique_ptr<RunRecording> RunRecording::begin(const std::string& file, const
     const char* folder = std::getenv("SENTREE_RUNS");
     if (folder != nullptr && *folder == '\0') return nullptr;
     const std::filesystem::path runs = folder != nullptr ? folder : "runs";
-    record::remove_old(runs, {});
+    record::remove_old(runs, {}, runtime::waits_to_be_resumed);
     path = record::new_recording(runs, plan.scenario.name);
   }
   // A limit on the size of files is an error of the write, not the end of the run.

@@ -1,6 +1,7 @@
 #include "sentree/mission/carry.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -91,12 +92,51 @@ class Mapping {
       out_.leaf_of[i] = static_cast<std::size_t>(same - after_.leaves.begin());
       next.leaves[out_.leaf_of[i]] = old_.tree.leaves[i];
     }
+    if (carried.ok()) nodes(carried.value->node_of);
     const auto gone = [&](std::size_t leaf) { return leaf >= out_.leaf_of.size() || out_.leaf_of[leaf] == kGone; };
     next.deadline.leaf = gone(next.deadline.leaf) ? 0 : out_.leaf_of[next.deadline.leaf];
     for (std::size_t i = 0; i < after_.leaves.size(); ++i) {
       if (std::find(out_.leaf_of.begin(), out_.leaf_of.end(), i) == out_.leaf_of.end())
         changed(fmt::format("leaf {} is new", after_.leaves[i].name));
     }
+  }
+
+  // What is other in nodes that are the same, and which of those with children are not there on both sides.
+  void nodes(const std::vector<bt::NodeId>& node_of) {
+    const bt::Tree& was = before_.tree;
+    const bt::Tree& is = after_.tree;
+    std::vector<bool> known(is.size(), false);
+    for (bt::NodeId node = 0; node < was.size(); ++node) {
+      const bt::NodeId other = node_of[node];
+      if (other == bt::kNoNode) {
+        if (!was.is_external(node)) changed(fmt::format("node {} is gone", was.path(node)));
+        continue;
+      }
+      known[other] = true;
+      const auto then = said_of(was, node);
+      const auto now = said_of(is, other);
+      for (const auto& [name, text] : then) {
+        const auto found = now.find(name);
+        if (found == now.end())
+          changed(fmt::format("{} of {} is gone", name, was.path(node)));
+        else if (found->second != text)
+          changed(fmt::format("{} of {} is \"{}\", not \"{}\"", name, was.path(node), found->second, text));
+      }
+      for (const auto& [name, text] : now) {
+        if (!then.contains(name)) changed(fmt::format("{} of {} is new: \"{}\"", name, was.path(node), text));
+      }
+    }
+    for (bt::NodeId node = 0; node < is.size(); ++node) {
+      if (!known[node] && !is.is_external(node)) changed(fmt::format("node {} is new", is.path(node)));
+    }
+  }
+
+  // Ports and conditions, as written.
+  static std::map<std::string_view, std::string_view> said_of(const bt::Tree& tree, bt::NodeId node) {
+    std::map<std::string_view, std::string_view> said;
+    for (const bt::PortFact& port : tree.ports(node)) said[port.name] = port.text;
+    for (const auto& [kind, script] : tree.conditions(node)) said[kind] = script;
+    return said;
   }
 
   void skills() {

@@ -351,7 +351,8 @@ class Supervisor::Impl {
       child.state = Child::State::kGone;
       return;
     }
-    events.push_back({ProcessEvent::Kind::kExited, child.spec.name, pid, adopted ? "" : describe_exit(status)});
+    events.push_back({ProcessEvent::Kind::kExited, child.spec.name, pid,
+                      adopted ? "how is not known, since an earlier run started it" : describe_exit(status)});
     wait_or_give_up(child, now, events);
   }
 

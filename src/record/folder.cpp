@@ -49,6 +49,13 @@ bool is_being_written(const fs::path& path) {
   return !free;
 }
 
+// Without them, that run could not go on.
+bool is_waited_for(const fs::path& path, const std::function<bool(const fs::path&)>& waits) {
+  std::error_code error;
+  const fs::path journal = fs::path(path).replace_extension(".journal");
+  return waits && fs::exists(journal, error) && waits(journal);
+}
+
 }  // namespace
 
 fs::path new_recording(const fs::path& folder, std::string_view name) {
@@ -71,7 +78,8 @@ fs::path new_recording(const fs::path& folder, std::string_view name) {
   return path;
 }
 
-std::vector<fs::path> remove_old(const fs::path& folder, const FolderLimits& limits) {
+std::vector<fs::path> remove_old(const fs::path& folder, const FolderLimits& limits,
+                                 const std::function<bool(const fs::path&)>& waits) {
   struct File {
     fs::path path;
     fs::file_time_type changed;
@@ -92,7 +100,7 @@ std::vector<fs::path> remove_old(const fs::path& folder, const FolderLimits& lim
   std::size_t left = files.size();
   for (const File& file : files) {
     if (left < limits.recordings && total <= limits.bytes) break;
-    if (is_being_written(file.path) || !fs::remove(file.path, error)) continue;
+    if (is_being_written(file.path) || is_waited_for(file.path, waits) || !fs::remove(file.path, error)) continue;
     // What is left of its journal says nothing without it.
     fs::remove(fs::path(file.path).replace_extension(".journal"), error);
     removed.push_back(file.path);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,10 @@ struct FolderLimits {
 [[nodiscard]] std::filesystem::path new_recording(const std::filesystem::path& folder, std::string_view name);
 
 /// Removes the oldest recordings until there is room for another one, and returns those it removed. Only files that
-/// `new_recording` named are looked at, and those that are being written stay.
-std::vector<std::filesystem::path> remove_old(const std::filesystem::path& folder, const FolderLimits& limits);
+/// `new_recording` named are looked at, and those that are being written stay, as do those of runs that wait to be
+/// resumed.
+/// @param waits  Whether a run goes on from that journal, which lies beside its recording. Null: none does.
+std::vector<std::filesystem::path> remove_old(const std::filesystem::path& folder, const FolderLimits& limits,
+                                              const std::function<bool(const std::filesystem::path&)>& waits = {});
 
 }  // namespace sentree::record

@@ -422,6 +422,18 @@ TEST_F(Folder, KeepsToItsSize) {
   EXPECT_THAT(remove_old(folder_, {.recordings = 10, .bytes = 1500}), ElementsAre(oldest));
 }
 
+TEST_F(Folder, LeavesWhatWaitsToBeResumed) {
+  const fs::path waits = add("a-20260101-000000.mcap", 50);
+  const fs::path over = add("b-20260101-000000.mcap", 40);
+  for (const fs::path& path : {waits, over})
+    ASSERT_TRUE(text::write_file(fs::path(path).replace_extension(".journal"), "journal"));
+  const auto removed = remove_old(folder_, {.recordings = 0},
+                                  [](const fs::path& journal) { return journal.stem() == "a-20260101-000000"; });
+  EXPECT_THAT(removed, ElementsAre(over));
+  EXPECT_TRUE(fs::exists(fs::path(waits).replace_extension(".journal")));
+  EXPECT_FALSE(fs::exists(fs::path(over).replace_extension(".journal")));
+}
+
 TEST_F(Folder, LeavesARecordingThatIsBeingWritten) {
   const fs::path path = folder_ / "a-20260101-000000.mcap";
   auto sink = FileSink::create(path);

@@ -195,6 +195,32 @@ TEST(Durable, DoesAgainWhatAPersonDid) {
   }
 }
 
+// What a damaged record said is not known, and what stands behind it cannot be done again in good faith.
+TEST(Durable, RefusesAJournalThatIsDamagedInTheMiddle) {
+  const project::Plan plan = plan_of("recharge/scenarios/experiment1.yaml");
+  const TemporaryFolder folder("test");
+  const Told told = tell(plan, folder.path(), {TimePoint(std::chrono::milliseconds(23'450))});
+  const fs::path journal = told.deaths.front().journal;
+  EXPECT_TRUE(waits_to_be_resumed(journal));
+  const std::string whole = *text::read_file(journal);
+  for (const std::size_t behind : {std::size_t{300}, std::size_t{900}}) {
+    SCOPED_TRACE(behind);
+    std::string damaged = whole;
+    damaged[whole.size() - behind] ^= 4;
+    ASSERT_TRUE(text::write_file(journal, damaged));
+    const auto refused = read_journal(journal);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, "journal.damaged");
+    // The way out that it tells.
+    const std::string& said = refused.error().message;
+    const std::string mark = "truncate --size=";
+    const std::size_t size = std::strtoull(said.c_str() + said.find(mark) + mark.size(), nullptr, 10);
+    ASSERT_LT(size, whole.size() - behind + 1);
+    ASSERT_TRUE(text::write_file(journal, damaged.substr(0, size)));
+    EXPECT_TRUE(read_journal(journal));
+  }
+}
+
 TEST(Durable, GoesOnBehindAWriteThatWasTorn) {
   const project::Plan plan = plan_of("recharge/scenarios/experiment1.yaml");
   const TemporaryFolder folder("test");

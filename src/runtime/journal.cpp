@@ -136,9 +136,36 @@ bool take_snapshot(const Value& body, Journaled& out) {
   return true;
 }
 
+constexpr std::size_t kFrame = 8 + 1 + 8;  // of a record: its size, its kind, and the checksum
+
+// The record that octets begin with, without its frame; nothing: none that is whole.
+std::optional<std::string_view> whole_record(std::string_view octets) {
+  if (octets.size() < kFrame) return std::nullopt;
+  const std::uint64_t size = word_at(octets, 0);
+  if (size > kRecordMax || octets.size() - kFrame < size) return std::nullopt;
+  if (word_at(octets, 9 + size) != hash_bytes(octets.substr(0, 9 + size))) return std::nullopt;
+  return octets.substr(9, size);
+}
+
+// Whether a record stands anywhere in them: then they are no torn end.
+bool holds_record(std::string_view octets) {
+  constexpr std::size_t kHashedMax = std::size_t{64} << 20U;
+  std::size_t hashed = 0;
+  for (std::size_t at = 1; at + kFrame <= octets.size() && hashed < kHashedMax; ++at) {
+    const auto kind = static_cast<std::uint8_t>(octets[at + 8]);
+    const std::uint64_t size = word_at(octets, at);
+    if (kind < static_cast<std::uint8_t>(Kind::kSnapshot) || kind > static_cast<std::uint8_t>(Kind::kLost)) continue;
+    if (size > kRecordMax || octets.size() - at - kFrame < size) continue;
+    hashed += size;
+    if (whole_record(octets.substr(at))) return true;
+  }
+  return false;
+}
+
 // Each record that is whole, until one is not.
 bool take_records(std::string_view octets, Journaled& out) {
   bool begun = false;
+  const std::size_t all = octets.size();
   const auto went_on = [&](const Value& body) {
     out.reached = std::max(out.reached, time_of(integer(body, "at")));
     const std::int64_t up = integer(body, "up");
@@ -146,15 +173,12 @@ bool take_records(std::string_view octets, Journaled& out) {
     out.at.up = up;
   };
   while (!octets.empty()) {
-    constexpr std::size_t kFrame = 8 + 1 + 8;
-    if (octets.size() < kFrame) break;
-    const std::uint64_t size = word_at(octets, 0);
-    if (size > kRecordMax || octets.size() - kFrame < size) break;
-    if (word_at(octets, 9 + size) != hash_bytes(octets.substr(0, 9 + size))) break;
+    const auto inside = whole_record(octets);
+    if (!inside) break;
     const auto kind = static_cast<Kind>(octets[8]);
-    const auto body = unpack(octets.substr(9, size));
+    const auto body = unpack(*inside);
     if (!body) break;
-    octets.remove_prefix(kFrame + size);
+    octets.remove_prefix(kFrame + inside->size());
     if (kind == Kind::kSnapshot) {
       if (!take_snapshot(*body, out)) return false;
       begun = true;
@@ -179,6 +203,7 @@ bool take_records(std::string_view octets, Journaled& out) {
     }
   }
   out.torn = !octets.empty();
+  if (begun && out.torn && holds_record(octets)) out.damaged_at = kHeadSize + all - octets.size();
   return begun;
 }
 
@@ -215,6 +240,10 @@ Result<Journaled> read_journal(const fs::path& file) {
     return fail("journal.in-use", file.string() + ": the run goes on, or somebody else resumes it");
   const auto content = text::read_file(file);
   if (!content) return tl::unexpected(content.error());
+  if (content->starts_with(kMagic.substr(0, kMagic.size() - 2)) && !content->starts_with(kMagic)) {
+    return fail("journal.other-version",
+                file.string() + ": a journal of another version of Sentree; the version that wrote it resumes it");
+  }
   if (content->size() < kHeadSize || !content->starts_with(kMagic)) return damaged("it does not begin as one");
   const std::string text(content->data() + kStateAt + 1);
   switch (static_cast<HeadState>((*content)[kStateAt])) {
@@ -231,18 +260,36 @@ Result<Journaled> read_journal(const fs::path& file) {
   journaled.lock = std::move(lock);
   if (!take_records(std::string_view(*content).substr(kHeadSize), journaled))
     return damaged("it has no state of a run");
+  if (journaled.damaged_at) {
+    // What was done behind it is not known, and would be done again.
+    return fail(
+        "journal.damaged",
+        fmt::format("{0}: damaged at byte {1}, with whole records behind it; what the run did after {2} s is not "
+                    "known any more. If that may be done once more: truncate --size={1} {0}, then --resume",
+                    file.string(), *journaled.damaged_at, seconds(journaled.reached)));
+  }
   return journaled;
 }
 
-std::string continued_by(const fs::path& file) {
+// Its head; empty: it has none.
+static std::string head_of(const fs::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return {};
   const File closed(descriptor);
-  std::array<char, kHeadSize> octets{};
-  if (::read(descriptor, octets.data(), octets.size()) != static_cast<ssize_t>(octets.size())) return {};
-  octets.back() = '\0';
-  if (!std::string_view(octets.data(), octets.size()).starts_with(kMagic)) return {};
-  return octets[kStateAt] == static_cast<char>(HeadState::kContinued) ? octets.data() + kStateAt + 1 : "";
+  std::string octets(kHeadSize, '\0');
+  const bool is_whole = ::read(descriptor, octets.data(), octets.size()) == static_cast<ssize_t>(octets.size());
+  return is_whole && octets.starts_with(kMagic) ? octets : std::string();
+}
+
+bool waits_to_be_resumed(const fs::path& file) {
+  const std::string octets = head_of(file);
+  return !octets.empty() && octets[kStateAt] == static_cast<char>(HeadState::kOpen);
+}
+
+std::string continued_by(const fs::path& file) {
+  const std::string octets = head_of(file);
+  if (octets.empty() || octets[kStateAt] != static_cast<char>(HeadState::kContinued)) return {};
+  return octets.c_str() + kStateAt + 1;  // up to the zero behind the text
 }
 
 void end_journal(const Journaled& journal, const std::string& continued_by) {

@@ -88,13 +88,17 @@ struct Journaled {
   TimePoint reached{};           ///< The last instant that began.
   WallTime at;                   ///< When that was.
   bool torn = false;             ///< It ends in the middle of a record, which is left out.
-  std::shared_ptr<void> lock;    ///< While somebody has it, nobody else reads it.
+  /// Where a record is damaged that whole ones stand behind, in bytes from the file's beginning.
+  std::optional<std::size_t> damaged_at;
+  std::shared_ptr<void> lock;  ///< While somebody has it, nobody else reads it.
 };
 
 /// Reads the journal of a run that is over without having ended.
 /// Errors: journal.none (no such file), journal.in-use (the run goes on, or somebody else resumes it),
 /// journal.given-up (it could not be written), journal.continued (it was resumed already), journal.damaged.
 [[nodiscard]] Result<Journaled> read_journal(const std::filesystem::path& file);
+/// Whether a run can go on from it, as far as its head says.
+[[nodiscard]] bool waits_to_be_resumed(const std::filesystem::path& file);
 /// The name of the recording by which a run was continued, from what is left of its journal; empty: by none.
 [[nodiscard]] std::string continued_by(const std::filesystem::path& file);
 /// Leaves of a journal only that its run was continued by that recording.

@@ -46,9 +46,7 @@ void Mission::tick_done(std::uint64_t tick, Duration took) {
   if (hooks_.tick_done) hooks_.tick_done(tick);
 }
 
-void Mission::problem(std::string what) {
-  if (problems_.size() < kProblemsMax) problems_.push_back(std::move(what));
-}
+void Mission::problem(std::string what) { problems_.add(what); }
 
 TickTiming Mission::timing() const {
   const auto wall = [&](Duration run_time) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sentree/mission/tree.h"
+#include "sentree/runtime/problems.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/standing.h"
 #include "sentree/runtime/stream.h"
@@ -68,7 +69,7 @@ class Mission final : private mission::TreeHost {
   [[nodiscard]] const mission::TreeState& state() const { return state_; }
   // For reports, after the run.
   [[nodiscard]] TickTiming timing() const;
-  [[nodiscard]] const std::vector<std::string>& problems() const { return problems_; }
+  [[nodiscard]] std::vector<std::string> problems() const { return problems_.list(); }
 
  private:
   TimePoint now() const override { return scheduler_.now(); }
@@ -107,11 +108,9 @@ class Mission final : private mission::TreeHost {
   ActorId actor_;
   std::vector<Duration> lateness_;
   std::vector<Duration> durations_;
-  std::vector<std::string> problems_;
+  Problems problems_;
 };
 
-/// Problems kept for the report; more are counted only.
-inline constexpr std::size_t kProblemsMax = 100;
 /// Ticks whose timing is kept for medians; beyond that the newest replace the oldest.
 inline constexpr std::size_t kTimingsMax = 1U << 16U;
 

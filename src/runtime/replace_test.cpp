@@ -103,6 +103,7 @@ TEST_F(Replace, AMissionGoesOnWithANewLeafAChangedGuardAndANewRequirement) {
        R"(<ReactiveSequence name="Root"><AlwaysSuccess/><BatteryLevelAbove name="NotEmpty" threshold="1"/>)");
   edit("skills/GoToLocation.scxml", "cond=\"_event.data.result.status === 'GOAL_REACHED'\"",
        "cond=\"_event.data.result.status !== 'MOVING' &amp;&amp; _event.data.result.status === 'GOAL_REACHED'\"");
+  edit("mission.xml", R"(threshold="30")", R"(threshold="31")");
   for (const char* file : {"requirements/recharge.req", "scenarios/recharge.yaml"})
     edit(file, "never_empty", "never_flat");
   const project::Plan before = replaced_plan(folder_.path() / "before");
@@ -112,9 +113,12 @@ TEST_F(Replace, AMissionGoesOnWithANewLeafAChangedGuardAndANewRequirement) {
   const std::uint64_t recorded = known_ - 40;
   const auto replaced = replace_plan(before, journaled, recorded, after);
   ASSERT_TRUE(replaced.ok()) << told(replaced.diagnostics);
-  EXPECT_THAT(replaced.value->changes,
-              AllOf(Contains("leaf NotEmpty is new"), Contains("the chart of GoToKitchen is another one"),
-                    Contains("monitor never_flat is new, and begins now"), Contains("monitor never_empty is gone")));
+  EXPECT_THAT(
+      replaced.value->changes,
+      AllOf(Contains("leaf NotEmpty is new"), Contains(testing::MatchesRegex("threshold of .* is \"31\", not \"30\"")),
+            Contains(testing::MatchesRegex("node .*AlwaysSuccess.* is new")),
+            Contains("the chart of GoToKitchen is another one"), Contains("monitor never_flat is new, and begins now"),
+            Contains("monitor never_empty is gone")));
   const GoneOn on = go_on(after, *replaced.value);
   EXPECT_EQ(on.report.mission, bt::Status::kSuccess);
   EXPECT_THAT(on.names, Contains("NotEmpty.tick.reply"));

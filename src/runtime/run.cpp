@@ -151,14 +151,15 @@ void Run::Impl::fill(RunReport& report) {
   {
     const std::lock_guard lock(problems_mutex_);
     report.monitors.insert(report.monitors.end(), remote_reports_.begin(), remote_reports_.end());
-    report.problems = problems_;
+    report.problems = problems_.list();
     report.given_up = given_up_;
   }
   if (stream_.lost() > 0) {
     report.problems.push_back(
         fmt::format("{} observations were lost: monitors and recorder did not keep up", stream_.lost()));
   }
-  report.problems.insert(report.problems.end(), mission_->problems().begin(), mission_->problems().end());
+  const std::vector<std::string> of_mission = mission_->problems();
+  report.problems.insert(report.problems.end(), of_mission.begin(), of_mission.end());
 }
 
 void Run::Impl::forget() {
@@ -250,11 +251,14 @@ void Run::Impl::given_up(const std::string& why) {
 
 void Run::Impl::problem(const std::string& what) {
   if (is_again()) return;
+  std::size_t times = 1;
   {
     const std::lock_guard lock(problems_mutex_);
-    if (problems_.size() < kProblemsMax) problems_.push_back(what);
+    times = problems_.add(what);
   }
-  if (options_.on_problem) options_.on_problem(what);
+  // One that comes at every tick is told at the first, the tenth, the hundredth … time.
+  if (options_.on_problem && is_power_of_ten(times))
+    options_.on_problem(times == 1 ? what : fmt::format("{} ({} times by now)", what, times));
 }
 
 Duration Run::Impl::stretched(Duration wall) const {

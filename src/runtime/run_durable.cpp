@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "sentree/runtime/decision_record.h"
+
 namespace sentree::runtime {
 
 namespace {

@@ -13,6 +13,7 @@
 #include "sentree/record/folder.h"
 #include "sentree/replay/recording.h"
 #include "sentree/runtime/inside.h"
+#include "sentree/runtime/journal.h"
 #include "sentree/runtime/steering.h"
 #include "sentree/studio/live.h"
 #include "sentree/studio/shadow.h"
@@ -80,7 +81,7 @@ struct RunBeside::Impl {
   }
 
   Result<std::unique_ptr<record::Sink>> name_and_open(Part& of) const {
-    record::remove_old(options.folder, {});
+    record::remove_old(options.folder, {}, runtime::waits_to_be_resumed);
     const fs::path path = record::new_recording(options.folder, of.plan.scenario.name);
     of.file = path.filename().string();
     return record::FileSink::create(path);

@@ -13,6 +13,7 @@
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/model_actor.h"
 #include "sentree/runtime/monitors.h"
+#include "sentree/runtime/problems.h"
 #include "sentree/runtime/run.h"
 #include "sentree/runtime/run_steering.h"
 #include "sentree/runtime/services.h"
@@ -172,7 +173,7 @@ class Run::Impl final : public RunView, private RunInside {
   std::unique_ptr<Mission> mission_;
   std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted
   std::mutex problems_mutex_;
-  std::vector<std::string> problems_;
+  Problems problems_;
   std::vector<std::string> given_up_;
   std::atomic<bool> left_behind_ = false;
   TimePoint ended_{};
