@@ -137,12 +137,11 @@ Result<std::vector<Told>> retell(const project::Plan& plan) {
   Listener listener(plan);
   mission::State state = host.begin();
   const TimePoint end = TimePoint{} + plan.scenario.duration;
-  while (!mission::VirtualHost::ended(state) && state.tree.planned < end) {
-    listener.told.push_back(
-        {.tick = listener.told.size() + 1, .at = state.tree.planned, .messages = {}, .choices = {}});
+  while (!mission::VirtualHost::ended(state) && (state.tree.over || state.tree.planned < end)) {
+    listener.told.push_back({.tick = listener.told.size() + 1, .at = {}, .messages = {}, .choices = {}});
     const auto done = period(host, state, listener, [] { return Result<void>(); });
     if (!done) return tl::unexpected(done.error());
-    if (state.tree.over) break;
+    listener.told.back().at = state.now;
   }
   return std::move(listener.told);
 }

@@ -30,6 +30,7 @@ inline constexpr std::uint64_t kAlternativesToldMax = 8;
 /// was observed in it, and what was chosen.
 struct Told {
   std::uint64_t tick = 0;
+  /// Of the tick, which is the last that happens in it; behind the last one, when the mission ended.
   TimePoint at{};
   std::vector<Message> messages;
   /// What models chose, in the order of the observations MODEL.choice.

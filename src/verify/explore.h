@@ -83,6 +83,8 @@ struct Graph {
   std::uint32_t complete_to = 0;  ///< Ticks up to which every behaviour is known.
 
   // What was reached at all.
+  /// How long the period of an edge is: before the first tick no time passes, and the mission may end between two.
+  [[nodiscard]] Duration lasts(const Edge& edge) const;
   std::vector<std::vector<bool>> taken;                 ///< By leaf and transition.
   std::vector<std::vector<bool>> statuses;              ///< By leaf: RUNNING, SUCCESS, FAILURE answered.
   std::vector<std::uint8_t> nodes_had;                  ///< By node of the tree: a bit for each status.

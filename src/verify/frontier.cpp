@@ -16,6 +16,11 @@ namespace sentree::verify {
 
 namespace {
 
+// What is due then is judged up to the end, which may be between two ticks.
+Duration since_tick(const project::Plan& plan, TimePoint now) {
+  return (now - TimePoint{}) % plan.scenario.project.period;
+}
+
 class Executing final : public Frontier {
  public:
   Executing(const project::Plan& plan, mission::Surroundings& surroundings)
@@ -89,6 +94,7 @@ class Executing final : public Frontier {
     for (const project::Injection& injection : plan_.scenario.timeline) {
       if (injection.at > run_.now) form_ += fmt::format("{};", (injection.at - run_.now).count());
     }
+    if (ended()) form_ += fmt::format("ended {}", since_tick(plan_, run_.now).count());
     return {};
   }
 
@@ -192,6 +198,7 @@ class Remembering final : public Frontier {
   }
 
   const project::Plan& plan_;
+    if (ended()) packed_.push_back(memory_->number_of(since_tick(plan_, run_.now)));
   mission::PartMemory::Outside& outside_;
   std::unique_ptr<mission::PartMemory> memory_;
   const Remembering* of_ = nullptr;     // whose states a scout goes on from

@@ -73,9 +73,7 @@ class Judge {
     const Graph::Node& node = graph_.nodes[pair.node];
     if (node.ended) {
       if (memory_.kept(pair.core).owes && out_.finding != Finding::kRefuted) {
-        // It may end before the tick, by as much as on the way on which that was found.
-        const TimePoint tick = TimePoint{} + graph_.period * static_cast<std::int64_t>(node.depth - 1);
-        refute(at, "", time_of(at) - (tick - node.at), "");
+        refute(at, "", time_of(at), "");
         out_.state = "the mission ends";
       } else if (memory_.kept(pair.core).owes_until && !out_.can_stay_open) {
         out_.can_stay_open = path_to(at);
@@ -84,8 +82,7 @@ class Judge {
     }
     for (std::uint32_t e = node.first_edge; e < node.first_edge + node.edges; ++e) {
       const Edge& edge = graph_.edges[e];
-      const Duration period = span_of(edge);
-      const auto* outcome = memory_.after(pair.core, memory_.heard(edge.seen), period);
+      const auto* outcome = memory_.after(pair.core, memory_.heard(edge.seen), graph_.lasts(edge));
       if (outcome == nullptr) return false;
       const auto [to, is_new] = add({edge.to, outcome->core, at, e});
       steps_.push_back({at, to, e, outcome->discharged});
@@ -98,12 +95,9 @@ class Judge {
     return true;
   }
 
-  // Before the first period no time has passed.
-  [[nodiscard]] Duration span_of(const Edge& edge) const { return edge.from == 0 ? Duration(0) : graph_.period; }
-
   [[nodiscard]] TimePoint time_of(std::uint32_t at) const {
     TimePoint time{};
-    for (; pairs_[at].parent != UINT32_MAX; at = pairs_[at].parent) time += span_of(graph_.edges[pairs_[at].edge]);
+    for (; pairs_[at].parent != UINT32_MAX; at = pairs_[at].parent) time += graph_.lasts(graph_.edges[pairs_[at].edge]);
     return time;
   }
 
