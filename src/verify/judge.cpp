@@ -10,6 +10,7 @@
 #include "sentree/verify/lasso.h"
 #include "sentree/verify/monitor_memory.h"
 #include "sentree/verify/probability.h"
+#include "sentree/verify/vacuity.h"
 
 namespace sentree::verify {
 
@@ -51,7 +52,11 @@ class Judge {
     if (out_.finding != Finding::kRefuted) {
       look_for_loops();
       if (out_.finding != Finding::kRefuted) out_.finding = graph_.complete ? Finding::kHolds : Finding::kUnknown;
-      if (out_.finding == Finding::kHolds) out_.vacuous = vacuity();
+      if (out_.finding == Finding::kHolds) {
+        Vacuity found = vacuity(graph_, model_, memory_);
+        out_.vacuous = std::move(found.why);
+        out_.never_seen = std::move(found.never_seen);
+      }
     }
     if (wants_all()) probability();
     return std::move(out_);
@@ -155,62 +160,6 @@ class Judge {
       all[arc] = step == Branching::kNone || (!steps_[step].discharged && owes(steps_[step].to));
     }
     return all;
-  }
-
-  // ----
-
-  std::string vacuity() {
-    const monitor::Origin* origin = model_.origin();
-    const bool may_be_silent =
-        origin != nullptr && !origin->requirement.scope.open && is_ruled_out(origin->requirement);
-    if (!memory_.ever_heard() && !may_be_silent) return "no observation that it waits for is ever made";
-    if (origin == nullptr) return {};
-    const monitor::Requirement& of = origin->requirement;
-    std::string why;
-    for (const auto& condition : {of.scope.open, of.scope.close, of.p, of.q, of.r, of.assuming}) {
-      if (!condition) continue;
-      std::vector<monitor::Source> sources;
-      monitor::collect_sources(*condition, sources);
-      const std::size_t all = sources.size();
-      std::erase_if(sources, [&](const monitor::Source& source) { return is_seen(source); });
-      const bool can_be_wanting = condition != of.scope.close && condition != of.r && condition != of.assuming &&
-                                  !(condition == of.p && is_ruled_out(of));
-      if (can_be_wanting && all > 0 && sources.size() == all && why.empty())
-        why = fmt::format("{} is never seen", sources.front().text());
-      for (const monitor::Source& source : sources) {
-        auto& unseen = out_.never_seen;
-        if (std::find(unseen.begin(), unseen.end(), source.text()) == unseen.end()) unseen.push_back(source.text());
-      }
-    }
-    if (!why.empty()) return why;
-    if (!memory_.ever_inside()) return "its scope never begins";
-    switch (of.pattern) {
-      case monitor::Pattern::kRespond:
-      case monitor::Pattern::kKeepFor:
-      case monitor::Pattern::kKeepUntil:
-      case monitor::Pattern::kNotFor:
-      case monitor::Pattern::kHoldsFor: break;
-      default: return {};
-    }
-    return memory_.ever_owed() ? "" : "it is never triggered, or what it asks for holds then at once";
-  }
-
-  // That an event never comes is what is asked for, and may be so.
-  static bool is_ruled_out(const monitor::Requirement& of) {
-    const bool forbids = of.pattern == monitor::Pattern::kNever || of.pattern == monitor::Pattern::kAtMost;
-    return forbids && speaks_of_events(*of.p);
-  }
-  static bool speaks_of_events(const monitor::Condition& condition) {
-    if (condition.kind == monitor::Condition::Kind::kEvent) return true;
-    return !condition.operands.empty() && std::all_of(condition.operands.begin(), condition.operands.end(),
-                                                      [](const auto& operand) { return speaks_of_events(*operand); });
-  }
-
-  // Whether anybody observes that at all, whatever is in it.
-  [[nodiscard]] bool is_seen(const monitor::Source& source) const {
-    return std::any_of(graph_.observations.begin(), graph_.observations.end(), [&](const Message& message) {
-      return message.name == source.observation && (source.from.empty() || message.source == source.from);
-    });
   }
 
   // ---- probabilities

@@ -255,18 +255,29 @@ std::vector<Known> known() {
                  "silent: never event(reply(e.ask)).\nafter_: after said = 1, never event(reply(e.ask)).\n"
                  "begins: after said = 6, always said <= 6.\nbegins_not: after said = 9, always said <= 6.\n"
                  "again_not: between said = 9 and said = 6, never said = 1.\n"
-                 "until_not: after said = 9 until said = 6, never said = 1.\n",
+                 "until_not: after said = 9 until said = 6, never said = 1.\n"
+                 "while_: while said = 6, never said = 1.\nwhile_not: while said = 9, never said = 1.\n"
+                 "half: always (said <= 6 and told = 3).\nboth: never (said = 1 and told = 3).\n"
+                 "needs: whenever said = 1, keep told = 3 for 1 s.\nanswer: said = 1 precedes told = 3.\n"
+                 "no_event: never (said = 1 and event(reply(e.ask))).\n",
                  {{"trigger", "vacuous", {}},
                   {"unseen", "vacuous", {}},
                   {"precedes_", "vacuous", {}},
-                  {"hidden", "holds", {}},
+                  {"hidden", "vacuous", {}},  // false or unknown is unknown
                   {"before_", "holds", {}},
                   {"silent", "holds", {}},
                   {"after_", "holds", {}},
                   {"begins", "holds", {}},
                   {"begins_not", "vacuous", {}},
                   {"again_not", "vacuous", {}},
-                  {"until_not", "vacuous", {}}},
+                  {"until_not", "vacuous", {}},
+                  {"while_", "holds", {}},
+                  {"while_not", "vacuous", {}},
+                  {"half", "holds", {}},
+                  {"both", "vacuous", {}},
+                  {"needs", "vacuous", {}},
+                  {"answer", "vacuous", {}},
+                  {"no_event", "holds", {}}},
                  "",
                  false,
                  answers("", "1", "e")});
