@@ -446,6 +446,9 @@ for one in found["requirements"]:
     assert (one["verdict"] == "refuted") == (one["first_violation"] is not None) == (one["counterexample"] is not None), one
     if one["counterexample"]:
         one["first_violation"]["tick"], one["first_violation"]["time"], one["first_violation"]["observation"]
+        for chosen in one["counterexample"]["chosen"]:
+            chosen["name"], chosen["values"], chosen["times"]
+            assert chosen["place"] is None or chosen["place"].startswith("models/"), chosen
         one["counterexample"]["recording"], one["counterexample"]["choices"], one["counterexample"]["orders"]
         assert open(one["counterexample"]["scenario"])
     if one["probability"]:
@@ -501,7 +504,7 @@ expect 1 'd.ask: 3, 4, 5, 6, 9, 10' "$sentree" verify "$work/anew"
 sed -i 's/=== 4/% 2 === 0/' "$work/anew/skills/Ask.scxml"
 expect 3 'skills/Ask.scxml:3:.*_event.data.result is compared after %' "$sentree" verify "$work/anew"
 # Choices have numbers, and alternatives.
-expect 0 'robot chooses starts_at = 4 .robot#1, not 2' \
+expect 0 'robot chooses starts_at = 4 .robot#1, not 2; models/robot.scxml:11' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"
 # What if the robot had begun elsewhere.
 expect 124 'monitor never_empty: undecided' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot#1=2

@@ -143,7 +143,7 @@ class Preparation {
       }
       check_subscriptions(fmt::format("model \"{}\"", entry.name), entry.subscribes, *chart, services_, diagnostics);
       if (!serves.empty() || entry.serves.empty())
-        models_.push_back({entry.name, *chart, std::move(serves), entry.subscribes.topics});
+        models_.push_back({entry.name, entry.file.path, *chart, std::move(serves), entry.subscribes.topics});
     }
     check_publishers(project_, leaves_, models_, services_, diagnostics);
     for (const ServiceEntry& entry : project_.services) {

@@ -230,6 +230,7 @@ struct ScenarioChoice {
   std::uint64_t tick = 0;  ///< In which it is made; for people.
   SourceSpan span;
   friend bool operator==(const ScenarioChoice&, const ScenarioChoice&) = default;
+  std::string place = {};  ///< Where it stands, "models/robot.scxml:31"; for people.
 };
 
 /// Which part gets its message first where several parts have messages that are due at one instant.

@@ -115,6 +115,7 @@ void read_choices(const text::YamlNode& node, Scenario& scenario, Diagnostics& d
     choice.name = reader.string("name").value_or("");
     choice.tick = static_cast<std::uint64_t>(std::max<std::int64_t>(reader.integer("tick").value_or(0), 0));
     const auto* value = reader.node("value");
+    choice.place = reader.string("place").value_or("");
     if (value == nullptr)
       reader.error(entry.span, "scenario.choice", "choice needs \"value\": the alternative that comes");
     else

@@ -98,6 +98,7 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
     map["value"] = choice.value;
     if (choice.tick > 0) map["tick"] = static_cast<std::int64_t>(choice.tick);
     out += fmt::format("  - {}\n", text::yaml_flow(Value(std::move(map))));
+    if (!choice.place.empty()) map["place"] = choice.place;
   }
   if (!scenario.orders.empty()) out += "orders:\n";
   for (const ScenarioOrder& order : scenario.orders) {

@@ -85,6 +85,7 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
       const auto value = text::parse_json(point.value);
       made.choices->push_back({.model = point.model,
                                .number = number,
+                               .place = graph.places[decision.place],
                                .name = point.name,
                                .value = value ? *value : Value(),
                                .tick = i + 1,
