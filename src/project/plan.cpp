@@ -642,6 +642,7 @@ Loaded<Plan> prepare(Scenario scenario, PartCache& known) {
   explored.services = &modelled;
   // It is explored in one process; what is said of one that runs in several would be wrong.
   if (scenario.processes.empty()) check_verify(scenario, explored, preparation.model_charts_, preparation.diagnostics);
+  if (auto unrolled = unroll(scenario); !unrolled) preparation.diagnostics.push_back(unrolled.error());
   if (tree) check_process_skills(scenario, *tree, preparation.diagnostics);
   sort_by_place(preparation.diagnostics);
   prepared.diagnostics = std::move(preparation.diagnostics);

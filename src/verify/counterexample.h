@@ -10,8 +10,8 @@
 
 namespace sentree::verify {
 
-/// Times that a loop is gone round in a scenario.
-inline constexpr int kLoopRounds = 3;
+/// Times that a loop is gone round in a scenario, unless its duration is changed.
+inline constexpr std::uint64_t kLoopRounds = 3;
 
 /// A refuting behaviour as something that a run can be made to do again: with choices, orders, faults and what is
 /// expected.

@@ -373,17 +373,6 @@ std::vector<Known> known() {
                  "lose: never said = 7.\n",
                  {{"lose", "refuted", {{0.3, 1}}}},
                  "skills: {Ask: {file: skills/Ends.scxml}}\n"});
-  all.push_back({"OwedAtTheEnd",
-                 "Two throws, and the mission ends without a six in 25 of 36 cases.",
-                 kTwice,
-                 answers("", "draw([[1/6, 6], [5/6, 1]])"),
-                 kOpens + "soon: eventually said = 6 within 1 s.\n",
-                 {{"opens", "refuted", {{25.0 / 36, 25.0 / 36}}}, {"soon", "holds", {{0, 0}}}}});
-  all.push_back({"BrokenFromTheBeginning",
-                 "In a quarter of the cases it never opens, else with probability 1.",
-                 kAgain,
-                 answers("<if cond=\"k === 0\">" + assign("k", "1") + assign("b", "chance(0.25)") + "</if>",
-                         "b ? 1 : chance(0.5) ? 6 : 1"),
   all.push_back(
       {"BoldAndTimidPlay",
        "From 1 to 4 with 0.4 up, and bets of one or two from 2 on. Bold: 0.4 · 0.4. Timid at 2 and bold at 3, "
@@ -399,6 +388,17 @@ std::vector<Known> known() {
         {"loses", "refuted@0.1", {{0.84, 1 - 0.4 * 0.16 / 0.664}}},
         {"ends", "holds", {{0, 0}}}},
        "skills: {Ask: {file: skills/Ends.scxml}}\n"});
+  all.push_back({"OwedAtTheEnd",
+                 "Two throws, and the mission ends without a six in 25 of 36 cases.",
+                 kTwice,
+                 answers("", "draw([[1/6, 6], [5/6, 1]])"),
+                 kOpens + "soon: eventually said = 6 within 1 s.\n",
+                 {{"opens", "refuted", {{25.0 / 36, 25.0 / 36}}}, {"soon", "holds", {{0, 0}}}}});
+  all.push_back({"BrokenFromTheBeginning",
+                 "In a quarter of the cases it never opens, else with probability 1.",
+                 kAgain,
+                 answers("<if cond=\"k === 0\">" + assign("k", "1") + assign("b", "chance(0.25)") + "</if>",
+                         "b ? 1 : chance(0.5) ? 6 : 1"),
                  kOpens,
                  {{"opens", "refuted", {{0.25, 0.25}}}}});
   all.push_back({"TriesInTime",
@@ -408,17 +408,6 @@ std::vector<Known> known() {
                  "four: eventually said = 6 within 300 ms.\nthree: eventually said = 6 within 299 ms.\n",
                  {{"four", "refuted@0.3", {{1.0 / 16, 1.0 / 16}}}, {"three", "refuted@0.299", {{0.125, 0.125}}}}});
   // ---- faults
-  const std::string then =
-      "<Sequence><ForceSuccess><Condition ID=\"Ask\"/></ForceSuccess><Sleep msec=\"100\"/>"
-      "<ForceSuccess><Condition ID=\"AskE\"/></ForceSuccess></Sequence>";
-  const std::string at_once =
-      "<Sequence><ForceSuccess><Condition ID=\"Ask\"/></ForceSuccess><ForceSuccess>"
-      "<Condition ID=\"AskE\"/></ForceSuccess></Sequence>";
-  const std::string never_both = "let other = reply(e.ask)\nboth: never (said = 1 and other = 1).\n";
-  all.push_back({"OneFaultAfterTheOther",
-                 "The first is gone when the other comes, before one tick.",
-                 then,
-                 answers("", "6"),
   all.push_back({"LateAtTheLastCall",
                  "Asked at 100, 200 and 300 ms; what is late is so 40 ms behind that, and the mission ends then.",
                  "<Repeat num_cycles=\"3\"><Sequence><Sleep msec=\"100\"/><ForceSuccess><Condition ID=\"Ask\"/>"
@@ -450,6 +439,17 @@ std::vector<Known> known() {
        "a: never event(error(d.ask)).\nb: whenever event(error(d.ask)), robot shall said = 6 eventually.\n" + kOpens,
        {{"a", "refuted@0.1", {}}, {"b", "refuted", {}}, {"opens", "refuted", {}}},
        "verify: {fair: [m.says], faults: {any_of: [{kill: d}]}}\n"});
+  const std::string then =
+      "<Sequence><ForceSuccess><Condition ID=\"Ask\"/></ForceSuccess><Sleep msec=\"100\"/>"
+      "<ForceSuccess><Condition ID=\"AskE\"/></ForceSuccess></Sequence>";
+  const std::string at_once =
+      "<Sequence><ForceSuccess><Condition ID=\"Ask\"/></ForceSuccess><ForceSuccess>"
+      "<Condition ID=\"AskE\"/></ForceSuccess></Sequence>";
+  const std::string never_both = "let other = reply(e.ask)\nboth: never (said = 1 and other = 1).\n";
+  all.push_back({"OneFaultAfterTheOther",
+                 "The first is gone when the other comes, before one tick.",
+                 then,
+                 answers("", "6"),
                  never_both,
                  {{"both", "refuted@0.1", {}}},
                  "verify: {faults: {at_most: 1, " + kTwoFaults,
@@ -495,6 +495,10 @@ class KnownVerdicts : public ::testing::TestWithParam<Known> {
                 "<final id=\"success\"/><final id=\"failure\"/>"));
     write("skills/Hold.scxml", chart("<state id=\"h\"><transition event=\"tick\"/><transition event=\"stop\" "
                                      "target=\"success\"/></state><final id=\"success\"/>"));
+    write("skills/Slow.scxml",
+          chart("<state id=\"h\"><transition event=\"tick\"/><transition event=\"halt\" target=\"w\"/></state>"
+                "<state id=\"w\"><onentry><send event=\"done\" delay=\"40ms\"/></onentry><transition event=\"done\" "
+                "target=\"success\"/></state><final id=\"success\"/>"));
     write("skills/Later.scxml",
           chart("<state id=\"w\"><onentry><send event=\"go\" delay=\"50ms\"/></onentry><transition event=\"go\" "
                 "target=\"a\"/></state><state id=\"a\"><onentry><send type=\"thrift\" target=\"d\" event=\"ask\"/>"
@@ -506,10 +510,6 @@ class KnownVerdicts : public ::testing::TestWithParam<Known> {
     write("r.req", "let said = reply(d.ask)\n" + of.requirements);
     write("sentree.yaml",
           std::string("mission: {file: mission.xml, rate: 10 Hz}\nservices: {d: {interface: d.thrift/D, at: model}") +
-    write("skills/Slow.scxml",
-          chart("<state id=\"h\"><transition event=\"tick\"/><transition event=\"halt\" target=\"w\"/></state>"
-                "<state id=\"w\"><onentry><send event=\"done\" delay=\"40ms\"/></onentry><transition event=\"done\" "
-                "target=\"success\"/></state><final id=\"success\"/>"));
               (two ? ", e: {interface: d.thrift/D, at: model}" : "") +
               "}\nmodels: [{file: models/m.scxml, serves: [d]}" + (two ? ", {file: models/n.scxml, serves: [e]}" : "") +
               "]\nmonitors: [{file: r.req}]\n" + of.yaml);
@@ -520,9 +520,15 @@ class KnownVerdicts : public ::testing::TestWithParam<Known> {
     return std::move(prepared.value.value());
   }
 
-  // What the monitor says when a counterexample is run again.
-  static monitor::Verdict again(const Verification& found, const Judgement& judgement, const project::Plan& of) {
-    auto prepared = project::prepare(counterexample(found.graph, judgement, of.scenario));
+  // What the monitor says when a counterexample is run again; of a loop, behind so many more rounds.
+  static monitor::State again(const Verification& found, const Judgement& judgement, const project::Plan& of,
+                              std::size_t rounds = 0) {
+    project::Scenario example = counterexample(found.graph, judgement, of.scenario);
+    if (example.loop) {
+      const auto ticks = example.loop->ticks.last - example.loop->ticks.first + 1;
+      example.duration += found.graph.period * static_cast<std::int64_t>(ticks * rounds);
+    }
+    auto prepared = project::prepare(std::move(example));
     EXPECT_TRUE(prepared.ok());
     const auto told = retell(*prepared.value);
     EXPECT_TRUE(told);
@@ -533,9 +539,10 @@ class KnownVerdicts : public ::testing::TestWithParam<Known> {
     }
     monitors.advance(told->back().at, decided);
     for (std::size_t i = 0; i < prepared.value->monitors.size(); ++i) {
-      if (prepared.value->monitors[i].name() == judgement.requirement) return monitors.state(i).verdict;
+      if (prepared.value->monitors[i].name() == judgement.requirement) return monitors.state(i);
     }
-    return monitor::Verdict::kSatisfied;
+    ADD_FAILURE() << judgement.requirement;
+    return monitors.state(0);
   }
 
   TemporaryFolder folder_{"known"};
@@ -569,7 +576,15 @@ TEST_P(KnownVerdicts, AreFound) {
       }
       if (judgement->finding == Finding::kRefuted) {
         const bool is_owed = judgement->path->loop || judgement->state == "the mission ends";
-        EXPECT_EQ(again(found, *judgement, of), is_owed ? monitor::Verdict::kUndecided : monitor::Verdict::kViolated);
+        for (const std::size_t rounds : {0U, 1U, 40U}) {
+          if (rounds > 0 && !judgement->path->loop) break;
+          const monitor::State state = again(found, *judgement, of, rounds);
+          EXPECT_EQ(state.verdict, is_owed ? monitor::Verdict::kUndecided : monitor::Verdict::kViolated);
+          const std::size_t i = static_cast<std::size_t>(judgement - found.judgements.begin());
+          if (is_owed) {
+            EXPECT_TRUE(monitor::standing(of.monitors[i], state).pending);
+          }
+        }
       }
       EXPECT_EQ(judgement->least.has_value(), found.graph.probabilistic);
       if (!expected.p) continue;
