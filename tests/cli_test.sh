@@ -466,6 +466,11 @@ for only in never_empty turns_to_station; do
   "$sentree" verify "$work/verified" --faults none --runs 20 --ticks 90 --only $only --no-memo >"$work/executed" </dev/null || true
   cmp "$work/walked" "$work/executed" || failures=$((failures + 1))
 done
+# Faults have no probability, which is said.
+expect 1 'left out: the fault of verify:' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty
+expect 1 '"faults":0,"faults_left_out":[1-9]' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty --json
+printf 'any_of: [{late: battery.*}]\n' >"$work/late.yaml"
+expect 2 'none comes in statistics' "$sentree" verify "$work/verified" --runs 5 --faults "$work/late.yaml"
 # However many threads there are.
 for threads in 1 3; do
   "$sentree" verify "$work/verified" --faults none --runs 60 --ticks 90 --threads $threads >"$work/runs$threads" </dev/null || true
