@@ -83,10 +83,10 @@ struct Graph {
   std::string grows;  ///< What took most values until a limit, with a way out (`most_varied`); may be empty.
   Duration period{};
   std::uint32_t complete_to = 0;  ///< Ticks up to which every behaviour is known.
-
-  // What was reached at all.
   /// How long the period of an edge is: before the first tick no time passes, and the mission may end between two.
   [[nodiscard]] Duration lasts(const Edge& edge) const;
+
+  // What was reached at all.
   std::vector<std::vector<bool>> taken;                 ///< By leaf and transition.
   std::vector<std::vector<bool>> statuses;              ///< By leaf: RUNNING, SUCCESS, FAILURE answered.
   std::vector<std::uint8_t> nodes_had;                  ///< By node of the tree: a bit for each status.
