@@ -466,6 +466,15 @@ for only in never_empty turns_to_station; do
   "$sentree" verify "$work/verified" --faults none --runs 20 --ticks 90 --only $only --no-memo >"$work/executed" </dev/null || true
   cmp "$work/walked" "$work/executed" || failures=$((failures + 1))
 done
+# What is owed for ever goes round as long as the run is, unless something else is chosen in some round.
+cp -r examples/handover "$work/loops" && sed -i 's/fair: .person.takes_it.//' "$work/loops/sentree.yaml"
+expect 1 'from here on the same for ever, and ends is owed' "$sentree" verify "$work/loops" --only ends --explain
+expect 0 'loop: {from: 2, to: 2, choices: {person: .2, 2.}}' cat "$work/loops/verify/ends.yaml"
+expect 0 'ends can be open for ever' "$sentree" test "$work/loops/verify/ends.yaml"
+expect 124 'monitor ends: undecided .pending' "$sentree" run "$work/loops/verify/ends.yaml" --duration '20 s'
+expect 0 'monitor ends: satisfied' "$sentree" run "$work/loops/verify/ends.yaml" --duration '20 s' --choose person#30=true
+sed -i 's/ends: owed/ends: satisfied/' "$work/loops/verify/ends.yaml"
+expect 1 'monitor ends is undecided, expected satisfied' "$sentree" test "$work/loops/verify/ends.yaml"
 # Faults have no probability, which is said.
 expect 1 'left out: the fault of verify:' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty
 expect 1 '"faults":0,"faults_left_out":[1-9]' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty --json
