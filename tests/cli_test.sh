@@ -446,6 +446,9 @@ for one in found["requirements"]:
     assert (one["verdict"] == "refuted") == (one["first_violation"] is not None) == (one["counterexample"] is not None), one
     if one["counterexample"]:
         one["first_violation"]["tick"], one["first_violation"]["time"], one["first_violation"]["observation"]
+        for chosen in one["counterexample"]["chosen"]:
+            chosen["name"], chosen["values"], chosen["times"]
+            assert chosen["place"] is None or chosen["place"].startswith("models/"), chosen
         one["counterexample"]["recording"], one["counterexample"]["choices"], one["counterexample"]["orders"]
         assert open(one["counterexample"]["scenario"])
     if one["probability"]:
@@ -463,6 +466,20 @@ for only in never_empty turns_to_station; do
   "$sentree" verify "$work/verified" --faults none --runs 20 --ticks 90 --only $only --no-memo >"$work/executed" </dev/null || true
   cmp "$work/walked" "$work/executed" || failures=$((failures + 1))
 done
+# What is owed for ever goes round as long as the run is, unless something else is chosen in some round.
+cp -r examples/handover "$work/loops" && sed -i 's/fair: .person.takes_it.//' "$work/loops/sentree.yaml"
+expect 1 'from here on the same for ever, and ends is owed' "$sentree" verify "$work/loops" --only ends --explain
+expect 0 'loop: {from: 2, to: 2, choices: {person: .2, 2.}}' cat "$work/loops/verify/ends.yaml"
+expect 0 'ends can be open for ever' "$sentree" test "$work/loops/verify/ends.yaml"
+expect 124 'monitor ends: undecided .pending' "$sentree" run "$work/loops/verify/ends.yaml" --duration '20 s'
+expect 0 'monitor ends: satisfied' "$sentree" run "$work/loops/verify/ends.yaml" --duration '20 s' --choose person#30=true
+sed -i 's/ends: owed/ends: satisfied/' "$work/loops/verify/ends.yaml"
+expect 1 'monitor ends is undecided, expected satisfied' "$sentree" test "$work/loops/verify/ends.yaml"
+# Faults have no probability, which is said.
+expect 1 'left out: the fault of verify:' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty
+expect 1 '"faults":0,"faults_left_out":[1-9]' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty --json
+printf 'any_of: [{late: battery.*}]\n' >"$work/late.yaml"
+expect 2 'none comes in statistics' "$sentree" verify "$work/verified" --runs 5 --faults "$work/late.yaml"
 # However many threads there are.
 for threads in 1 3; do
   "$sentree" verify "$work/verified" --faults none --runs 60 --ticks 90 --threads $threads >"$work/runs$threads" </dev/null || true
@@ -501,7 +518,7 @@ expect 1 'd.ask: 3, 4, 5, 6, 9, 10' "$sentree" verify "$work/anew"
 sed -i 's/=== 4/% 2 === 0/' "$work/anew/skills/Ask.scxml"
 expect 3 'skills/Ask.scxml:3:.*_event.data.result is compared after %' "$sentree" verify "$work/anew"
 # Choices have numbers, and alternatives.
-expect 0 'robot chooses starts_at = 4 .robot#1, not 2' \
+expect 0 'robot chooses starts_at = 4 .robot#1, not 2; models/robot.scxml:11' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"
 # What if the robot had begun elsewhere.
 expect 124 'monitor never_empty: undecided' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot#1=2

@@ -242,9 +242,9 @@ class Verifying {
     return text.substr(0, end) + "…";
   }
 
-  // " (robot#3, not true)": what else it could have been, as `sentree run --choose` wants it.
+  // " (robot#3, not true; models/robot.scxml:33)": what else it could have been, as `sentree run --choose` wants it.
   static std::string others(const verify::Told& tick, std::size_t index, const std::string& model,
-                            const std::string& value) {
+                            const std::string& value, const Value* place) {
     if (index >= tick.choices.size() || tick.choices[index].count < 2) return {};
     const verify::Told::Choice& choice = tick.choices[index];
     std::string text;
@@ -252,7 +252,8 @@ class Verifying {
       if (other != value) text += (text.empty() ? "" : ", ") + other;
     }
     if (choice.count > choice.alternatives.size()) text += ", …";
-    return fmt::format(" ({}#{}, not {})", model, choice.number, text);
+    return fmt::format(" ({}#{}, not {}{})", model, choice.number, text,
+                       place != nullptr ? fmt::format("; {}", place->text()) : "");
   }
 
   // Tick by tick, what is not as it was.
@@ -262,7 +263,11 @@ class Verifying {
     std::string out;
     std::map<std::string, std::string> last;
     std::map<std::string, Value> results;
+    const auto& loop = judgement.path->loop;
     for (const verify::Told& tick : *told) {
+      if (loop && tick.tick > judgement.path->edges.size()) break;
+      if (loop && tick.tick == *loop + 1)
+        out += fmt::format("    from here on the same for ever, and {} is owed:\n", judgement.requirement);
       std::string line;
       std::size_t choices = 0;
       const auto add = [&](const std::string& what) { line += (line.empty() ? "" : ", ") + what; };
@@ -270,9 +275,10 @@ class Verifying {
         if (message.name.ends_with(".choice")) {
           const Value* name = message.data.find("name");
           const std::string value = to_json(*message.data.find("value"));
+          const Value* place = message.data.find("place");
           add(fmt::format("{} chooses {}{}{}", message.source,
                           name != nullptr ? fmt::format("{} = ", name->text()) : "", value,
-                          others(tick, choices++, message.source, value)));
+                          others(tick, choices++, message.source, value, place)));
         } else if (message.name == "scenario.injection") {
           add(fmt::format("fault: {} {}", message.data.find("what")->text(), message.target));
         } else if (message.name.ends_with(".tick.reply")) {
@@ -291,11 +297,11 @@ class Verifying {
       if (!line.empty())
         out += fmt::format("    tick {:<4} {:>8} s  {}\n", tick.tick, shortest_decimal(seconds(tick.at)), line);
     }
-    out += fmt::format(
-        "    {:>20} s  {}\n", shortest_decimal(seconds(judgement.at)),
-        judgement.path->loop ? fmt::format("from here on the same for ever, and {} is owed", judgement.requirement)
-        : judgement.state == "the mission ends" ? fmt::format("the mission ends, and {} is owed", judgement.requirement)
-                                                : judgement.requirement + " is VIOLATED");
+    if (loop) return out;
+    out += fmt::format("    {:>20} s  {}\n", shortest_decimal(seconds(judgement.at)),
+                       judgement.state == "the mission ends"
+                           ? fmt::format("the mission ends, and {} is owed", judgement.requirement)
+                           : judgement.requirement + " is VIOLATED");
     return out;
   }
 
@@ -379,37 +385,62 @@ class Verifying {
     return out;
   }
 
-  // What models chose and which faults came on a path, in the order of their first: "robot.plugs_in = false (9 times)".
-  std::string chosen(const verify::Path& path) const {
-    constexpr std::size_t kShownMax = 6;
-    struct Chosen {
-      std::string name;
-      std::vector<std::string> values;
-      std::size_t times = 0;
-    };
+  // What models chose in one place, or which faults came, on a path.
+  struct Chosen {
+    std::string name;
+    std::string place;
+    std::vector<std::string> values;  // as JSON; what faults do in words
+    std::size_t times = 0;
+  };
+
+  // In the order of their first.
+  std::vector<Chosen> chosen(const verify::Path& path) const {
+    const verify::Graph& graph = result_.graph;
     std::vector<Chosen> all;
     for (const std::uint32_t edge : path.edges) {
-      for (const verify::Made& made : result_.graph.decisions[result_.graph.edges[edge].made]) {
+      for (const verify::Made& made : graph.decisions[graph.edges[edge].made]) {
         const bool is_fault = made.kind == verify::Made::Kind::kFault && made.alternative > 0;
         if (!is_fault && (made.kind != verify::Made::Kind::kChoice || made.count < 2)) continue;
-        const verify::ChoicePoint& point = result_.graph.choices[made.what];
+        const verify::ChoicePoint& point = graph.choices[made.what];
         const std::string name = is_fault ? point.function : point.model + (point.name.empty() ? "" : "." + point.name);
+        const std::string& place = graph.places[made.place];
         const std::string& value = is_fault ? point.name : point.value;
-        auto one = std::find_if(all.begin(), all.end(), [&](const Chosen& known) { return known.name == name; });
-        if (one == all.end()) one = all.insert(all.end(), {name, {}, 0});
+        auto one = std::find_if(all.begin(), all.end(),
+                                [&](const Chosen& known) { return known.name == name && known.place == place; });
+        if (one == all.end()) one = all.insert(all.end(), {name, place, {}, 0});
         ++one->times;
         if (std::find(one->values.begin(), one->values.end(), value) == one->values.end()) one->values.push_back(value);
       }
     }
+    return all;
+  }
+
+  // "robot.plugs_in = false at models/robot.scxml:33 (9 times)"
+  static std::string text_of(const std::vector<Chosen>& all) {
+    constexpr std::size_t kShownMax = 6;
     std::string out;
     for (std::size_t i = 0; i < std::min(all.size(), kShownMax); ++i) {
-      out += fmt::format("{}{} = ", i == 0 ? "" : ", ", all[i].name);
-      for (std::size_t v = 0; v < std::min(all[i].values.size(), kShownMax); ++v)
-        out += (v == 0 ? "" : " | ") + all[i].values[v];
-      if (all[i].values.size() > kShownMax) out += " | …";
-      if (all[i].times > 1) out += fmt::format(" ({} times)", all[i].times);
+      const Chosen& one = all[i];
+      out += fmt::format("{}{} = ", i == 0 ? "" : ", ", one.name);
+      for (std::size_t v = 0; v < std::min(one.values.size(), kShownMax); ++v)
+        out += (v == 0 ? "" : " | ") + one.values[v];
+      if (one.values.size() > kShownMax) out += " | …";
+      if (!one.place.empty()) out += " at " + one.place;
+      if (one.times > 1) out += fmt::format(" ({} times)", one.times);
     }
     return all.size() > kShownMax ? out + ", …" : out;
+  }
+
+  List chosen_value(const verify::Path& path) const {
+    List out;
+    for (const Chosen& one : chosen(path)) {
+      List values;
+      for (const std::string& value : one.values) values.emplace_back(value);
+      Map entry{{"name", one.name}, {"values", std::move(values)}, {"times", static_cast<std::int64_t>(one.times)}};
+      entry["place"] = one.place.empty() ? Value() : Value(one.place);
+      out.emplace_back(std::move(entry));
+    }
+    return out;
   }
 
   std::string told(const verify::Judgement& judgement) const {
@@ -426,7 +457,7 @@ class Verifying {
       else
         out += judgement.observation.empty() ? ": time passed" : ": " + judgement.observation;
       out += fmt::format("   {} .mcap", shown.scenario);
-      if (const std::string what = chosen(*judgement.path); !what.empty()) out += "\n  chosen: " + what;
+      if (const std::string what = text_of(chosen(*judgement.path)); !what.empty()) out += "\n  chosen: " + what;
       if (shown.orders > 0) {
         out +=
             fmt::format("\n  needs messages of one instant in another order than that of virtual time, at {} instant{}",
@@ -500,6 +531,7 @@ class Verifying {
         Map example{{"scenario", shown.scenario},
                     {"recording", shown.recording},
                     {"choices", static_cast<std::int64_t>(shown.choices)},
+                    {"chosen", chosen_value(*judgement.path)},
                     {"orders", static_cast<std::int64_t>(shown.orders)}};
         if (judgement.path->loop) {
           example["loop"] = Map{{"from", static_cast<std::int64_t>(*judgement.path->loop)},

@@ -55,8 +55,23 @@ verify::Each in_threads(std::size_t threads) {
   };
 }
 
+std::string Sampled::left_out() const {
+  if (faults_left_out == 0) return {};
+  return fmt::format("left out: the {} of verify:, since nobody says how likely {}; exploring tries {}\n",
+                     faults_left_out == 1 ? "fault" : fmt::format("{} faults", faults_left_out),
+                     faults_left_out == 1 ? "it is" : "they are", faults_left_out == 1 ? "it" : "them");
+}
+
 std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const project::Plan& plan) {
   Sampled out;
+  if (!command.faults.empty() && command.faults != "none") {
+    say(
+        fmt::format("--faults {}: nobody says how likely faults are, so none comes in statistics; what each of them "
+                    "does is tried without --runs, --at-least and --split",
+                    command.faults));
+    return kUsage;
+  }
+  if (command.faults != "none") out.faults_left_out = plan.scenario.project.verify.faults.size();
   const auto confidence = share("--confidence", command.confidence);
   if (!confidence) return kUsage;
   out.confidence = *confidence;

@@ -26,6 +26,9 @@ struct Sampled {
   std::vector<std::size_t> monitors;  ///< By index in the plan.
   Duration length{};                  ///< Of a run.
   std::optional<std::uint64_t> memory;
+  std::size_t faults_left_out = 0;  ///< Of `verify:`. Nobody says how likely they are, so none comes.
+  /// One line that says so; empty: there are none.
+  [[nodiscard]] std::string left_out() const;
 };
 /// An exit code: said what is wrong.
 [[nodiscard]] std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const project::Plan& plan);

@@ -53,6 +53,7 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
       "the throw of a die\n",
       splitting.repetitions, splitting.walkers, shortest_decimal(seconds(splitting.length)), splitting.score,
       splitting.seed);
+  out += sampled.left_out();
   List requirements;
   bool any = false;
   std::size_t width = 0;
@@ -103,6 +104,8 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
                             {"limits", Map{{"time", seconds(splitting.length)}}},
                             {"order", command.order},
                             {"split", splitting.score},
+                            {"faults", 0},
+                            {"faults_left_out", static_cast<std::int64_t>(sampled.faults_left_out)},
                             {"seed", static_cast<std::int64_t>(splitting.seed)},
                             {"requirements", std::move(requirements)},
                             {"wall_s", wall_s}})) +

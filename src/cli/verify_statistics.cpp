@@ -75,6 +75,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   std::string out = fmt::format(
       "{} runs of at most {} s, seed {}: what is left open without a probability comes by the throw of a die\n", *runs,
       shortest_decimal(seconds(sampling.length)), sampling.seed);
+  out += sampled.left_out();
   List requirements;
   bool any = false;
   bool open = false;
@@ -119,6 +120,8 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
                             {"limits", Map{{"time", seconds(sampling.length)}}},
                             {"order", command.order},
                             {"runs", static_cast<std::int64_t>(*runs)},
+                            {"faults", 0},
+                            {"faults_left_out", static_cast<std::int64_t>(sampled.faults_left_out)},
                             {"seed", static_cast<std::int64_t>(sampling.seed)},
                             {"requirements", std::move(requirements)},
                             {"wall_s", wall_s}})) +

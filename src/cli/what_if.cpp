@@ -43,6 +43,8 @@ Result<project::ScenarioChoice> read(const std::string& text, const project::Sce
 Result<void> choose(const std::vector<std::string>& choices, project::Scenario& scenario) {
   if (choices.empty()) return {};
   if (!scenario.choices) scenario.choices.emplace();
+  // What was chosen before comes once more, in whatever round of a loop that was; the loop does not.
+  project::write_out(scenario);
   auto& listed = *scenario.choices;
   const std::vector<project::ScenarioChoice> before = listed;
   for (const std::string& text : choices) {

@@ -479,7 +479,7 @@ class Completer {
                 "protocols", "palettes", "packages", "plugins", "deadlines", "groot"});
         else
           keys({"description", "project", "override", "clock", "seed", "duration", "stop_when_violated", "timeline",
-                "delays", "choices", "orders", "processes", "expect"});
+                "delays", "choices", "orders", "loop", "processes", "expect"});
       } else if (path.back() == "skills") {
         nodes_and_skills();
       } else if (path.back() == "expect") {
@@ -523,7 +523,7 @@ class Completer {
         if (!inside.starts_with("..")) add(inside, ItemKind::kFile);
       }
     } else if (index_.names().monitors.contains(key)) {
-      add_all({"violated", "satisfied", "undecided"}, ItemKind::kEnumMember);
+      add_all({"violated", "satisfied", "undecided", "owed"}, ItemKind::kEnumMember);
     }
   }
 

@@ -16,8 +16,9 @@ bool is_meant(const Value& alternative, const Value& given) {
 std::optional<std::uint64_t> scripted(const project::Scenario& scenario, const Choice& choice) {
   if (!scenario.choices) return std::nullopt;
   const auto& given = *scenario.choices;
+  const std::uint64_t number = scenario.loop ? scenario.loop->choice(choice.model, choice.number) : choice.number;
   const auto entry = std::find_if(given.begin(), given.end(), [&](const project::ScenarioChoice& one) {
-    return one.model == choice.model && one.number == choice.number;
+    return one.model == choice.model && one.number == number;
   });
   if (entry == given.end()) return 0;
   // Alternatives of between() are many: they are not all looked at.
@@ -31,6 +32,7 @@ std::optional<std::uint64_t> scripted(const project::Scenario& scenario, const C
 std::optional<std::size_t> scripted(const project::Plan& plan, std::uint64_t number,
                                     std::span<const Delivery* const> due) {
   const auto& given = plan.scenario.orders;
+  if (plan.scenario.loop) number = plan.scenario.loop->order(number);
   const auto entry =
       std::find_if(given.begin(), given.end(), [&](const project::ScenarioOrder& one) { return one.number == number; });
   if (entry == given.end()) return 0;

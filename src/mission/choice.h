@@ -17,6 +17,7 @@ struct Choice {
   std::string model;
   const char* function = "";  ///< "choose", "pick", "between", "chance" or "draw".
   std::string name;           ///< Of pick('NAME', …); else empty.
+  std::string place;          ///< Where it stands, "models/robot.scxml:31".
   std::uint64_t number = 0;   ///< Among those of its model in the run, from 1.
   std::uint64_t count = 0;    ///< Of alternatives, at least 1.
   /// Alternative number `i`, from 0.

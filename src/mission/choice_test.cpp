@@ -40,5 +40,21 @@ TEST(ScriptedChoice, IsTheFirstWithoutAnEntryAndNoneWhereNothingIsSaid) {
   EXPECT_EQ(scripted(scenario, choice), 0U);
 }
 
+TEST(ScriptedChoice, OfALaterRoundIsThatOfTheFirst) {
+  Choice choice{.model = "robot", .number = 4, .count = 2, .alternative = [](std::uint64_t i) {
+                  return Value(static_cast<std::int64_t>(i));
+                }};
+  project::Scenario scenario;
+  scenario.choices.emplace();
+  scenario.choices->push_back({.model = "robot", .number = 4, .value = 1});
+  scenario.loop.emplace();
+  scenario.loop->choices["robot"] = {3, 4};
+  EXPECT_EQ(scripted(scenario, choice), 1U);
+  choice.number = 5;
+  EXPECT_EQ(scripted(scenario, choice), 0U);
+  choice.number = 10;
+  EXPECT_EQ(scripted(scenario, choice), 1U);
+}
+
 }  // namespace
 }  // namespace sentree::mission

@@ -43,6 +43,7 @@ CallOutcome failed(std::string kind, std::string message) {
 ComponentModel component_model(const project::Plan& plan, std::size_t model) {
   const project::ModelPlan& of = plan.models[model];
   ComponentModel made{.name = of.name,
+                      .file = of.file,
                       .seed = hash_combine(plan.scenario.seed, hash_bytes(of.name)),
                       .patience = plan.scenario.project.deadlines.call,
                       .chart = of.chart,
@@ -78,6 +79,11 @@ void ModelMachine::Observer::entered(const scxml::Chart& chart, std::string_view
   if (chart == machine.model_.chart) machine.surroundings_->entered(state);
 }
 
+std::string ModelMachine::place() const {
+  const SourceSpan span = host_.watch->place();
+  return span.line == 0 ? std::string() : fmt::format("{}:{}", model_.file, span.line);
+}
+
 Result<Value> ModelMachine::decide(const Choice& choice, const std::function<std::uint64_t(Rng&)>& by_chance) {
   const auto given = memory_ ? memory_->given() : std::nullopt;
   const std::uint64_t alternative = given ? *given : ask(choice, by_chance);
@@ -93,6 +99,7 @@ std::uint64_t ModelMachine::ask(Choice choice, const std::function<std::uint64_t
   Map said{{"function", choice.function}};
   if (!choice.name.empty()) said["name"] = std::move(choice.name);
   said["value"] = choice.alternative(alternative);
+  if (!choice.place.empty()) said["place"] = std::move(choice.place);
   choices_.push_back(std::move(said));
   return alternative;
 }
@@ -111,7 +118,7 @@ void ModelMachine::add_choices() {
                                }});
   };
   const auto one_of = [this](const char* function, std::string name, Arguments of) {
-    Choice choice{.function = function, .name = std::move(name), .count = of.size()};
+    Choice choice{.function = function, .name = std::move(name), .place = place(), .count = of.size()};
     choice.alternative = [of](std::uint64_t i) { return of[i]; };
     return decide(choice, [of](Rng& rng) { return rng.below(of.size()); });
   };
@@ -134,7 +141,7 @@ void ModelMachine::add_choices() {
     const double steps = std::floor((of[1].number() - low) / step + 1e-9);
     if (!(step > 0) || !(steps >= 0) || steps > kStepsMax)
       return fail("model.choice", "between(low, high, step) needs low ≤ high and a step above 0");
-    Choice choice{.function = "between", .count = static_cast<std::uint64_t>(steps) + 1};
+    Choice choice{.function = "between", .place = place(), .count = static_cast<std::uint64_t>(steps) + 1};
     choice.alternative = [low, step](std::uint64_t i) { return Value(low + step * static_cast<double>(i)); };
     const std::uint64_t count = choice.count;
     return decide(choice, [count](Rng& rng) { return rng.below(count); });
@@ -146,7 +153,7 @@ void ModelMachine::add_choices() {
     // What is impossible is no alternative.
     const bool can_fail = p < 1;
     const bool can_be = p > 0;
-    Choice choice{.function = "chance", .count = (can_fail ? 1U : 0U) + (can_be ? 1U : 0U)};
+    Choice choice{.function = "chance", .place = place(), .count = (can_fail ? 1U : 0U) + (can_be ? 1U : 0U)};
     choice.alternative = [can_fail](std::uint64_t i) { return Value(!can_fail || i == 1); };
     choice.probability = [can_fail, p](std::uint64_t i) { return !can_fail || i == 1 ? p : 1 - p; };
     return decide(choice, [p, can_fail](Rng& rng) -> std::uint64_t { return rng.uniform() < p && can_fail ? 1 : 0; });
@@ -167,7 +174,7 @@ void ModelMachine::add_choices() {
     }
     if (list == nullptr || std::abs(sum - 1) > 1e-9)
       return fail("model.choice", "draw([[p, a], …]) needs pairs whose probabilities add up to 1");
-    Choice choice{.function = "draw", .count = possible.size()};
+    Choice choice{.function = "draw", .place = place(), .count = possible.size()};
     choice.alternative = [&possible](std::uint64_t i) { return (*possible[i])[1]; };
     choice.probability = [&possible](std::uint64_t i) { return (*possible[i])[0].number(); };
     return decide(choice, [&possible](Rng& rng) {

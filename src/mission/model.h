@@ -29,6 +29,7 @@ inline constexpr std::size_t kOpenCallsMax = 256;
 /// What a model of components is made of: one chart, one session for the whole run. Never changes.
 struct ComponentModel {
   std::string name;  ///< In messages.
+  std::string file;  ///< Of its chart, in the places of its choices.
   std::uint64_t seed = 1;
   Duration patience = std::chrono::milliseconds(40);  ///< A call that is open longer is late. Run time.
   scxml::Chart chart;
@@ -95,7 +96,7 @@ class ModelHost {
 ///
 /// Its scripts can call choose(a, …), pick('NAME', a, …), between(low, high [, step]), chance(p), draw([[p, a], …]) and
 /// fresh(): decided by the host, else drawn from the state's generator, but for fresh(), which counts. Each choice is
-/// the observation NAME.choice: `function`, `value`, and `name` where it has one. Owns no thread and no clock.
+/// the observation NAME.choice: `function`, `value`, `place`, and `name` where it has one. Owns no thread and no clock.
 /// Deterministic: equal states, deliveries and times give equal effects.
 class ModelMachine {
  public:
@@ -130,6 +131,8 @@ class ModelMachine {
   Result<Value> decide(const Choice& choice, const std::function<std::uint64_t(Rng&)>& by_chance);
   // The alternative that comes; it will be said.
   std::uint64_t ask(Choice choice, const std::function<std::uint64_t(Rng&)>& by_chance);
+  // Where the script stands that executes.
+  [[nodiscard]] std::string place() const;
   void add_choices();
   struct Observer final : scxml::Observer {
     explicit Observer(ModelMachine& of) : machine(of) {}

@@ -21,6 +21,7 @@ class ModelPlayer final : public ModelHost {
  public:
   explicit ModelPlayer(const std::string& states, std::uint64_t seed = 1)
       : machine_({.name = "robot",
+                  .file = "models/robot.scxml",
                   .seed = seed,
                   .patience = milliseconds(40),
                   .chart = load(states),
@@ -244,6 +245,7 @@ TEST(Model, ChoosesByItsSeedAndSaysWhat) {
   EXPECT_NE(once, said(4));
   ASSERT_EQ(once.size(), 20U * 6);  // five choices that are observed, and the answer
   EXPECT_THAT(once[1], testing::StartsWith("robot.choice {\"function\":\"pick\",\"name\":\"N\",\"value\":\""));
+  EXPECT_THAT(once[1], testing::EndsWith(",\"place\":\"models/robot.scxml:4\"}"));
   EXPECT_EQ(once[5], "1 ask: 1");
   EXPECT_EQ(once[11], "2 ask: 2");
   for (const std::string& one : once) EXPECT_EQ(one.find("\"z\""), std::string::npos) << "has no chance";

@@ -479,7 +479,11 @@ std::optional<Veto> PartMemory::judge(const Message& request) {
 
 std::optional<std::uint64_t> PartMemory::choose(const Choice& choice) {
   if (is_told()) return static_cast<std::uint64_t>(script_[replayed_++]);
-  Asked asked{.model = choice.model, .function = choice.function, .name = choice.name, .count = choice.count};
+  Asked asked{.model = choice.model,
+              .function = choice.function,
+              .name = choice.name,
+              .place = choice.place,
+              .count = choice.count};
   for (std::uint64_t i = 0; i < std::min(choice.count, kAlternativesMax); ++i) {
     asked.alternatives.push_back(choice.alternative(i));
     if (choice.probability) asked.probabilities.push_back(choice.probability(i));
@@ -589,7 +593,11 @@ std::int64_t PartMemory::ask(const Query& query) {
     }
     case Query::Kind::kChoose: {
       const Asked& asked = tables_->choices[query.a];
-      Choice choice{.model = asked.model, .function = asked.function, .name = asked.name, .count = asked.count};
+      Choice choice{.model = asked.model,
+                    .function = asked.function,
+                    .name = asked.name,
+                    .place = asked.place,
+                    .count = asked.count};
       choice.alternative = [&asked](std::uint64_t i) { return asked.alternatives[i]; };
       if (!asked.probabilities.empty())
         choice.probability = [&asked](std::uint64_t i) { return asked.probabilities[i]; };

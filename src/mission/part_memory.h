@@ -230,6 +230,7 @@ class PartMemory final : private Ground {
     std::string model;
     const char* function = "";
     std::string name;
+    std::string place;
     std::uint64_t count = 0;
     std::vector<Value> alternatives;
     std::vector<double> probabilities;  // empty: nobody says

@@ -11,7 +11,7 @@ namespace sentree::mission {
 StepMemory::StepMemory(const scxml::Chart& chart) : chart_(chart) { remembers_ = chart.ambient().empty(); }
 
 Choice StepMemory::Asked::choice() const {
-  Choice choice{.function = function, .name = name, .count = alternatives.size()};
+  Choice choice{.function = function, .name = name, .place = place, .count = alternatives.size()};
   choice.alternative = [this](std::uint64_t i) { return alternatives[i]; };
   if (!probabilities.empty()) choice.probability = [this](std::uint64_t i) { return probabilities[i]; };
   return choice;
@@ -127,7 +127,7 @@ void StepMemory::chosen(const Choice& choice, std::uint64_t alternative) {
   if (told_++ < known_) return;
   if (choice.count > kAlternativesMax) spoilt_ = true;
   if (spoilt_) return;
-  Asked asked{choice.function, choice.name, {}, {}};
+  Asked asked{choice.function, choice.name, choice.place, {}, {}};
   for (std::uint64_t i = 0; i < choice.count; ++i) {
     asked.alternatives.push_back(choice.alternative(i));
     if (choice.probability) asked.probabilities.push_back(choice.probability(i));

@@ -74,6 +74,7 @@ class StepMemory {
   struct Asked {
     const char* function = "";
     std::string name;
+    std::string place;
     std::vector<Value> alternatives;
     std::vector<double> probabilities;  // empty: nobody says
     [[nodiscard]] Choice choice() const;

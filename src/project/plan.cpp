@@ -143,7 +143,7 @@ class Preparation {
       }
       check_subscriptions(fmt::format("model \"{}\"", entry.name), entry.subscribes, *chart, services_, diagnostics);
       if (!serves.empty() || entry.serves.empty())
-        models_.push_back({entry.name, *chart, std::move(serves), entry.subscribes.topics});
+        models_.push_back({entry.name, entry.file.path, *chart, std::move(serves), entry.subscribes.topics});
     }
     check_publishers(project_, leaves_, models_, services_, diagnostics);
     for (const ServiceEntry& entry : project_.services) {
@@ -642,6 +642,7 @@ Loaded<Plan> prepare(Scenario scenario, PartCache& known) {
   explored.services = &modelled;
   // It is explored in one process; what is said of one that runs in several would be wrong.
   if (scenario.processes.empty()) check_verify(scenario, explored, preparation.model_charts_, preparation.diagnostics);
+  if (auto unrolled = unroll(scenario); !unrolled) preparation.diagnostics.push_back(unrolled.error());
   if (tree) check_process_skills(scenario, *tree, preparation.diagnostics);
   sort_by_place(preparation.diagnostics);
   prepared.diagnostics = std::move(preparation.diagnostics);

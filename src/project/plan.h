@@ -58,6 +58,7 @@ struct ServicePlan {
 /// A chart that serves services of the run, or publishes and subscribes to topics.
 struct ModelPlan {
   std::string name;
+  std::string file;  ///< As the project names it.
   scxml::Chart chart;
   std::vector<std::string> serves;      ///< Those of its services that are at: model.
   std::vector<std::string> subscribes;  ///< Topics.

@@ -13,6 +13,7 @@
 #include "sentree/base/value.h"
 #include "sentree/bt/status.h"
 #include "sentree/project/intervention.h"
+#include "sentree/project/loop.h"
 #include "sentree/text/yaml.h"
 
 namespace sentree::project {
@@ -219,6 +220,7 @@ struct Injection {
   Intervention what;
   std::string source = "scenario";  ///< Who did it, as its observation says.
   SourceSpan span;
+  bool again = false;  ///< In a later round of the scenario's loop: see `unroll`.
 };
 
 /// Which alternative of a choice of a model comes.
@@ -228,6 +230,7 @@ struct ScenarioChoice {
   std::string name;          ///< Of pick('NAME', …); for people.
   Value value;
   std::uint64_t tick = 0;  ///< In which it is made; for people.
+  std::string place = {};  ///< Where it stands, "models/robot.scxml:31"; for people.
   SourceSpan span;
   friend bool operator==(const ScenarioChoice&, const ScenarioChoice&) = default;
 };
@@ -282,9 +285,11 @@ struct Scenario {
   std::optional<std::vector<ScenarioChoice>> choices;
   /// Where nothing is said: the order of virtual time.
   std::vector<ScenarioOrder> orders;
+  std::optional<ScenarioLoop> loop;
   std::vector<ProcessEntry> processes;
 
-  /// Expected mission status (SUCCESS, FAILURE, RUNNING) and verdicts by monitor (violated, satisfied, undecided).
+  /// Expected mission status (SUCCESS, FAILURE, RUNNING) and verdicts by monitor (violated, satisfied, undecided, or
+  /// owed: undecided, and something is owed in the end).
   std::optional<std::string> mission;
   std::string mission_reason;  ///< Text that some output `reason` of the failed leaf must contain; empty: any.
   std::map<std::string, std::string> verdicts;

@@ -93,9 +93,10 @@ void read_expect(const text::YamlNode& node, Scenario& scenario, Diagnostics& di
       reader.error(name.span, "scenario.expect",
                    fmt::format("the project has no monitor \"{}\"{}", name.scalar, did_you_mean(name.scalar, names)));
     }
-    if (verdict.scalar != "violated" && verdict.scalar != "satisfied" && verdict.scalar != "undecided") {
+    if (verdict.scalar != "violated" && verdict.scalar != "satisfied" && verdict.scalar != "undecided" &&
+        verdict.scalar != "owed") {
       reader.error(verdict.span, "scenario.expect",
-                   fmt::format("verdict \"{}\" must be violated, satisfied or undecided", verdict.scalar));
+                   fmt::format("verdict \"{}\" must be violated, satisfied, undecided or owed", verdict.scalar));
     }
     scenario.verdicts[name.scalar] = verdict.scalar;
   }
@@ -114,6 +115,7 @@ void read_choices(const text::YamlNode& node, Scenario& scenario, Diagnostics& d
     choice.number = static_cast<std::uint64_t>(std::max<std::int64_t>(number.value_or(1), 1));
     choice.name = reader.string("name").value_or("");
     choice.tick = static_cast<std::uint64_t>(std::max<std::int64_t>(reader.integer("tick").value_or(0), 0));
+    choice.place = reader.string("place").value_or("");
     const auto* value = reader.node("value");
     if (value == nullptr)
       reader.error(entry.span, "scenario.choice", "choice needs \"value\": the alternative that comes");
@@ -277,6 +279,7 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     }
     if (const auto* choices = reader.sequence("choices")) read_choices(*choices, scenario, loaded.diagnostics);
     if (const auto* orders = reader.sequence("orders")) read_orders(*orders, scenario, loaded.diagnostics);
+    if (const auto* loop = reader.mapping("loop")) read_loop(*loop, scenario, loaded.diagnostics);
     if (const auto* delays = reader.sequence("delays")) read_delays(*delays, scenario, loaded.diagnostics);
     if (const auto* processes = reader.mapping("processes")) read_processes(*processes, scenario, loaded.diagnostics);
     if (const auto* expect = reader.mapping("expect")) read_expect(*expect, scenario, loaded.diagnostics);

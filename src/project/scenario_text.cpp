@@ -86,6 +86,7 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
   out += fmt::format("seed: {}\n", scenario.seed);
   for (const char* key : {"override", "processes", "delays"}) out += written(key);
   std::vector<Injection> timeline = scenario.timeline;
+  std::erase_if(timeline, [](const Injection& injection) { return injection.again; });
   timeline.insert(timeline.end(), done.begin(), done.end());
   // At one instant the scenario's own come first, as they did.
   std::stable_sort(timeline.begin(), timeline.end(), [](const auto& a, const auto& b) { return a.at < b.at; });
@@ -97,6 +98,7 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
     if (!choice.name.empty()) map["name"] = choice.name;
     map["value"] = choice.value;
     if (choice.tick > 0) map["tick"] = static_cast<std::int64_t>(choice.tick);
+    if (!choice.place.empty()) map["place"] = choice.place;
     out += fmt::format("  - {}\n", text::yaml_flow(Value(std::move(map))));
   }
   if (!scenario.orders.empty()) out += "orders:\n";
@@ -104,6 +106,16 @@ std::string scenario_text(const Scenario& scenario, const std::vector<Injection>
     Map map{{"number", static_cast<std::int64_t>(order.number)}, {"first", order.first}};
     if (order.tick > 0) map["tick"] = static_cast<std::int64_t>(order.tick);
     out += fmt::format("  - {}\n", text::yaml_flow(Value(std::move(map))));
+  }
+  if (scenario.loop) {
+    const auto range = [](const ScenarioLoop::Range& of) { return fmt::format("[{}, {}]", of.first, of.last); };
+    out += fmt::format("loop: {{from: {}, to: {}", scenario.loop->ticks.first, scenario.loop->ticks.last);
+    std::string choices;
+    for (const auto& [model, numbers] : scenario.loop->choices)
+      choices += fmt::format("{}{}: {}", choices.empty() ? "" : ", ", text::yaml_flow(model), range(numbers));
+    if (!choices.empty()) out += fmt::format(", choices: {{{}}}", choices);
+    if (scenario.loop->orders) out += fmt::format(", orders: {}", range(*scenario.loop->orders));
+    out += "}\n";
   }
   out += fmt::format("duration: {}\n", exact_seconds(scenario.duration));
   out += written("stop_when_violated");

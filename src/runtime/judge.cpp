@@ -31,9 +31,13 @@ void judge(const project::Scenario& scenario, RunReport& report) {
         std::find(report.given_up.begin(), report.given_up.end(), monitor.failure) != report.given_up.end();
     if (!monitor.failure.empty() && !said)
       report.unmet.push_back(fmt::format("monitor {} was given up: {}", monitor.name, monitor.failure));
-    if (expected == scenario.verdicts.end() || expected->second == to_string(monitor.verdict)) continue;
-    report.unmet.push_back(
-        fmt::format("monitor {} is {}, expected {}", monitor.name, to_string(monitor.verdict), expected->second));
+    if (expected == scenario.verdicts.end()) continue;
+    const std::string verdict(to_string(monitor.verdict));
+    const bool owes = monitor.verdict == monitor::Verdict::kUndecided && monitor.standing.starts_with("pending");
+    if (expected->second == verdict || (expected->second == "owed" && owes)) continue;
+    const bool tells = expected->second == "owed" && !monitor.standing.empty();
+    report.unmet.push_back(fmt::format("monitor {} is {}{}, expected {}", monitor.name, verdict,
+                                       tells ? fmt::format(" ({})", monitor.standing) : "", expected->second));
   }
   if (scenario.distinct_processes) {
     std::set<std::int64_t> pids;

@@ -14,15 +14,6 @@ namespace sentree::verify {
 
 namespace {
 
-// The edges of a path, its loop gone round as often as is shown.
-std::vector<std::uint32_t> unrolled(const Path& path) {
-  std::vector<std::uint32_t> edges = path.edges;
-  if (!path.loop) return edges;
-  const std::vector<std::uint32_t> loop(edges.begin() + static_cast<std::ptrdiff_t>(*path.loop), edges.end());
-  for (int round = 1; round < kLoopRounds; ++round) edges.insert(edges.end(), loop.begin(), loop.end());
-  return edges;
-}
-
 // What a fault's entry in the graph says it does: the one of the options that is written so.
 std::optional<project::Intervention> fault_of(const ChoicePoint& point, const project::VerifySection& section) {
   for (const project::Intervention& what : section.faults) {
@@ -40,7 +31,7 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
   made.choices.emplace();
   made.expect_nothing();
   made.verdicts[judgement.requirement] =
-      judgement.path->loop || judgement.state == "the mission ends" ? "undecided" : "violated";
+      judgement.path->loop || judgement.state == "the mission ends" ? "owed" : "violated";
   std::map<std::string, std::uint64_t> numbers;
   std::map<std::string, std::uint64_t> standing;  // faults, by what they say
   std::uint64_t last_id = 0;
@@ -52,8 +43,14 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
     stands_now(project::intervention::Delay{.message = delay.message, .by = delay.by});
   auto own = scenario.timeline.begin();
   std::uint64_t orders = 0;
-  const auto edges = unrolled(*judgement.path);
+  const auto& [edges, loop] = *judgement.path;
+  std::map<std::string, std::uint64_t> numbers_before;  // of the loop
+  std::uint64_t orders_before = 0;
   for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (loop == i) {
+      numbers_before = numbers;
+      orders_before = orders;
+    }
     const TimePoint tick_time = TimePoint{} + graph.period * static_cast<std::int64_t>(i);
     for (; own != scenario.timeline.end() && own->at <= tick_time; ++own) stands_now(own->what);
     for (const Made& decision : graph.decisions[graph.edges[edges[i]].made]) {
@@ -88,10 +85,20 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
                                .name = point.name,
                                .value = value ? *value : Value(),
                                .tick = i + 1,
+                               .place = graph.places[decision.place],
                                .span = {}});
     }
   }
   made.duration = graph.period * static_cast<std::int64_t>(edges.size());
+  if (!loop) return made;
+  made.duration += graph.period * static_cast<std::int64_t>((edges.size() - *loop) * (kLoopRounds - 1));
+  made.loop.emplace();
+  made.loop->ticks = {*loop + 1, edges.size()};
+  for (const auto& [model, last] : numbers) {
+    const std::uint64_t before = numbers_before[model];
+    if (last > before) made.loop->choices[model] = {before + 1, last};
+  }
+  if (orders > orders_before) made.loop->orders = {orders_before + 1, orders};
   return made;
 }
 
@@ -137,12 +144,11 @@ Result<std::vector<Told>> retell(const project::Plan& plan) {
   Listener listener(plan);
   mission::State state = host.begin();
   const TimePoint end = TimePoint{} + plan.scenario.duration;
-  while (!mission::VirtualHost::ended(state) && state.tree.planned < end) {
-    listener.told.push_back(
-        {.tick = listener.told.size() + 1, .at = state.tree.planned, .messages = {}, .choices = {}});
+  while (!mission::VirtualHost::ended(state) && (state.tree.over || state.tree.planned < end)) {
+    listener.told.push_back({.tick = listener.told.size() + 1, .at = {}, .messages = {}, .choices = {}});
     const auto done = period(host, state, listener, [] { return Result<void>(); });
     if (!done) return tl::unexpected(done.error());
-    if (state.tree.over) break;
+    listener.told.back().at = state.now;
   }
   return std::move(listener.told);
 }

@@ -10,8 +10,8 @@
 
 namespace sentree::verify {
 
-/// Times that a loop is gone round in a scenario.
-inline constexpr int kLoopRounds = 3;
+/// Times that a loop is gone round in a scenario, unless its duration is changed.
+inline constexpr std::uint64_t kLoopRounds = 3;
 
 /// A refuting behaviour as something that a run can be made to do again: with choices, orders, faults and what is
 /// expected.
@@ -30,6 +30,7 @@ inline constexpr std::uint64_t kAlternativesToldMax = 8;
 /// was observed in it, and what was chosen.
 struct Told {
   std::uint64_t tick = 0;
+  /// Of the tick, which is the last that happens in it; behind the last one, when the mission ended.
   TimePoint at{};
   std::vector<Message> messages;
   /// What models chose, in the order of the observations MODEL.choice.

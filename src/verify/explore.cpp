@@ -194,6 +194,13 @@ Diagnostics obstacles(const project::Plan& plan) {
   return out;
 }
 
+Duration Graph::lasts(const Edge& edge) const {
+  if (edge.from == 0) return Duration(0);
+  const Node& to = nodes[edge.to];
+  const Duration begun = (to.at - TimePoint{}) % period;
+  return to.ended && begun > Duration(0) ? begun : period;
+}
+
 void for_each(const Each& each, std::size_t count, const std::function<void(std::size_t)>& work) {
   if (each) return each(count, work);
   for (std::size_t i = 0; i < count; ++i) work(i);

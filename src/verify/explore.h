@@ -31,6 +31,7 @@ struct Made {
   std::uint32_t what = 0;   ///< Of choices and of faults that come or go: index in `Graph::choices`; of orders: in
                             ///< `Graph::parts`, which part comes first.
   double probability = -1;  ///< Below 0: nobody says.
+  std::uint32_t place = 0;  ///< Of choices: index in `Graph::places`.
   friend bool operator==(const Made&, const Made&) = default;
 };
 
@@ -75,12 +76,15 @@ struct Graph {
   std::vector<std::vector<Made>> decisions;
   std::vector<Hash128> said;  ///< By edge, of all that is said in it (`Options::tells_what_is_said`).
   std::vector<ChoicePoint> choices;
-  std::vector<std::string> parts;  ///< Of the mission, by name.
+  std::vector<std::string> places{""};  ///< Where choices stand, "models/robot.scxml:31"; the first: it is not known.
+  std::vector<std::string> parts;       ///< Of the mission, by name.
   bool complete = true;
   std::string limit;  ///< Why it is not complete; empty: it is.
   std::string grows;  ///< What took most values until a limit, with a way out (`most_varied`); may be empty.
   Duration period{};
   std::uint32_t complete_to = 0;  ///< Ticks up to which every behaviour is known.
+  /// How long the period of an edge is: before the first tick no time passes, and the mission may end between two.
+  [[nodiscard]] Duration lasts(const Edge& edge) const;
 
   // What was reached at all.
   std::vector<std::vector<bool>> taken;                 ///< By leaf and transition.

@@ -16,6 +16,11 @@ namespace sentree::verify {
 
 namespace {
 
+// What is due then is judged up to the end, which may be between two ticks.
+Duration since_tick(const project::Plan& plan, TimePoint now) {
+  return (now - TimePoint{}) % plan.scenario.project.period;
+}
+
 class Executing final : public Frontier {
  public:
   Executing(const project::Plan& plan, mission::Surroundings& surroundings)
@@ -71,10 +76,10 @@ class Executing final : public Frontier {
         return session.next_timer() - state.now;
       };
       const std::size_t skills = state.skills.size();
-      for (std::size_t i = 0; i < skills; ++i) visit(i, state.skills[i], wake(state.skills[i].session));
+      for (std::size_t i = 0; i < skills; ++i) visit(i, &state.skills[i], wake(state.skills[i].session));
       for (std::size_t i = 0; i < state.models.size(); ++i)
-        visit(skills + i, state.models[i], wake(state.models[i].session));
-      visit(skills + state.models.size(), state.tree, std::nullopt);
+        visit(skills + i, &state.models[i], wake(state.models[i].session));
+      visit(skills + state.models.size(), &state.tree, std::nullopt);
     }
   }
   std::uint64_t bytes() const override {
@@ -89,6 +94,7 @@ class Executing final : public Frontier {
     for (const project::Injection& injection : plan_.scenario.timeline) {
       if (injection.at > run_.now) form_ += fmt::format("{};", (injection.at - run_.now).count());
     }
+    if (ended()) form_ += fmt::format("ended {}", since_tick(plan_, run_.now).count());
     return {};
   }
 
@@ -172,7 +178,11 @@ class Remembering final : public Frontier {
   }
   const mission::ModelState& model(std::size_t index) const override { return memory_->model(run_, index); }
   Result<void> inject(const project::Intervention& what) override { return memory_->inject(run_, what, outside_); }
-  void each_state(const Visit& visit) const override { memory_->each_state(visit); }
+  void each_state(const Visit& visit) const override {
+    memory_->each_state([&](std::size_t part, const mission::PartState& state, std::optional<Duration> wake) {
+      visit(part, std::visit([](const auto& of) { return PartView(&of); }, state), wake);
+    });
+  }
   std::uint64_t bytes() const override { return memory_->bytes() + waiting_.capacity() * sizeof(std::uint32_t); }
 
  private:
@@ -188,6 +198,7 @@ class Remembering final : public Frontier {
     for (const project::Injection& injection : plan_.scenario.timeline) {
       if (injection.at > run_.now) packed_.push_back(memory_->number_of(injection.at - run_.now));
     }
+    if (ended()) packed_.push_back(memory_->number_of(since_tick(plan_, run_.now)));
     return {};
   }
 

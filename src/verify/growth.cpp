@@ -29,9 +29,9 @@ class Varied {
  public:
   explicit Varied(const project::Plan& plan) : plan_(plan) {}
 
-  void see(std::size_t part, const mission::PartState& state, std::optional<Duration> wake) {
-    if (const auto* const tree = std::get_if<mission::TreeState>(&state)) {
-      for (const bt::EntryFact& entry : bt::blackboard(plan_.tree, tree->tree)) {
+  void see(std::size_t part, Frontier::PartView state, std::optional<Duration> wake) {
+    if (const auto* const tree = std::get_if<const mission::TreeState*>(&state)) {
+      for (const bt::EntryFact& entry : bt::blackboard(plan_.tree, (*tree)->tree)) {
         const std::string scope = entry.scope.empty() ? "" : entry.scope + ".";
         add(Kind::kEntry, fmt::format("the blackboard's {}{}", scope, entry.name), to_json(*entry.value));
       }
@@ -40,8 +40,9 @@ class Varied {
     const bool is_leaf = part < plan_.leaves.size();
     const std::string& name = is_leaf ? plan_.leaves[part].name : plan_.models[part - plan_.leaves.size()].name;
     const scxml::Chart& chart = is_leaf ? *plan_.leaves[part].chart : plan_.models[part - plan_.leaves.size()].chart;
-    const auto* const model = std::get_if<mission::ModelState>(&state);
-    const scxml::Session& session = model != nullptr ? model->session : std::get<mission::SkillState>(state).session;
+    const bool is_model = std::holds_alternative<const mission::ModelState*>(state);
+    const mission::ModelState* const model = is_model ? std::get<const mission::ModelState*>(state) : nullptr;
+    const scxml::Session& session = is_model ? model->session : std::get<const mission::SkillState*>(state)->session;
     if (session.status() == scxml::SessionStatus::kNew) return;
     session.visit_data(chart, [&](const std::string& datum, const Value& value) {
       add(Kind::kDatum, fmt::format("{}.{}", name, datum), to_json(value));
@@ -81,9 +82,8 @@ class Varied {
 
 std::string most_varied(const project::Plan& plan, const Frontier& frontier, std::size_t count) {
   Varied varied(plan);
-  frontier.each_state([&](std::size_t part, const mission::PartState& state, std::optional<Duration> wake) {
-    varied.see(part, state, wake);
-  });
+  frontier.each_state(
+      [&](std::size_t part, Frontier::PartView state, std::optional<Duration> wake) { varied.see(part, state, wake); });
   return varied.text(count);
 }
 

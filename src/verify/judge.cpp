@@ -10,6 +10,7 @@
 #include "sentree/verify/lasso.h"
 #include "sentree/verify/monitor_memory.h"
 #include "sentree/verify/probability.h"
+#include "sentree/verify/vacuity.h"
 
 namespace sentree::verify {
 
@@ -51,7 +52,11 @@ class Judge {
     if (out_.finding != Finding::kRefuted) {
       look_for_loops();
       if (out_.finding != Finding::kRefuted) out_.finding = graph_.complete ? Finding::kHolds : Finding::kUnknown;
-      if (out_.finding == Finding::kHolds) out_.vacuous = vacuity();
+      if (out_.finding == Finding::kHolds) {
+        Vacuity found = vacuity(graph_, model_, memory_);
+        out_.vacuous = std::move(found.why);
+        out_.never_seen = std::move(found.never_seen);
+      }
     }
     if (wants_all()) probability();
     return std::move(out_);
@@ -73,9 +78,7 @@ class Judge {
     const Graph::Node& node = graph_.nodes[pair.node];
     if (node.ended) {
       if (memory_.kept(pair.core).owes && out_.finding != Finding::kRefuted) {
-        // It may end before the tick, by as much as on the way on which that was found.
-        const TimePoint tick = TimePoint{} + graph_.period * static_cast<std::int64_t>(node.depth - 1);
-        refute(at, "", time_of(at) - (tick - node.at), "");
+        refute(at, "", time_of(at), "");
         out_.state = "the mission ends";
       } else if (memory_.kept(pair.core).owes_until && !out_.can_stay_open) {
         out_.can_stay_open = path_to(at);
@@ -84,8 +87,7 @@ class Judge {
     }
     for (std::uint32_t e = node.first_edge; e < node.first_edge + node.edges; ++e) {
       const Edge& edge = graph_.edges[e];
-      const Duration period = span_of(edge);
-      const auto* outcome = memory_.after(pair.core, memory_.heard(edge.seen), period);
+      const auto* outcome = memory_.after(pair.core, memory_.heard(edge.seen), graph_.lasts(edge));
       if (outcome == nullptr) return false;
       const auto [to, is_new] = add({edge.to, outcome->core, at, e});
       steps_.push_back({at, to, e, outcome->discharged});
@@ -98,12 +100,9 @@ class Judge {
     return true;
   }
 
-  // Before the first period no time has passed.
-  [[nodiscard]] Duration span_of(const Edge& edge) const { return edge.from == 0 ? Duration(0) : graph_.period; }
-
   [[nodiscard]] TimePoint time_of(std::uint32_t at) const {
     TimePoint time{};
-    for (; pairs_[at].parent != UINT32_MAX; at = pairs_[at].parent) time += span_of(graph_.edges[pairs_[at].edge]);
+    for (; pairs_[at].parent != UINT32_MAX; at = pairs_[at].parent) time += graph_.lasts(graph_.edges[pairs_[at].edge]);
     return time;
   }
 
@@ -161,62 +160,6 @@ class Judge {
       all[arc] = step == Branching::kNone || (!steps_[step].discharged && owes(steps_[step].to));
     }
     return all;
-  }
-
-  // ----
-
-  std::string vacuity() {
-    const monitor::Origin* origin = model_.origin();
-    const bool may_be_silent =
-        origin != nullptr && !origin->requirement.scope.open && is_ruled_out(origin->requirement);
-    if (!memory_.ever_heard() && !may_be_silent) return "no observation that it waits for is ever made";
-    if (origin == nullptr) return {};
-    const monitor::Requirement& of = origin->requirement;
-    std::string why;
-    for (const auto& condition : {of.scope.open, of.scope.close, of.p, of.q, of.r, of.assuming}) {
-      if (!condition) continue;
-      std::vector<monitor::Source> sources;
-      monitor::collect_sources(*condition, sources);
-      const std::size_t all = sources.size();
-      std::erase_if(sources, [&](const monitor::Source& source) { return is_seen(source); });
-      const bool can_be_wanting = condition != of.scope.close && condition != of.r && condition != of.assuming &&
-                                  !(condition == of.p && is_ruled_out(of));
-      if (can_be_wanting && all > 0 && sources.size() == all && why.empty())
-        why = fmt::format("{} is never seen", sources.front().text());
-      for (const monitor::Source& source : sources) {
-        auto& unseen = out_.never_seen;
-        if (std::find(unseen.begin(), unseen.end(), source.text()) == unseen.end()) unseen.push_back(source.text());
-      }
-    }
-    if (!why.empty()) return why;
-    if (!memory_.ever_inside()) return "its scope never begins";
-    switch (of.pattern) {
-      case monitor::Pattern::kRespond:
-      case monitor::Pattern::kKeepFor:
-      case monitor::Pattern::kKeepUntil:
-      case monitor::Pattern::kNotFor:
-      case monitor::Pattern::kHoldsFor: break;
-      default: return {};
-    }
-    return memory_.ever_owed() ? "" : "it is never triggered, or what it asks for holds then at once";
-  }
-
-  // That an event never comes is what is asked for, and may be so.
-  static bool is_ruled_out(const monitor::Requirement& of) {
-    const bool forbids = of.pattern == monitor::Pattern::kNever || of.pattern == monitor::Pattern::kAtMost;
-    return forbids && speaks_of_events(*of.p);
-  }
-  static bool speaks_of_events(const monitor::Condition& condition) {
-    if (condition.kind == monitor::Condition::Kind::kEvent) return true;
-    return !condition.operands.empty() && std::all_of(condition.operands.begin(), condition.operands.end(),
-                                                      [](const auto& operand) { return speaks_of_events(*operand); });
-  }
-
-  // Whether anybody observes that at all, whatever is in it.
-  [[nodiscard]] bool is_seen(const monitor::Source& source) const {
-    return std::any_of(graph_.observations.begin(), graph_.observations.end(), [&](const Message& message) {
-      return message.name == source.observation && (source.from.empty() || message.source == source.from);
-    });
   }
 
   // ---- probabilities

@@ -4,8 +4,6 @@
 #include <span>
 #include <utility>
 
-#include "sentree/base/assert.h"
-
 namespace sentree::verify {
 
 using monitor::Core;
@@ -79,6 +77,16 @@ std::uint32_t MonitorMemory::heard(std::uint32_t sequence) {
   return of_sequence_[sequence];
 }
 
+// A number of its own for what is heard when the mission ends so long after a tick.
+std::uint32_t MonitorMemory::cut_short(std::uint32_t heard, Duration period) {
+  const auto [found, is_new] = cut_short_.emplace(std::pair(heard, period), static_cast<std::uint32_t>(heard_.size()));
+  if (is_new) {
+    bytes_ += 128 + heard_[heard].size() * sizeof(Seen);
+    heard_.push_back(std::vector<Seen>(heard_[heard]));
+  }
+  return found->second;
+}
+
 std::optional<std::uint32_t> MonitorMemory::intern(Core core, TimePoint at, bool violated) {
   form_.clear();
   if (auto encoded = monitor::encode(model_, core, at, form_); !encoded) {
@@ -102,8 +110,8 @@ std::optional<std::uint32_t> MonitorMemory::intern(Core core, TimePoint at, bool
 }
 
 const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint32_t heard, Duration period) {
-  // A period has its length, or none before the first tick.
-  SENTREE_ASSERT(period == Duration(0) || period == graph_.period);
+  // Most have the length of a period, or none before the first tick.
+  if (period != Duration(0) && period != graph_.period) heard = cut_short(heard, period);
   const std::uint64_t key = std::uint64_t{core} << 32U | heard << 1U | (period > Duration(0) ? 1U : 0U);
   if (const std::uint32_t known = outcome_of_.find(key); known != outcome_of_.kNone) return &outcomes_[known];
   Outcome outcome;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "sentree/base/flat_map.h"
@@ -67,6 +68,7 @@ class MonitorMemory {
 
  private:
   std::optional<std::uint32_t> intern(monitor::Core core, TimePoint at, bool violated);
+  [[nodiscard]] std::uint32_t cut_short(std::uint32_t heard, Duration period);
   void look_for_scope(const monitor::Core& core);
 
   const Graph& graph_;
@@ -79,6 +81,7 @@ class MonitorMemory {
   std::unordered_map<Hash128, std::uint32_t, Hash128Hash> known_;
   std::vector<std::vector<Seen>> heard_;
   std::vector<std::uint32_t> of_sequence_;
+  std::map<std::pair<std::uint32_t, Duration>, std::uint32_t> cut_short_;  // what is heard of a period that ends early
   std::vector<Kept> cores_;
   std::unordered_map<std::string, std::uint32_t> core_of_;
   std::deque<Outcome> outcomes_;

@@ -70,7 +70,7 @@ class BruteForce final : public mission::Surroundings {
       const auto done = period(host, state, *this, [&] { return fault(host, state); });
       ASSERT_TRUE(done) << to_string(done.error());
       decided_.clear();
-      monitors_->advance(begin_ + (tick == 0 ? Duration(0) : plan_.scenario.project.period), decided_);
+      monitors_->advance(state.now, decided_);
       note();
     }
     out_.all.insert(text_);

@@ -18,14 +18,15 @@ namespace {
 
 bool counts(std::string_view member) { return member == "time" || member == "tick" || member == "call"; }
 
-// Of a message, but for what counts. Nothing of statuses of nodes: skills answer theirs, and who changes a tree changes
-// its nodes.
+// Of a message, but for what counts, and for where a choice stands, which may be a file made for the purpose. Nothing
+// of statuses of nodes: skills answer theirs, and who changes a tree changes its nodes.
 Hash128 all_of(const Message& message) {
   if (message.name == "node.status") return {};
   Map data;
   if (const Map* const members = message.data.as_map()) {
+    const bool is_choice = message.name.ends_with(".choice");
     for (const auto& [name, value] : *members) {
-      if (!counts(name)) data.append(name, value);
+      if (!counts(name) && !(is_choice && name == "place")) data.append(name, value);
     }
   }
   return hash128(fmt::format("{}|{}|{}|{}|{}", static_cast<int>(message.kind), message.source, message.target,
@@ -142,7 +143,7 @@ std::uint32_t Periods::decide(Made::Kind kind, std::uint64_t count, const missio
   const std::uint32_t alternative = made_.size() < script_.size() ? script_[made_.size()]
                                     : rest_ != nullptr            ? (*rest_)(count, choice)
                                                                   : 0;
-  made_.push_back({kind, alternative, static_cast<std::uint32_t>(count), 0, -1});
+  made_.push_back({kind, alternative, static_cast<std::uint32_t>(count), 0, -1, 0});
   return alternative;
 }
 
@@ -228,6 +229,12 @@ std::uint32_t Periods::intern_choice(ChoicePoint point) {
   return found->second;
 }
 
+std::uint32_t Periods::intern_place(const std::string& place) {
+  const auto [found, is_new] = place_of_.emplace(place, static_cast<std::uint32_t>(graph_.places.size()));
+  if (is_new) graph_.places.push_back(place);
+  return found->second;
+}
+
 // ---- what happens in a period
 
 void Periods::observed(const Message& message) {
@@ -264,13 +271,15 @@ std::uint64_t Periods::choose(std::uint32_t number, const mission::Choice& choic
   const std::uint64_t alternative = decide_choice(choice);
   if (error_) return alternative;
   if (noted_.size() <= number) noted_.resize(number + 1);
-  auto& of = noted_[number];
-  if (of.empty()) of.assign(choice.count, kUnheard);
-  if (of[alternative] == kUnheard) {
+  Noted& of = noted_[number];
+  if (of.alternatives.empty()) of.alternatives.assign(choice.count, kUnheard);
+  if (of.alternatives[alternative] == kUnheard) {
     note(choice, alternative);
-    of[alternative] = made_.back().what;
+    of.alternatives[alternative] = made_.back().what;
+    of.place = made_.back().place;
   } else {
-    made_.back().what = of[alternative];
+    made_.back().what = of.alternatives[alternative];
+    made_.back().place = of.place;
     if (choice.probability) made_.back().probability = choice.probability(alternative);
   }
   return alternative;
@@ -425,6 +434,7 @@ void Periods::refuse_clock(const Message& message, const std::string& member) {
 void Periods::note(const mission::Choice& choice, std::uint64_t alternative) {
   const std::string value = to_json(choice.alternative(alternative));
   made_.back().what = intern_choice({choice.model, choice.function, choice.name, value});
+  made_.back().place = intern_place(choice.place);
   if (choice.probability) made_.back().probability = choice.probability(alternative);
   if (!choice.name.empty()) graph_.values[fmt::format("{}.{}", choice.model, choice.name)].insert(value);
 }
@@ -465,7 +475,7 @@ Hash128 Periods::hash_of(const std::vector<Made>& all, std::vector<std::uint32_t
     // What is called alike may be drawn with another probability elsewhere.
     const auto probability = std::bit_cast<std::uint64_t>(made.probability);
     words.insert(words.end(),
-                 {static_cast<std::uint32_t>(made.kind), made.alternative, made.count, made.what,
+                 {static_cast<std::uint32_t>(made.kind), made.alternative, made.count, made.what, made.place,
                   static_cast<std::uint32_t>(probability), static_cast<std::uint32_t>(probability >> 32U)});
   }
   return hash128({reinterpret_cast<const char*>(words.data()), words.size() * sizeof(std::uint32_t)});

@@ -142,6 +142,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   [[nodiscard]] std::uint32_t find();
   Result<void> fault();
   std::uint32_t intern_choice(ChoicePoint point);
+  std::uint32_t intern_place(const std::string& place);
   std::uint32_t decide(Made::Kind kind, std::uint64_t count, const mission::Choice* choice = nullptr);
   std::uint64_t decide_choice(const mission::Choice& choice);
   void note(const mission::Choice& choice, std::uint64_t alternative);
@@ -191,10 +192,15 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   std::unordered_map<Hash128, std::uint32_t, Hash128Hash> sequence_of_;
   std::unordered_map<Hash128, std::uint32_t, Hash128Hash> decisions_of_;
   std::unordered_map<std::string, std::uint32_t> choice_of_;
+  std::unordered_map<std::string, std::uint32_t> place_of_{{"", 0}};
   std::unordered_map<std::string, std::uint32_t> observation_of_;
-  std::vector<std::uint32_t> heard_;               // observations by the numbers of the memory
-  std::vector<Hash128> said_of_;                   // what they say, likewise
-  std::vector<std::vector<std::uint32_t>> noted_;  // alternatives of choices, likewise
+  std::vector<std::uint32_t> heard_;  // observations by the numbers of the memory
+  std::vector<Hash128> said_of_;      // what they say, likewise
+  struct Noted {
+    std::vector<std::uint32_t> alternatives;
+    std::uint32_t place = 0;
+  };
+  std::vector<Noted> noted_;  // choices, likewise
   Orders orders_;
   bool tells_orders_ = false;
   std::vector<std::uint64_t> hearers_;  // by the numbers of the memory, as `Orders` wants them

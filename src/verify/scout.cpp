@@ -73,7 +73,7 @@ bool Scout::go_on(std::uint32_t from, std::span<const std::uint32_t> script) {
 
 std::uint32_t Scout::decide(Made::Kind kind, std::uint64_t count) {
   const std::uint32_t alternative = made_.size() < script_.size() ? script_[made_.size()] : 0;
-  made_.push_back({kind, alternative, static_cast<std::uint32_t>(count), 0, -1});
+  made_.push_back({kind, alternative, static_cast<std::uint32_t>(count), 0, -1, 0});
   return alternative;
 }
 
@@ -101,12 +101,14 @@ void Scout::observed(std::uint32_t number, TimePoint now, const Message&) {
 
 std::uint64_t Scout::choose(std::uint32_t number, const mission::Choice& choice) {
   const bool is_drawn = static_cast<bool>(choice.probability);
-  if (number >= of_.noted_.size() || of_.noted_[number].empty() || (is_drawn && choice.count > 1 && tells_orders())) {
+  if (number >= of_.noted_.size() || of_.noted_[number].alternatives.empty() ||
+      (is_drawn && choice.count > 1 && tells_orders())) {
     missed_ = true;
     return 0;
   }
   const std::uint32_t alternative = decide(Made::Kind::kChoice, choice.count);
-  made_.back().what = of_.noted_[number][alternative];
+  made_.back().what = of_.noted_[number].alternatives[alternative];
+  made_.back().place = of_.noted_[number].place;
   if (made_.back().what == Periods::kUnheard) missed_ = true;
   if (is_drawn) made_.back().probability = choice.probability(alternative);
   return alternative;

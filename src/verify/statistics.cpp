@@ -92,7 +92,7 @@ class Executed {
     const TimePoint end = TimePoint{} + sampling_.length;
     Thrower thrower(plan_, sampling_.order, rng_of(sampling_.seed, number));
     mission::State state = host_.begin();
-    while (!mission::VirtualHost::ended(state) && state.tree.planned < end && !state.tree.over) {
+    while (!mission::VirtualHost::ended(state) && (state.tree.over || state.tree.planned < end)) {
       const auto done = period(host_, state, thrower, [] { return Result<void>(); });
       if (!done) return tl::unexpected(done.error());
       if (thrower.error) return tl::unexpected(*thrower.error);
@@ -102,7 +102,7 @@ class Executed {
     // What is owed with a bound is due while the rest of the run is silent. What would come at its very end is not
     // known any more.
     const bool ended = mission::VirtualHost::ended(state);
-    if (!ended) thrower.advance(end - Duration(1));
+    thrower.advance(ended ? state.now : end - Duration(1));
     thrower.end(ended);
     return std::move(thrower.of_run);
   }

@@ -40,9 +40,9 @@ class Walk {
   Result<void> begin();
   /// Goes on by one period. Errors: those of `Periods::go_on`.
   Result<Step> go_on(std::uint32_t from, Rng& rng);
-  /// No period follows before `end`.
+  /// No period follows before `end`. A mission that is over comes to its end.
   [[nodiscard]] bool is_at_end(std::uint32_t at, TimePoint now, TimePoint end) const {
-    return ended(at) || states_[at].over || now + states_[at].until_planned >= end;
+    return ended(at) || (!states_[at].over && now + states_[at].until_planned >= end);
   }
   [[nodiscard]] bool ended(std::uint32_t at) const { return periods_->graph().nodes[at].ended; }
   [[nodiscard]] double score(std::uint32_t at) const { return states_[at].score; }

@@ -239,7 +239,7 @@ function Entry({ i, x, y, width, says, time, chosen, why }: { i: number; x: numb
   );
 }
 
-const kVerdicts = ["undecided", "satisfied", "violated"];
+const kVerdicts = ["undecided", "satisfied", "violated", "owed"];
 
 /** What the scenario expects of mission and monitors. */
 function Expectations({ scenario, text }: { scenario: ScenarioText; text: string }) {

@@ -90,6 +90,7 @@ function Row({ choice, others, take }: { choice: Choice; others: readonly Data[]
       <strong className="mono">{named}</strong>
       <span className="what-if-what">
         {choice.name || choice.function} = <span className="mono">{data_text(choice.value)}</span>
+        {choice.place && <span className="muted"> {choice.place}</span>}
       </span>
       <span className="what-if-others">
         {others.map((value) => (

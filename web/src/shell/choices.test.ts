@@ -8,12 +8,16 @@ const kChoices = choices_of([
   said(1, "robot.choice", { function: "pick", name: "starts_at", value: 4 }),
   said(2, "hall.choice", { function: "chance", value: true }),
   said(3, "robot.log", { text: "x" }),
-  said(4, "robot.choice", { function: "pick", name: "plugs_in", value: false }),
+  said(4, "robot.choice", { function: "pick", name: "plugs_in", value: false, place: "models/robot.scxml:33" }),
   said(5, "robot.choice", { function: "pick", name: "starts_at", value: 2 }),
 ]);
 
 test("choices are numbered by model", () => {
   expect(kChoices.map(({ model, number }) => `${model}#${number}`)).toEqual(["robot#1", "hall#1", "robot#2", "robot#3"]);
+});
+
+test("a choice tells where it stands, if that is known", () => {
+  expect(kChoices.map(({ place }) => place)).toEqual(["", "", "models/robot.scxml:33", ""]);
 });
 
 test("other alternatives are the other truth value, and what the same choice gave elsewhere", () => {

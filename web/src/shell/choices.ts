@@ -9,6 +9,8 @@ export interface Choice {
   function: string;
   name: string;
   value: Data;
+  /** Where the model's chart makes it, "models/robot.scxml:31"; empty: a recording of before says nothing of it. */
+  place: string;
 }
 
 /** The choices among these observations, which are all of a run from its beginning, in order. */
@@ -19,7 +21,11 @@ export function choices_of(observations: readonly Observation[]): Choice[] {
     const model = name.slice(0, -".choice".length);
     const number = (numbers.get(model) ?? 0) + 1;
     numbers.set(model, number);
-    return [{ model, number, time, function: data["function"], name: typeof data["name"] === "string" ? data["name"] : "", value: data["value"] ?? null }];
+    const text = (member: string) => {
+      const value = data[member];
+      return typeof value === "string" ? value : "";
+    };
+    return [{ model, number, time, function: text("function"), name: text("name"), value: data["value"] ?? null, place: text("place") }];
   });
 }
 

@@ -1,0 +1,184 @@
+#include "sentree/verify/vacuity.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "sentree/verify/judge.h"
+
+namespace sentree::verify {
+
+namespace {
+
+using monitor::Condition;
+using monitor::Pattern;
+using monitor::Requirement;
+using monitor::Source;
+
+// Which truth values a condition can have where some of what it speaks of is never seen (Kleene).
+struct Possible {
+  bool yes = true;
+  bool no = true;
+};
+
+// That an event never comes is what is asked for, and may be so.
+bool speaks_of_events(const Condition& condition) {
+  if (condition.kind == Condition::Kind::kEvent) return true;
+  return !condition.operands.empty() && std::all_of(condition.operands.begin(), condition.operands.end(),
+                                                    [](const auto& operand) { return speaks_of_events(*operand); });
+}
+bool is_ruled_out(const Requirement& of) {
+  const bool forbids = of.pattern == Pattern::kNever || of.pattern == Pattern::kAtMost;
+  return forbids && speaks_of_events(*of.p);
+}
+
+class Looking {
+ public:
+  Looking(const Graph& graph, const monitor::Model& model, const MonitorMemory& memory)
+      : graph_(graph), model_(model), memory_(memory) {}
+
+  Vacuity operator()() {
+    const monitor::Origin* origin = model_.origin();
+    const bool may_be_silent =
+        origin != nullptr && !origin->requirement.scope.open && is_ruled_out(origin->requirement);
+    if (!memory_.ever_heard() && !may_be_silent) return {"no observation that it waits for is ever made", {}};
+    if (origin == nullptr) return {};
+    const Requirement& of = origin->requirement;
+    Vacuity out;
+    look_for_unseen(of, out);
+    if (out.why.empty()) out.why = why_not_decided(of);
+    if (out.why.empty() && !(memory_.ever_inside() && opens(of))) out.why = "its scope never begins";
+    if (!out.why.empty()) return out;
+    switch (of.pattern) {
+      case Pattern::kRespond:
+      case Pattern::kKeepFor:
+      case Pattern::kKeepUntil:
+      case Pattern::kNotFor:
+      case Pattern::kHoldsFor: break;
+      default: return out;
+    }
+    if (!memory_.ever_owed()) out.why = "it is never triggered, or what it asks for holds then at once";
+    return out;
+  }
+
+ private:
+  // Whether anybody observes that at all, whatever is in it.
+  [[nodiscard]] bool is_seen(const Source& source) const {
+    return std::any_of(graph_.observations.begin(), graph_.observations.end(), [&](const Message& message) {
+      return message.name == source.observation && (source.from.empty() || message.source == source.from);
+    });
+  }
+
+  // Of a condition that is wanted nothing is ever seen.
+  void look_for_unseen(const Requirement& of, Vacuity& out) const {
+    for (const auto& condition : {of.scope.open, of.scope.close, of.p, of.q, of.r, of.assuming}) {
+      if (!condition) continue;
+      std::vector<Source> sources;
+      monitor::collect_sources(*condition, sources);
+      const std::size_t all = sources.size();
+      std::erase_if(sources, [&](const Source& source) { return is_seen(source); });
+      const bool can_be_wanting = condition != of.scope.close && condition != of.r && condition != of.assuming &&
+                                  !(condition == of.p && is_ruled_out(of));
+      if (can_be_wanting && all > 0 && sources.size() == all && out.why.empty())
+        out.why = fmt::format("{} is never seen", sources.front().text());
+      for (const Source& source : sources) {
+        auto& unseen = out.never_seen;
+        if (std::find(unseen.begin(), unseen.end(), source.text()) == unseen.end()) unseen.push_back(source.text());
+      }
+    }
+  }
+
+  // What is not known decides nothing: without a value that never comes nothing may be left that violates it.
+  [[nodiscard]] std::string why_not_decided(const Requirement& of) {
+    unseen_.clear();
+    bool is_decided = true;
+    switch (of.pattern) {
+      case Pattern::kAlways: is_decided = possible(*of.p).no; break;
+      case Pattern::kNever:
+      case Pattern::kAtMost: is_decided = possible(*of.p).yes; break;
+      case Pattern::kImmediately:
+      case Pattern::kKeepFor:
+      case Pattern::kKeepUntil: is_decided = possible(*of.p).yes && possible(*of.q).no; break;
+      case Pattern::kNotFor: is_decided = possible(*of.p).yes && possible(*of.q).yes; break;
+      case Pattern::kPrecedes: is_decided = possible(*of.q).yes; break;
+      case Pattern::kRespond: is_decided = possible(*of.p).yes; break;
+      case Pattern::kHoldsFor: {
+        const Possible p = possible(*of.p);
+        is_decided = p.yes && p.no;
+        break;
+      }
+      case Pattern::kEventually:
+      case Pattern::kAtLeastEvery: break;  // silence violates it
+    }
+    return is_decided || unseen_.empty() ? ""
+                                         : fmt::format("{} is never seen, and nothing violates it without", unseen_);
+  }
+
+  [[nodiscard]] Possible possible(const Condition& condition) {
+    using Kind = Condition::Kind;
+    const auto operand = [&](std::size_t i) { return possible(*condition.operands[i]); };
+    switch (condition.kind) {
+      case Kind::kDefined: return operand(0);
+      case Kind::kNot: {
+        const Possible of = operand(0);
+        return {.yes = of.no, .no = of.yes};
+      }
+      case Kind::kAnd:
+      case Kind::kOr:
+      case Kind::kImplies: {
+        Possible a = operand(0);
+        const Possible b = operand(1);
+        if (condition.kind == Kind::kImplies) std::swap(a.yes, a.no);
+        return condition.kind == Kind::kAnd ? Possible{.yes = a.yes && b.yes, .no = a.no || b.no}
+                                            : Possible{.yes = a.yes || b.yes, .no = a.no && b.no};
+      }
+      case Kind::kEvent: return {};  // one that does not come is known not to hold
+      case Kind::kUpdated:
+      case Kind::kRises:
+      case Kind::kFalls: return {.yes = is_known(condition), .no = true};
+      default: {
+        const bool known = is_known(condition);
+        return {.yes = known, .no = known};
+      }
+    }
+  }
+
+  // All values that it speaks of are seen.
+  [[nodiscard]] bool is_known(const Condition& condition) {
+    std::vector<Source> sources;
+    monitor::collect_sources(condition, sources);
+    const auto unseen = std::find_if(sources.begin(), sources.end(), [&](const Source& one) { return !is_seen(one); });
+    if (unseen != sources.end()) unseen_ = unseen->text();
+    return unseen == sources.end();
+  }
+
+  // What holds *while* something does has no memory of it: whether that is ever so is a question of its own.
+  [[nodiscard]] bool opens(const Requirement& of) const {
+    if (of.scope.kind != monitor::Scope::Kind::kWhile) return true;
+    Requirement never;
+    never.name = of.name;
+    never.pattern = Pattern::kNever;
+    never.p = of.scope.open;
+    never.span = of.span;
+    const auto made = monitor::Model::make(never);
+    if (!made.ok()) return true;
+    JudgeOptions options;
+    options.probabilities = false;
+    return judge(graph_, *made.value, options).finding != Finding::kHolds;
+  }
+
+  const Graph& graph_;
+  const monitor::Model& model_;
+  const MonitorMemory& memory_;
+  std::string unseen_;  // some value, that never comes
+};
+
+}  // namespace
+
+Vacuity vacuity(const Graph& graph, const monitor::Model& model, const MonitorMemory& memory) {
+  return Looking(graph, model, memory)();
+}
+
+}  // namespace sentree::verify
