@@ -48,7 +48,7 @@ service Observer {
   // Each message that it observes, in the run's order. A request that it gates comes before that too, with sequence 0: a
   // question, whether it may be sent.
   Verdict observe(1: Message message)
-  // The run is over: time has passed until now, and nothing more is observed. What is due at this instant stays open.
+  // The run is over: time has passed until now, and nothing more is observed.
   Verdict finish(1: i64 time_ns)
 }
 

@@ -214,12 +214,11 @@ monitor::State QuickMonitors::state_of(std::uint32_t i, const monitor::Core& cor
   return state;
 }
 
-void QuickMonitors::finish(TimePoint end) {
+void QuickMonitors::finish(TimePoint now) {
   for (std::uint32_t i = 0; i < monitors_.size(); ++i) {
     Watch& watch = watches_[i];
     if (watch.core || watch.verdict != monitor::Verdict::kUndecided) continue;
-    const TimePoint last = monitor::silence_until(end);
-    for (const monitor::Decision& decision : monitor::advance(monitors_[i].model, watch.state, last))
+    for (const monitor::Decision& decision : monitor::advance(monitors_[i].model, watch.state, now))
       decide(watch, decision.verdict);
     if (watch.state.failure()) go_well_ = false;
   }

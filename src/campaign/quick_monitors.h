@@ -38,7 +38,7 @@ class QuickMonitors {
   /// @param number  Of the observation.
   /// @param varies  Observations of that number differ in more than their time.
   void observe(std::uint32_t number, const Message& message, bool varies);
-  void finish(TimePoint end);
+  void finish(TimePoint now);
 
   /// None is violated, or was given up.
   [[nodiscard]] bool go_well() const { return go_well_; }

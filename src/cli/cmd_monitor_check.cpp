@@ -89,7 +89,7 @@ int monitor_check(const MonitorCheckCommand& command) {
     return kInvalidInput;
   }
   runtime::RunReport whole;
-  whole.monitors = verdicts.finish(recorded->ended());
+  whole.monitors = verdicts.finish(recorded->judged_until());
   std::string text = fmt::format("\n{} observations until {:.3f} s\n", observations, seconds(recorded->ended()));
   for (const runtime::MonitorReport& report : whole.monitors) text += monitor_line(report);
   if (command.json)

@@ -305,7 +305,7 @@ int report(const ReportCommand& command) {
     say(to_string(read.error()));
     return kInvalidInput;
   }
-  facts.monitors = verdicts.finish(run->ended());
+  facts.monitors = verdicts.finish(run->judged_until());
   const std::string html = page(command, *run, project, facts);
   if (command.output.empty()) {
     print(html);

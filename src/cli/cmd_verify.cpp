@@ -60,12 +60,17 @@ std::string models_text(const std::vector<verify::MadeModel>& made) {
 }
 
 // Executes a scenario in the run-time system: whether it comes out as it says.
-bool confirmed(const project::Plan& plan, std::unique_ptr<replay::RunRecorder> recorder) {
+// @param violated  If given, receives the names of all monitors that are.
+bool confirmed(const project::Plan& plan, std::unique_ptr<replay::RunRecorder> recorder,
+               std::vector<std::string>* violated = nullptr) {
   runtime::RunOptions options;
   if (recorder) recorder->install(options);
   runtime::Run run(plan, std::move(options));
   const runtime::RunReport report = run.execute();
   if (recorder) (void)recorder->finish(report);
+  for (const runtime::MonitorReport& monitor : report.monitors) {
+    if (violated != nullptr && monitor.verdict == monitor::Verdict::kViolated) violated->push_back(monitor.name);
+  }
   return report.error.empty() && report.unmet.empty();
 }
 
@@ -191,6 +196,10 @@ class Verifying {
         return plan.ok() && confirmed(*plan.value, nullptr);
       });
     }
+    // What else it violates is expected of it too: as a test, it would fail by that.
+    std::vector<std::string> violated;
+    if (const auto plan = prepared(example); plan.ok()) (void)confirmed(*plan.value, nullptr, &violated);
+    for (const std::string& name : violated) example.verdicts.try_emplace(name, "violated");
     shown.choices = example.choices->size();
     shown.orders = example.orders.size();
     shown.scenario = file.string();

@@ -16,7 +16,7 @@ void Verdicts::observe(Message message) {
 }
 
 std::vector<runtime::MonitorReport> Verdicts::finish(TimePoint end) {
-  set_.advance(monitor::silence_until(end), news_);
+  set_.advance(end, news_);
   take();
   for (std::size_t i = 0; i < reports_.size(); ++i) {
     const monitor::State& state = set_.state(i);

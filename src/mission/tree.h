@@ -18,6 +18,13 @@
 
 namespace sentree::mission {
 
+/// Until when time passes for monitors of a run that ended then. The instant at which a mission is cut off is not
+/// whole: an observation that would have been in time may have been to come, so what is due there stays open. The one
+/// at which it ends by itself is.
+[[nodiscard]] constexpr TimePoint judged_until(TimePoint ended, bool by_itself) {
+  return by_itself ? ended : ended - Duration(1);
+}
+
 /// Where the mission is between two deliveries.
 enum class TreePhase : std::uint8_t {
   kBetween,  ///< No tick goes on.

@@ -183,10 +183,6 @@ Decisions observe(const Model& model, State& state, const Message& message, scxm
 /// Lets time pass in silence up to and including `now`.
 Decisions advance(const Model& model, State& state, TimePoint now, scxml::ExecutionWatch* watch = nullptr);
 
-/// Until when time passes in silence for what is observed until `end`. What is due at the end itself stays open: an
-/// observation at that instant would come first, and nobody can say whether one would have come.
-[[nodiscard]] constexpr TimePoint silence_until(TimePoint end) { return end - Duration(1); }
-
 /// When silence next matters; kNever: never.
 [[nodiscard]] TimePoint next_timer(const Model& model, const Core& core);
 

@@ -252,7 +252,7 @@ std::vector<MonitorSet::Decided> evaluate(std::vector<Model> models, std::span<c
   MonitorSet set(std::move(models), begin);
   std::vector<MonitorSet::Decided> out;
   for (const Message& message : recording) set.observe(message, out);
-  set.advance(silence_until(end), out);
+  set.advance(end, out);
   return out;
 }
 

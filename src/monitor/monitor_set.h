@@ -178,7 +178,7 @@ class MonitorSet {
 [[nodiscard]] Result<MonitorSet::Memory> restore(std::span<const Model> models, const Value& saved);
 
 /// Everything that the monitors decide of a recording, in order of time.
-/// @param end  When it ends. What is open then, and what is due at that instant, is not decided.
+/// @param end  When it ends, inclusive; what is open then is not decided.
 [[nodiscard]] std::vector<MonitorSet::Decided> evaluate(std::vector<Model> models, std::span<const Message> recording,
                                                         TimePoint begin, TimePoint end);
 

@@ -322,9 +322,8 @@ class MonitorService final : public rpc::Service {
     if (!begun_) return refused("it was started anew; recall comes first");
     if (method.name == "remember") return remember();
     if (method.name == "finish")
-      return answer(monitor::advance(
-          model_, state_,
-          monitor::silence_until(TimePoint(Duration(static_cast<std::int64_t>(number_of(arguments, "time_ns")))))));
+      return answer(monitor::advance(model_, state_,
+                                     TimePoint(Duration(static_cast<std::int64_t>(number_of(arguments, "time_ns"))))));
     const Message message = from_wire(*arguments.find("message"));
     // Not yet in the run's order: a question, whether the request may be sent.
     if (message.sequence == 0) {

@@ -12,6 +12,7 @@
 #include "sentree/base/json.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/idl/conform.h"
+#include "sentree/mission/tree.h"
 #include "sentree/project/scenario_text.h"
 #include "sentree/record/compression.h"
 #include "sentree/record/observation.h"
@@ -84,6 +85,11 @@ std::string RecordedRun::fact(std::string_view name) const {
 TimePoint RecordedRun::ended() const {
   if (const auto ns = to_integer<std::int64_t>(fact("ended_ns"))) return TimePoint(Duration(*ns));
   return TimePoint(Duration(static_cast<std::int64_t>(reader_->statistics().end_time)));
+}
+
+TimePoint RecordedRun::judged_until() const {
+  const auto mission = bt::parse_status(fact("mission"));
+  return mission::judged_until(ended(), mission && bt::is_completed(*mission));
 }
 
 Result<void> RecordedRun::each(const std::function<bool(Message)>& take, TimePoint from, TimePoint to) {

@@ -31,6 +31,8 @@ class RecordedRun {
   [[nodiscard]] bool is_virtual() const { return fact("clock") == "virtual"; }
   /// Run time of its end; of a recording that was cut off, of its last message.
   [[nodiscard]] TimePoint ended() const;
+  /// Until when its monitors have judged: see `mission::judged_until`.
+  [[nodiscard]] TimePoint judged_until() const;
 
   /// All observations in order, until `take` returns false. Errors: record.*, json.*.
   [[nodiscard]] Result<void> each(const std::function<bool(Message)>& take, TimePoint from = TimePoint{},

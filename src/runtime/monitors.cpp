@@ -134,7 +134,7 @@ void Monitors::finish(TimePoint end) {
   on_own_thread([this, end] {
     tell_given_up();
     stream_.flush();
-    advance(monitor::silence_until(end));
+    advance(end);
     stream_.flush();
   });
   for (std::size_t i = 0; i < reports_.size(); ++i) {

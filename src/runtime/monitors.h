@@ -60,7 +60,7 @@ class Monitors : private monitor::MonitorSet::Listener {
   [[nodiscard]] std::vector<std::string> gated() const;
   /// What the gates say of a request that is not yet sent. Called where `observe` is.
   [[nodiscard]] std::optional<mission::Veto> judge(const Message& request) const;
-  /// After the run: what is still in the stream, then time passes until `end`. What is due there, or later, stays open.
+  /// After the run: what is still in the stream, then time passes until `end`; nothing more is decided.
   void finish(TimePoint end);
   [[nodiscard]] const std::vector<MonitorReport>& reports() const { return reports_; }
   /// Where a monitor stands, or null if it has been given up. Called where `observe` is.

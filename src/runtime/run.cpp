@@ -126,8 +126,9 @@ void Run::Impl::finish() {
   if (elsewhere_) elsewhere_->end_speaking();
   // Ended as it is, with no tick in which the mission could have said so.
   if (scheduler_->is_virtual() && (left_behind_ || (interrupted_ && ended_ == TimePoint{}))) ended_ = scheduler_->now();
-  monitors_.finish(ended_);
-  for (const auto& observer : observers()) observer->finish(ended_);
+  const TimePoint judged = mission::judged_until(ended_, bt::is_completed(mission_->state().root));
+  monitors_.finish(judged);
+  for (const auto& observer : observers()) observer->finish(judged);
   take_decisions();  // those that no actor took any more
   stream_.flush();
   if (elsewhere_) elsewhere_->end();

@@ -56,6 +56,7 @@ void Past::read(Recording& recording, const project::Plan& plan) {
     return recording.observations.size() < kPastObservationsMax;
   });
   recording.ended = run->ended();
+  recording.judged_until = run->judged_until();
   if (!done) recording.problem = done.error().message;
   if (recording.observations.size() >= kPastObservationsMax)
     recording.problem = "it has too many observations to be judged while one types; see sentree monitor check";
@@ -99,7 +100,7 @@ Value Past::judge(const std::string& file, const std::string& text, const projec
         set.observe(message, news);
         take();
       }
-      set.advance(recording.ended, news);
+      set.advance(recording.judged_until, news);
       take();
     }
     for (std::size_t i = 0; i < models.size(); ++i)

@@ -33,6 +33,7 @@ class Past {
     std::filesystem::file_time_type written;
     std::uintmax_t size = 0;
     TimePoint ended{};
+    TimePoint judged_until{};
     std::vector<std::shared_ptr<const Message>> observations;
     std::string problem;  ///< Why it is not judged; empty: it is.
   };
