@@ -167,15 +167,23 @@ export function receive(studio: Studio, message: RunMessage): Studio {
 let staged: Studio | null = null;
 let scheduled = false;
 
+/** What was selected, in a run whose tree may have been edited. */
+export function reselected({ node, chart, ...others }: Selection, before: Index | null, index: Index | null): Selection {
+  const path = node === null ? undefined : before?.model.tree.nodes[node]?.path;
+  const there = index?.model.tree.nodes.find((each) => each.path === path);
+  return { ...others, node: there?.id ?? null, chart: chart !== null && index?.chart.has(chart) ? chart : null };
+}
+
 function commit(): void {
   scheduled = false;
   if (!staged) return;
   const { phase, attempt, hello, index, state, messages, missed, violations, problems } = staged;
-  const fresh = hello !== null && useStudio.getState().hello?.boot !== hello.boot;
+  const shown = useStudio.getState();
+  const fresh = hello !== null && shown.hello?.boot !== hello.boot;
   staged = null;
   useStudio.setState({
     ...{ phase, attempt, hello, index, state, messages, missed, violations, problems },
-    ...(fresh ? { selection: kNothingSelected, wanted: null, replay: 0 } : {}),
+    ...(fresh ? { selection: kNothingSelected, wanted: null, replay: 0 } : index !== shown.index ? { selection: reselected(shown.selection, shown.index, index) } : {}),
   });
 }
 
