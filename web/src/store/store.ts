@@ -169,9 +169,19 @@ let scheduled = false;
 
 /** What was selected, in a run whose tree may have been edited. */
 export function reselected({ node, chart, ...others }: Selection, before: Index | null, index: Index | null): Selection {
-  const path = node === null ? undefined : before?.model.tree.nodes[node]?.path;
-  const there = index?.model.tree.nodes.find((each) => each.path === path);
-  return { ...others, node: there?.id ?? null, chart: chart !== null && index?.chart.has(chart) ? chart : null };
+  const key = node === null ? undefined : node_keys(before)[node];
+  const there = key === undefined ? -1 : node_keys(index).indexOf(key);
+  return { ...others, node: there < 0 ? null : there, chart: chart !== null && index?.chart.has(chart) ? chart : null };
+}
+
+/** By id, what a node is known by when the tree around it is edited: its path, and the how manieth it is of that path. */
+export function node_keys(index: Index | null): string[] {
+  const count = new Map<string, number>();
+  return (index?.model.tree.nodes ?? []).map(({ path }) => {
+    const nth = (count.get(path) ?? 0) + 1;
+    count.set(path, nth);
+    return `${nth} ${path}`;
+  });
 }
 
 function commit(): void {

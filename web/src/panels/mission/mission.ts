@@ -1,7 +1,7 @@
 import { create } from "zustand";
 
 import type { TreeLayout } from "../../protocol/types";
-import { request, select, useStudio, type Index } from "../../store/store";
+import { node_keys, request, select, useStudio } from "../../store/store";
 import { uncover } from "./tree";
 
 /** What the Mission panel shows of the tree. */
@@ -70,17 +70,14 @@ export function jump_to(node: number): void {
   else void set_collapsed(open).then(show);
 }
 
-function collapsed_paths(index: Index | null): ReadonlySet<string> {
-  return new Set([...useMission.getState().collapsed].flatMap((id) => index?.model.tree.nodes[id]?.path ?? []));
-}
-
 useStudio.subscribe((studio, before) => {
   if (studio.index === before.index) return;
   // Another run has another tree; that of a scenario that runs again may have been edited.
-  const paths = studio.hello?.boot === before.hello?.boot ? collapsed_paths(before.index) : new Set<string>();
+  const keys = node_keys(before.index);
+  const collapsed = new Set(studio.hello?.boot === before.hello?.boot ? [...useMission.getState().collapsed].map((id) => keys[id]) : []);
   asked += 1;
   useMission.setState({ collapsed: new Set(), drawn: null, wanted: null });
-  const again = studio.index?.model.tree.nodes.filter(({ path }) => paths.has(path)).map(({ id }) => id) ?? [];
+  const again = collapsed.size === 0 ? [] : node_keys(studio.index).flatMap((key, id) => (collapsed.has(key) ? [id] : []));
   if (again.length > 0) void set_collapsed(new Set(again));
 });
 
