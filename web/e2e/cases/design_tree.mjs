@@ -65,7 +65,7 @@ test("without a mouse a node gets a place, a name and ports, and a chart a state
     await page.keyboard.type(title);
     await page.getByRole("option", { name: title }).first().waitFor();
     await page.keyboard.press("Enter");
-    await page.getByRole("dialog").waitFor({ state: "detached" });
+    await page.locator("#palette-list").waitFor({ state: "detached" });
   };
   const at = (where) => until(async () => (await focused()) === where, `${where} has the focus`);
   const done = (what) => until(async () => (await undo_name(page)) === what, what);
