@@ -310,9 +310,13 @@ Result<void> Workspace::put(const std::vector<NewText>& texts, const std::string
       if (const auto document = editable(text.file); !document) return tl::unexpected(document.error());
     }
   }
+  std::vector<DiskChange> on_disk;
+  for (const NewText& text : texts) {
+    if (find(text.file) == nullptr) on_disk.push_back({text.file, text.text, std::nullopt});
+  }
+  if (auto changed = change_disk(on_disk); !changed) return changed;
   for (const NewText& text : texts) {
     if (find(text.file) == nullptr) {
-      if (auto written = write(text.file, text.text); !written) return written;
       documents_[text.file].saved = text.text;
       set_text(documents_[text.file], text.text);
       step.changes.push_back({text.file, {{0, 0, text.text}}, {{0, text.text.size(), ""}}, true});
@@ -338,31 +342,60 @@ Result<void> Workspace::remove(const std::string& file) {
   return {};
 }
 
+// Makes files and takes files away, all of them or none.
+Result<void> Workspace::change_disk(const std::vector<DiskChange>& changes) const {
+  std::size_t done = 0;
+  auto result = [&]() -> Result<void> {
+    for (const DiskChange& change : changes) {
+      if (change.text) {
+        if (auto written = write(change.file, *change.text); !written) return written;
+      } else if (unlink((folder_ / change.file).c_str()) != 0 && errno != ENOENT) {
+        return unwritable(change.file);
+      }
+      ++done;
+    }
+    return {};
+  }();
+  if (result) return result;
+  // As far as the disk lets us; what stays is seen by `refresh`.
+  while (done-- > 0) {
+    const DiskChange& change = changes[done];
+    if (change.before)
+      (void)write(change.file, *change.before);
+    else
+      unlink((folder_ / change.file).c_str());
+  }
+  return result;
+}
+
 Result<std::vector<std::string>> Workspace::revert(const Step& step, bool back) {
-  std::vector<std::string> files;
-  // Everything is tried before anything is changed.
+  // Everything is tried before any text is changed.
+  std::vector<DiskChange> on_disk;
   for (const FileChange& change : step.changes) {
-    const bool comes = back ? change.removed : change.created;
-    if (comes) continue;
+    const auto found = documents_.find(change.file);
+    if (back ? change.removed : change.created) {
+      const TextEdits& edits = back ? change.back : change.edits;
+      if (found == documents_.end()) on_disk.push_back({change.file, with_edits("", edits).value_or(""), std::nullopt});
+      continue;
+    }
     const auto document = editable(change.file);
     if (!document) return tl::unexpected(document.error());
     const auto text = with_edits((*document)->text, back ? change.back : change.edits);
     if (!text) return tl::unexpected(text.error());
+    if (back ? change.created : change.removed)
+      on_disk.push_back({change.file, std::nullopt, text_of(folder_ / change.file)});
   }
+  if (auto changed = change_disk(on_disk); !changed) return tl::unexpected(changed.error());
+  std::vector<std::string> files;
   for (const FileChange& change : step.changes) {
     files.push_back(change.file);
     const TextEdits& edits = back ? change.back : change.edits;
     if (back ? change.removed : change.created) {
       std::string text = with_edits("", edits).value_or("");
-      if (const auto again = documents_.find(change.file); again != documents_.end()) {
-        set_text(again->second, std::move(text));
-        continue;
-      }
-      if (auto written = write(change.file, text); !written) return tl::unexpected(written.error());
-      documents_[change.file].saved = text;
-      set_text(documents_[change.file], std::move(text));
+      const auto [at, is_new] = documents_.try_emplace(change.file);
+      if (is_new) at->second.saved = text;
+      set_text(at->second, std::move(text));
     } else if (back ? change.created : change.removed) {
-      if (unlink((folder_ / change.file).c_str()) != 0 && errno != ENOENT) return unwritable(change.file);
       documents_.erase(change.file);
     } else {
       Document& document = documents_[change.file];

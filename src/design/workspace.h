@@ -85,13 +85,14 @@ class Workspace {
     std::string file;
     std::string text;
   };
-  /// Several files become `texts` in one step; those that are not there are made, on disk too.
+  /// Several files become `texts` in one step; those that are not there are made, on disk too: all of them or none.
   /// Errors: those of `edit`; design.outside (a path that leads out of the folder), file.unwritable.
   Result<void> put(const std::vector<NewText>& texts, const std::string& name);
   /// Deletes a file, on disk too. Errors: design.no-such-file, file.unwritable.
   Result<void> remove(const std::string& file);
 
-  /// The files that it changed. Errors: design.nothing-to-undo, file.unwritable.
+  /// The files that it changed: all of the step, or none where one fails.
+  /// Errors: design.nothing-to-undo, file.unwritable, those of `edit`.
   Result<std::vector<std::string>> undo();
   Result<std::vector<std::string>> redo();
 
@@ -116,6 +117,13 @@ class Workspace {
   Result<Document*> editable(const std::string& file);
   void set_text(Document& document, std::string text);
   void did(Step step, bool join);
+  /// A file that is made with `text`, or taken away, and what was there before.
+  struct DiskChange {
+    std::string file;
+    std::optional<std::string> text;
+    std::optional<std::string> before;
+  };
+  Result<void> change_disk(const std::vector<DiskChange>& changes) const;
   Result<std::vector<std::string>> revert(const Step& step, bool back);
   bool take_from_disk(const std::string& file, Step& step);
   void take_step_from_disk(Step step);

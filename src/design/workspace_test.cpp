@@ -73,6 +73,40 @@ TEST_F(WorkspaceTest, UndoesOverFilesToIdenticalBytes) {
   EXPECT_EQ(read("skills/A.scxml"), "<scxml/>\n");
 }
 
+TEST_F(WorkspaceTest, DoesAllOfAStepOrNothing) {
+  Workspace workspace = open();
+  // What nobody can write over, nor take away as a file.
+  const auto in_the_way = [&](const std::string& file) { fs::create_directory(folder_.path() / file); };
+  const std::vector<Workspace::NewText> parts{{"mission.xml", "<root/>"}, {"a.scxml", "<a/>"}, {"b.scxml", "<b/>"}};
+  in_the_way("b.scxml");
+  EXPECT_EQ(workspace.put(parts, "add").error().code, "file.unwritable");
+  EXPECT_EQ(read("a.scxml"), "(none)");
+  EXPECT_EQ(workspace.find("a.scxml"), nullptr);
+  EXPECT_FALSE(workspace.find("mission.xml")->is_dirty());
+  EXPECT_TRUE(workspace.undo_steps().empty());
+
+  fs::remove(folder_.path() / "b.scxml");
+  ASSERT_TRUE(workspace.put(parts, "add"));
+  fs::remove(folder_.path() / "b.scxml");
+  in_the_way("b.scxml");
+  EXPECT_EQ(workspace.undo().error().code, "file.unwritable");
+  EXPECT_EQ(read("a.scxml"), "<a/>");
+  EXPECT_NE(workspace.find("a.scxml"), nullptr);
+  EXPECT_EQ(workspace.find("mission.xml")->text, "<root/>");
+
+  fs::remove(folder_.path() / "b.scxml");
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(read("a.scxml"), "(none)");
+  in_the_way("b.scxml");
+  EXPECT_EQ(workspace.redo().error().code, "file.unwritable");
+  EXPECT_EQ(read("a.scxml"), "(none)");
+  EXPECT_FALSE(workspace.find("mission.xml")->is_dirty());
+
+  fs::remove(folder_.path() / "b.scxml");
+  ASSERT_TRUE(workspace.redo());
+  EXPECT_EQ(read("a.scxml") + read("b.scxml"), "<a/><b/>");
+}
+
 TEST_F(WorkspaceTest, WhatOneTypesIsOneStep) {
   Workspace workspace = open();
   replace(workspace, "mission.xml", "<a/>", "<a x/>");

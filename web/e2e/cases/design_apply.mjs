@@ -14,13 +14,18 @@ if (pictures) mkdirSync(pictures, { recursive: true });
 
 test("edits are applied to a run that is paused, or refused with all reasons", async () => {
   const { folder, program, page, close } = await open_beside("recharge", "normal");
-  await begin_run(page, "Sixteen times as fast");
+  // As slowly as it goes: it is to be paused before it is over.
+  await begin_run(page, "In step with the clock");
   const at_work = page.locator('[data-testid=tree] [data-status="RUNNING"][aria-label^="GoToKitchen"]');
   await at_work.waitFor();
   await page.getByTestId("pause").click();
   await until(async () => (await text(page, "presence")) === "❚❚ Paused", "the run is paused");
   const first = await records(page);
   assert.equal(await page.getByTestId("apply").count(), 0, "there is nothing to apply");
+  // Beside it, the tree that is edited says what its nodes are in it.
+  await page.getByRole("button", { name: "Design", exact: true }).click();
+  for (const [name, status] of [["GoToKitchen", "RUNNING"], ["AtKitchen", "FAILURE"], ["Root", "RUNNING"]]) await page.locator(`[data-testid=design-tree] [data-name="${name}"][data-status=${status}]`).waitFor();
+  if (pictures) await page.screenshot({ path: join(pictures, "apply-beside.png") });
 
   // What is at work cannot get lost.
   await rename_node(page, "GoToKitchen", "DriveToKitchen");
@@ -43,6 +48,7 @@ test("edits are applied to a run that is paused, or refused with all reasons", a
   await page.locator('[data-testid=tree] [aria-label^="InKitchen"]').waitFor();
   await at_work.waitFor();
   assert.equal(await text(page, "presence"), "❚❚ Paused");
+  await page.getByRole("combobox", { name: "Speed of the run" }).selectOption("16");
   await page.getByTestId("pause").click();
   await until(async () => (await text(page, "presence")) !== "❚❚ Paused", "it goes on");
   await until(async () => (await text(page, "presence")) === "■ Ended", "the mission is over");
@@ -95,4 +101,10 @@ test("a project with errors is refused with reason and place; a run in real time
   assert.equal(await program.stop(), 0);
   const info = await run(["info", join(folder, "runs", second)]);
   assert.ok(info.stdout.includes(`continues ${first}`), info.stdout);
+  // In real time too, what was before behaves as recorded; what came after begins in the middle, and says so.
+  const replayed = await run(["replay", join(folder, "runs", first)]);
+  assert.equal(replayed.code, 0, replayed.stdout + replayed.stderr);
+  const later = await run(["replay", join(folder, "runs", second)]);
+  assert.equal(later.code, 3, later.stdout + later.stderr);
+  assert.ok(later.stderr.includes(`replay ${first}, in which it began`), later.stderr);
 });

@@ -5,7 +5,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
-import { copy_of, node, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
+import { copy_of, drag, node, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
 
 const kSkill = "skills/BatteryLevelAbove-buggy.scxml";
 
@@ -77,6 +77,61 @@ test("a condition that is long is to be seen as a whole", async () => {
   await page.keyboard.press("Enter");
   await until(async () => (await field.evaluate((element) => element.tagName)) === "INPUT", "it is a line");
   assert.equal(await page.evaluate(() => document.activeElement.id), "transition-condition");
+  // Who has gone elsewhere stays there, also where it becomes several lines.
+  await page.keyboard.press("Enter");
+  await page.getByTestId("undo").click();
+  await until(async () => (await field.evaluate((element) => element.tagName)) === "TEXTAREA", "it is several lines");
+  assert.notEqual(await page.evaluate(() => document.activeElement.id), "transition-condition");
+  await close();
+  await program.stop();
+});
+
+test("definitions and conditions of requirements are to be seen as a whole, and told by Enter", async () => {
+  const program = await serve_design(copy_of("recharge"));
+  for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) {
+    const { page, close } = await open_design(program.url, { width, height, file: "requirements/recharge.req" });
+    const fields = page.locator("[data-testid=requirement-blocks] textarea");
+    await fields.first().waitFor();
+    assert.ok((await fields.count()) > 3);
+    const cut = () => fields.evaluateAll((all) => all.filter((one) => one.scrollWidth > one.clientWidth + 1 || one.scrollHeight > one.clientHeight + 1).map((one) => one.value));
+    await until(async () => (await cut()).length === 0, "nothing is cut off");
+    // Also where the picture is made narrower.
+    const border = page.getByRole("separator", { name: "Width of the picture" });
+    if ((await border.count()) > 0) {
+      const { width: before } = await page.getByTestId("picture-view").boundingBox();
+      await border.press("Shift+ArrowLeft");
+      await until(async () => (await page.getByTestId("picture-view").boundingBox()).width < before - 40, "the picture is narrower");
+      await until(async () => (await cut()).length === 0, "nothing is cut off");
+      await border.press("Home");
+      await until(async () => Math.abs((await page.getByTestId("picture-view").boundingBox()).width - before) < 2, "it is as wide as before");
+    }
+    await close();
+  }
+  const { page, close } = await open_design(program.url, { file: "requirements/recharge.req" });
+  const field = page.locator('[data-definition="destination"] textarea');
+  await field.fill("request(navigation.gotoTargetByLocationName).name + ''");
+  await page.keyboard.press("Enter");
+  await until(async () => (await undo_name(page)) === "define destination", "it is told");
+  await close();
+  await program.stop();
+});
+
+test("the border between picture and text is moved, by mouse too, and stays where it is", async () => {
+  const program = await serve_design(copy_of("recharge"));
+  const { page, close } = await open_design(program.url);
+  await node(page, "Root").waitFor();
+  const height = async () => (await page.getByTestId("picture-view").boundingBox()).height;
+  const before = await height();
+  const border = page.getByRole("separator", { name: "Height of the picture" });
+  const box = await border.boundingBox();
+  await drag(page, { x: box.x + 200, y: box.y + 2 }, { x: box.x + 200, y: box.y - 78 });
+  await page.mouse.up();
+  await until(async () => Math.abs((await height()) - before + 80) < 3, "the picture is lower");
+  await page.reload();
+  await node(page, "Root").waitFor();
+  await until(async () => Math.abs((await height()) - before + 80) < 3, "and so it is again");
+  await border.dblclick();
+  await until(async () => Math.abs((await height()) - before) < 3, "it has what fits");
   await close();
   await program.stop();
 });

@@ -7,7 +7,7 @@ import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
 import { draw_state, draw_transition, state_at } from "../harness/chart.mjs";
-import { copy_of, drag, middle, node, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
+import { copy_of, drag, middle, node, open_design, serious, serve_design, settled, undo_name } from "../harness/design.mjs";
 import { run, scratch } from "../harness/program.mjs";
 
 const text_shown = (page) => page.locator(".cm-content").evaluate((element) => element.cmTile?.view?.state.doc.toString() ?? element.innerText);
@@ -26,8 +26,11 @@ test("impossible drops say why while one drags, and change nothing", async () =>
   await page.locator('[data-palette="Fallback"]').waitFor();
   const before = await text_shown(page);
   const refused = async (from, onto, why) => {
-    await drag(page, await middle(from), await middle(onto));
+    const to = await middle(onto);
+    await drag(page, await middle(from), to);
     await until(async () => why.test(await page.getByTestId("drag-label").innerText().catch(() => "")), `it says ${why}`);
+    const label = await page.getByTestId("drag-label").boundingBox();
+    assert.ok(Math.hypot(label.x - to.x, label.y - to.y) < 30, "it is said at the pointer");
     await page.mouse.up();
     await until(async () => (await page.getByTestId("drag-label").count()) === 0, "the drag is over");
     assert.equal(await text_shown(page), before);
@@ -37,6 +40,86 @@ test("impossible drops say why while one drags, and change nothing", async () =>
   await refused(page.locator('[data-palette="Main"]'), node(page, "Recharge"), /would contain itself/);
   await refused(node(page, "Recharge"), node(page, "BeAtStation"), /into itself/);
   assert.equal(await undo_name(page), "");
+  // What is possible says which node takes it, and where.
+  const recharge = await middle(node(page, "Recharge"));
+  await drag(page, await middle(page.locator('[data-palette="AlwaysSuccess"]')), { x: recharge.box.x + recharge.box.width + 12, y: recharge.y });
+  await until(async () => /into EnergyOk, after Recharge/.test(await page.getByTestId("drag-label").innerText()), "the place is said");
+  const framed = await page.locator("[data-testid=slot-mark] rect").boundingBox();
+  const { box } = await middle(node(page, "EnergyOk"));
+  assert.ok(framed.x <= box.x && framed.x + framed.width >= box.x + box.width, "the node that takes it is framed");
+  await page.keyboard.press("Escape");
+  await page.mouse.up();
+  await close();
+  await program.stop();
+});
+
+test("without a mouse a node gets a place, a name and ports, and a chart a state and a transition", async () => {
+  const folder = copy_of("recharge");
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url);
+  await node(page, "Root").waitFor();
+  const focused = () => page.evaluate(() => document.activeElement?.id || document.activeElement?.dataset.testid);
+  const command = async (title) => {
+    await page.keyboard.press("Control+k");
+    await page.getByRole("dialog").waitFor();
+    await page.keyboard.type(title);
+    await page.getByRole("option", { name: title }).first().waitFor();
+    await page.keyboard.press("Enter");
+    await page.locator("#palette-list").waitFor({ state: "detached" });
+  };
+  const at = (where) => until(async () => (await focused()) === where, `${where} has the focus`);
+  const done = (what) => until(async () => (await undo_name(page)) === what, what);
+  await command("Go to the tree");
+  await at("design-tree");
+  await page.keyboard.press("Home");
+  await page.keyboard.press("ArrowDown");
+  await command("Add a node after");
+  await page.getByTestId("completer").waitFor();
+  await page.keyboard.type("GoToLoc");
+  await page.keyboard.press("Enter");
+  await node(page, "GoToLocation").waitFor();
+  await command("Rename GoToLocation");
+  await at("design-name");
+  await page.keyboard.press("Control+a");
+  await page.keyboard.type("GoToStudy");
+  await page.keyboard.press("Tab");
+  await node(page, "GoToStudy").waitFor();
+  await at("design-port-destination");
+  await page.keyboard.type("study");
+  await page.keyboard.press("Enter");
+  await done("set destination of GoToStudy");
+  await command("Move GoToStudy before its sibling");
+  await done("move GoToStudy within Root");
+  await at("design-tree");
+  await page.keyboard.press("Delete");
+  await done("delete GoToStudy");
+  await page.keyboard.press("Control+z");
+  await done("move GoToStudy within Root");
+
+  await command("Open skills/GoToLocation.scxml");
+  await page.getByTestId("design-chart").waitFor();
+  await command("Add a state");
+  await at("design-new-state");
+  await page.keyboard.type("resting");
+  await page.keyboard.press("Enter");
+  await state_at(page, "resting").waitFor();
+  await command("Go to the chart");
+  await at("design-chart");
+  await page.keyboard.press("n");
+  await at("design-event");
+  await page.keyboard.type("halt");
+  await page.keyboard.press("Tab");
+  await page.keyboard.press("Tab");
+  await at("design-target");
+  await page.keyboard.type("halted");
+  await page.keyboard.press("Tab");
+  await page.keyboard.press("Enter");
+  await page.getByRole("button", { name: "halt → halted" }).waitFor();
+  assert.deepEqual(await serious(page), []);
+  await page.keyboard.press("Control+s");
+  await until(async () => (await page.locator("[data-dirty=true]").count()) === 0, "all is saved");
+  assert.match(readFileSync(join(folder, "mission.xml"), "utf8"), /<GoToLocation name="GoToStudy" destination="study"/);
+  assert.match(readFileSync(join(folder, "skills/GoToLocation.scxml"), "utf8"), /<state id="resting">\s*<transition event="halt" target="halted"\/>/);
   await close();
   await program.stop();
 });

@@ -6,6 +6,7 @@ import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
 import { mark_of, state_key, transition_key, useReached } from "../panels/reached/reached";
 import { usePictureView } from "../picture/use_picture_view";
+import { useCommand } from "../widgets/commands";
 import { curve } from "../panels/mission/TreePicture";
 import type { EditedChart, Rect } from "../protocol/types";
 import { request } from "../store/store";
@@ -198,6 +199,17 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
     else void play_chart({ do: "send", event });
   };
 
+  const open_menu = () => {
+    const box = (svg.current?.querySelector(".chosen") ?? svg.current)!.getBoundingClientRect();
+    set_menu({ x: box.left + Math.min(box.width, 120), y: box.top + Math.min(box.height, 60) });
+  };
+  useCommand(
+    { id: "design.chart", title: "Go to the chart", group: "Chart", run: () => svg.current?.focus() },
+    { id: "design.chart.new", title: "Add a state (Enter)", group: "Chart", run: () => focus_field("design-new-state") },
+    ...(chosen ? [{ id: "design.chart.transition", title: `Add a transition from ${chosen} (N)`, group: "Chart", run: () => focus_field("design-event") }] : []),
+    { id: "design.chart.menu", title: "What can be done to what is chosen in the chart (M)", group: "Chart", run: open_menu },
+  );
+
   return (
     <>
       <svg
@@ -227,12 +239,11 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
           else if (chosen && (event.key === "c" || event.key === "C")) toggle_chosen();
           else if (event.key === "F2" && (chosen_edge || chosen)) focus_field(chosen_edge ? (chosen_edge.written ? "transition-event" : "transition-target") : "design-state");
           else if (event.key === "Enter") document.getElementById("design-new-state")?.focus();
+          else if (chosen && (event.key === "n" || event.key === "N")) focus_field("design-event");
           else if (event.key === "t" || event.key === "T") next_transition(event.shiftKey ? -1 : 1);
           else if (event.key === "s" || event.key === "S") next_state(event.shiftKey ? -1 : 1);
-          else if (event.key === "m" || event.key === "M" || event.key === "ContextMenu") {
-            const box = (svg.current?.querySelector(".chosen") ?? svg.current)!.getBoundingClientRect();
-            set_menu({ x: box.left + Math.min(box.width, 120), y: box.top + Math.min(box.height, 60) });
-          } else if (event.key === "Escape" && (chosen || chosen_edge)) choose_state(null);
+          else if (event.key === "m" || event.key === "M" || event.key === "ContextMenu") open_menu();
+          else if (event.key === "Escape" && (chosen || chosen_edge)) choose_state(null);
           else if (!view.key(event, true)) return;
           event.preventDefault();
           event.stopPropagation();

@@ -1,6 +1,7 @@
 import { useId, useMemo } from "react";
 
 import { edit_text, go_to, type Doc } from "./design";
+import { GrowingField } from "./GrowingField";
 import { definitions_of, type Definition } from "./requirement_text";
 import { useTyped } from "./use_typed";
 
@@ -33,7 +34,7 @@ function Row({ doc, one: { name, head, expression, at, from, to } }: { doc: Doc;
       <label htmlFor={id} className="hidden-text">
         {name} stands for
       </label>
-      <input id={id} className="field mono" style={{ width: `${Math.min(Math.max(typed.value.length, 12), 70) + 3}ch` }} {...typed} />
+      <GrowingField id={id} typed={typed} />
     </div>
   );
 }

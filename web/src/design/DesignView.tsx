@@ -11,11 +11,12 @@ import type { OutlineTree, PaletteNode, Size } from "../protocol/types";
 import { ask, useStudio } from "../store/store";
 import { useCommand } from "../widgets/commands";
 import { Icon } from "../widgets/Icon";
+import { Splitter } from "../widgets/Splitter";
 import { useWindow } from "../widgets/layout";
 import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
-import { begin_project, doc_of, node_of, obstacle, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, type Doc, type Look } from "./design";
+import { begin_project, doc_of, node_of, obstacle, open_file, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, kNoFiles, type Doc, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
@@ -23,6 +24,7 @@ import { ReachedBelow } from "./ReachedBelow";
 import { Picture, type PictureHandle } from "./Picture";
 import { ProjectTree } from "./ProjectTree";
 import { RequirementBlocks } from "./RequirementBlocks";
+import { set_share, useShares } from "./shares";
 import { simulate, useSimulation } from "./simulate";
 import { SimulatePanel } from "./SimulatePanel";
 import { Problems, ShadowStrip, useTimeline } from "./Strip";
@@ -65,11 +67,15 @@ export default function DesignView() {
     { id: "design.reached", title: "Show what is never reached, or hide it", group: "Design", run: () => show_below("reached") },
     ...(["both", "picture", "text"] as const).map((look) => ({ id: `design.look.${look}`, title: kLooks[look].title, group: "Design", run: () => set_look(look) })),
   );
+  const files = useDesign((state) => state.summary?.files ?? kNoFiles);
+  useCommand(...files.slice(0, kFilesOffered).map(({ file }) => ({ id: `design.file.${file}`, title: `Open ${file}`, group: "File", run: () => void open_file(file) })));
   const comparing = useDesign((state) => state.comparing);
   if (!known) return <p className="empty waiting">Opening the project …</p>;
   return comparing === null ? <Bench /> : <Comparing side={comparing} />;
 }
 
+/** In the palette. */
+const kFilesOffered = 500;
 const kCommit = { id: "HEAD", title: "the last commit (HEAD)" };
 
 /** The texts as they are edited, and what they were. */
@@ -299,6 +305,7 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const tree = useDesign(tree_of);
   const why_dim = useDesign(obstacle);
   const { narrow } = useWindow();
+  const shares = useShares();
   const frame = useRef<HTMLDivElement>(null);
   const room = useRoom(frame, doc !== null);
   const size = tree?.layout.size ?? doc?.shown_chart?.layout.size ?? null;
@@ -318,10 +325,13 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   );
   const with_picture = drawn !== null && look !== "text";
   const with_text = !has_picture_of(doc) || look !== "picture";
+  const which = stacked ? "above" : "beside";
+  const fitting = !stacked ? 0.5 : size && room ? Math.min(kPictureAbove, (size.height + kGround_px) / Math.max(room.height, 1)) : 0.5;
+  const share = shares[which] ?? fitting;
   return (
     <div ref={frame} className={`design-views${stacked ? " stacked" : ""}`}>
       {with_picture && (
-        <div className="design-view" data-testid="picture-view" style={stacked && with_text && size ? { flex: `0 0 min(${100 * kPictureAbove}%, ${size.height + kGround_px}px)` } : undefined}>
+        <div className="design-view" data-testid="picture-view" style={with_text ? { flex: `0 0 ${100 * share}%` } : undefined}>
           {why_dim && (
             <p className="dim-why" role="status" data-testid="broken">
               {why_dim}
@@ -329,6 +339,15 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
           )}
           {drawn}
         </div>
+      )}
+      {with_picture && with_text && (
+        <Splitter
+          direction={stacked ? "horizontal" : "vertical"}
+          label={stacked ? "Height of the picture" : "Width of the picture"}
+          share={share}
+          move={(pixels) => room && set_share(which, share + pixels / (stacked ? room.height : room.width))}
+          reset={() => useShares.setState({ [which]: null })}
+        />
       )}
       {with_text && (
         <div className="design-view text">

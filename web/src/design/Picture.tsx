@@ -8,11 +8,13 @@ import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
 import { usePictureView } from "../picture/use_picture_view";
 import { to_picture } from "../picture/viewport";
+import { useCommand } from "../widgets/commands";
 import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
 import { choose, doc_of, findings_at, findings_of, gesture, obstacle, refusal, tree_of, useDesign } from "./design";
 import { kAnswers, play_tree, useSimulation } from "./simulate";
-import { near, type SlotPlace } from "./slots";
+import { near, slot_words, type SlotPlace } from "./slots";
+import { statuses_of, useRunStatuses } from "./run_statuses";
 
 /** What is dragged: a node of the tree, or one that is to be made. */
 export type Dragged = { node: OutlineNode } | { id: string; subtree: boolean; name?: string };
@@ -55,6 +57,8 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   // What each node said in the last tick of a simulation.
   const played = useSimulation(({ on, tree: id, tree_now }) => (on && id === tree.id ? tree_now : null));
   const said = useMemo(() => new Map((played?.nodes ?? []).map(({ at, status }) => [at, status.toLowerCase()] as const)), [played]);
+  const statuses = useRunStatuses(tree);
+  const run_status = (node: OutlineNode) => (played ? 0 : (statuses.get(node.element) ?? 0));
   const never = useNever(tree);
   const latest = useRef({ tree, drag });
   latest.current = { tree, drag };
@@ -179,6 +183,16 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     event.stopPropagation();
   };
 
+  // The same by name, for who does not know the keys.
+  const press_key = (key: string, held: { shiftKey?: boolean; ctrlKey?: boolean } = {}) => {
+    svg.current?.focus();
+    svg.current?.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...held }));
+  };
+  const chosen_node = node_of(chosen);
+  const called = chosen_node ? chosen_node.name || chosen_node.id : "";
+  const of_node = kNodeCommands.map(({ title, keys, key: name, held }) => ({ id: `design.tree.${keys}`, title: `${title.replace("NODE", called)} (${keys})`, group: "Tree", run: () => press_key(name, held) }));
+  useCommand({ id: "design.tree", title: "Go to the tree", group: "Tree", run: () => svg.current?.focus() }, ...(chosen_node ? of_node : []));
+
   return (
     <>
       <svg
@@ -200,23 +214,38 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         <g ref={group}>
           <Links layout={tree.layout} />
           {tree.nodes.map((node, i) => (
-            <NodeView key={node.element} said={said.get(node.from) ?? ""} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} near={is_near(i, node.parent, chosen_at, chosen_parent)} never={never.has(node.element)} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
+            <NodeView key={node.element} said={said.get(node.from) ?? ""} run={run_status(node)} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} near={is_near(i, node.parent, chosen_at, chosen_parent)} never={never.has(node.element)} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
           ))}
           {tree.nodes.length === 0 && <circle className="slot" cx={30} cy={30} r={9} />}
           <Played tree={tree} />
-          {drag?.slot && <SlotMark slot={drag.slot} refused={drag.why_not !== null} />}
+          {drag?.slot && <SlotMark slot={drag.slot} into={rects.get(drag.slot.parent)} refused={drag.why_not !== null} />}
         </g>
       </svg>
       <Minimap view={view} box={box} rects={tree.layout.nodes} />
       {drag && (
         <div className={`drag-label${drag.why_not ? " refused" : ""}`} style={{ left: drag.x + 14, top: drag.y + 12 }} role="status" data-testid="drag-label">
           {"node" in drag.what ? drag.what.node.name || drag.what.node.id : drag.what.id}
+          {drag.slot && <small> {slot_words(tree, drag.slot)}</small>}
           {drag.why_not && <span> ✗ {drag.why_not}</span>}
         </div>
       )}
     </>
   );
 }
+
+/** What is done to the chosen node by key. */
+const kNodeCommands: readonly { title: string; keys: string; key: string; held?: { shiftKey?: boolean; ctrlKey?: boolean } }[] = [
+  { title: "Add a node after NODE", keys: "Enter", key: "Enter" },
+  { title: "Add a child to NODE", keys: "Tab", key: "Tab" },
+  { title: "Move NODE out of its parent", keys: "Shift+Tab", key: "Tab", held: { shiftKey: true } },
+  { title: "Move NODE before its sibling", keys: "Ctrl+↑", key: "ArrowUp", held: { ctrlKey: true } },
+  { title: "Move NODE behind its sibling", keys: "Ctrl+↓", key: "ArrowDown", held: { ctrlKey: true } },
+  { title: "Wrap NODE in another node", keys: "W", key: "w" },
+  { title: "Put the children of NODE in its place", keys: "U", key: "u" },
+  { title: "Make a tree of its own of NODE, or of a SubTree its tree in its place", keys: "E", key: "e" },
+  { title: "Rename NODE", keys: "F2", key: "F2" },
+  { title: "Delete NODE", keys: "Del", key: "Delete" },
+];
 
 /** As a tree of its own with a name that no other has; a SubTree: its tree in its place. */
 async function extract(node: OutlineNode): Promise<void> {
@@ -300,12 +329,20 @@ function Played({ tree }: { tree: OutlineTree }) {
   );
 }
 
-function SlotMark({ slot, refused }: { slot: SlotPlace; refused: boolean }) {
-  return <path className={`slot-mark${refused ? " refused" : ""}`} d={`M${slot.a[0]} ${slot.a[1]}L${slot.b[0]} ${slot.b[1]}`} />;
+/** Where what is dragged will go, and the node that takes it. */
+function SlotMark({ slot, into, refused }: { slot: SlotPlace; into: Rect | undefined; refused: boolean }) {
+  return (
+    <g className={`slot-mark${refused ? " refused" : ""}`} data-testid="slot-mark">
+      {into && <rect x={into.x - 4} y={into.y - 4} width={into.width + 8} height={into.height + 8} rx={6} />}
+      <path d={`M${slot.a[0]} ${slot.a[1]}L${slot.b[0]} ${slot.b[1]}`} />
+    </g>
+  );
 }
 
 interface NodeProps {
   said: string;
+  /** In the run that is on show: its `status_code`. */
+  run: number;
   node: OutlineNode;
   drawn: OutlineTree["layout"]["nodes"][number];
   chosen: boolean;
@@ -316,19 +353,22 @@ interface NodeProps {
 }
 
 const NodeView = memo(
-  function NodeView({ said: status, node, drawn, chosen, near, never, faded, findings }: NodeProps) {
+  function NodeView({ said: played, run, node, drawn, chosen, near, never, faded, findings }: NodeProps) {
     const wrong = findings_at(findings, node);
     const errors = wrong.filter(({ severity }) => severity === "error").length;
     const called = node.name || node.id;
     // What is read aloud begins with what is to be seen.
-    const said = [[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" "), ...(never ? ["never reached"] : []), ...wrong.map(({ message }) => message)].join("; ");
+    const [status, last] = statuses_of(run);
+    const word = played || (status > 0 ? (kStatuses[status] ?? "").toLowerCase() : "");
+    const said = [[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" "), ...(status > 0 ? [word] : last > 0 ? [`last ${(kStatuses[last] ?? "").toLowerCase()}`] : []), ...(never ? ["never reached"] : []), ...wrong.map(({ message }) => message)].join("; ");
     return (
       <g
         id={`element-${node.element}`}
         data-element={node.element}
         data-name={called}
         data-errors={errors}
-        className={["node", status === "failure" && node.kind === "condition" ? "no" : status, chosen ? "chosen" : near ? "near" : "", faded ? "faded" : "", node.known ? "" : "unknown", never ? "never-ticked" : ""].filter(Boolean).join(" ")}
+        data-status={run > 0 ? kStatuses[status || last] : undefined}
+        className={["node", word === "failure" && node.kind === "condition" ? "no" : word, chosen ? "chosen" : near ? "near" : "", faded ? "faded" : "", node.known ? "" : "unknown", never ? "never-ticked" : ""].filter(Boolean).join(" ")}
         role="treeitem"
         aria-label={said}
         aria-selected={chosen}
@@ -337,6 +377,11 @@ const NodeView = memo(
         {chosen && <rect className="halo" x={drawn.x - 5} y={drawn.y - 5} width={drawn.width + 10} height={drawn.height + 10} rx={7} />}
         <Outline drawn={drawn} />
         <Texts drawn={drawn} middle={drawn.x + drawn.width / 2} />
+        {run > 0 && wrong.length === 0 && (
+          <g transform={corner(drawn)} className={status > 0 ? undefined : `last ${(kStatuses[last] ?? "").toLowerCase()}`}>
+            <StatusSign status={status || last} hollow={status === 0} />
+          </g>
+        )}
         {wrong.length > 0 && (
           <g className={`finding ${errors > 0 ? "error" : "warning"}`} transform={corner(drawn)}>
             <circle r={9} />
@@ -349,5 +394,5 @@ const NodeView = memo(
     );
   },
   (a, b) =>
-    a.said === b.said && a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.near === b.near && a.never === b.never && a.faded === b.faded && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
+    a.said === b.said && a.run === b.run && a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.near === b.near && a.never === b.never && a.faded === b.faded && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
 );

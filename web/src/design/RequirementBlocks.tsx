@@ -6,6 +6,7 @@ import type { OutlineChart, Sentence } from "../protocol/types";
 import { ChartSketch } from "./ChartSketch";
 import { edit_text, gesture, go_to, obstacle, useDesign, type Doc } from "./design";
 import { Definitions } from "./Definitions";
+import { GrowingField } from "./GrowingField";
 import { useTyped } from "./use_typed";
 
 type PartName = Sentence["parts"][number]["part"];
@@ -152,13 +153,7 @@ function Block({ of, word, requirement, written, hint }: { of: PartName; word: s
   return (
     <div className={`block part-${of}`} data-part={of}>
       <label htmlFor={id}>{word}</label>
-      <input
-        id={id}
-        className="field mono"
-        style={{ width: `${Math.min(Math.max(typed.value.length, 8), 60) + 3}ch` }}
-        placeholder={hint}
-        {...typed}
-      />
+      <GrowingField id={id} typed={typed} hint={hint} />
     </div>
   );
 }

@@ -30,7 +30,8 @@ export function TextField({ id, label, described, value, hint, options = [], are
   // What is told may make another element of it, of one line or of several.
   const by_enter = useRef(false);
   useEffect(() => {
-    if (by_enter.current) document.getElementById(id)?.focus();
+    // Who went elsewhere meanwhile stays there.
+    if (by_enter.current && document.activeElement === document.body) document.getElementById(id)?.focus();
     by_enter.current = false;
   }, [id, area]);
   const done = () => {
@@ -57,7 +58,7 @@ export function TextField({ id, label, described, value, hint, options = [], are
     onKeyDown: (event: React.KeyboardEvent) => {
       if (event.key === "Enter" && !event.shiftKey) {
         event.preventDefault();
-        by_enter.current = true;
+        by_enter.current = text !== value;
         done();
       } else if (event.key === "Escape") set_text(value);
     },

@@ -65,3 +65,13 @@ export function near(tree: OutlineTree, [x, y]: Point): SlotPlace | null {
   }
   return best;
 }
+
+/** Which node takes what is dropped, and where among its children. */
+export function slot_words(tree: OutlineTree, { parent, index }: Pick<SlotPlace, "parent" | "index">): string {
+  const at = tree.nodes.findIndex(({ element }) => element === parent);
+  const called = (node: OutlineTree["nodes"][number]) => node.name || node.id;
+  if (at < 0) return `the root of ${tree.id}`;
+  const children = tree.nodes.filter((node) => node.parent === at);
+  const [before, after] = [children[index - 1], children[index]];
+  return `into ${called(tree.nodes[at]!)}${before ? `, after ${called(before)}` : after ? `, before ${called(after)}` : ""}`;
+}

@@ -26,7 +26,7 @@ export function useTyped(written: string, tell: (typed: string) => Promise<boole
     spellCheck: false,
     autoComplete: "off",
     "data-unsent": typed !== written,
-    onChange: (event: React.ChangeEvent<HTMLInputElement>) => set_typed(event.target.value),
+    onChange: (event: React.ChangeEvent<HTMLInputElement | HTMLTextAreaElement>) => set_typed(event.target.value),
     onBlur: done,
     onKeyDown: (event: React.KeyboardEvent) => {
       if (event.key === "Enter") done();

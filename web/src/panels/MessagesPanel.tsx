@@ -29,16 +29,17 @@ const kPagesMax = 8;
 function usePast(active: boolean, filter: MessageFilter): { window: Window; grow(): void } {
   const [window, set_window] = useState<Window>(kEmptyWindow);
   const sequence = useStudio((studio) => studio.state?.sequence ?? 0);
-  const boot = useStudio((studio) => studio.hello?.boot);
+  // Another run, or the same that a shadow run shows anew.
+  const index = useStudio((studio) => studio.index);
   const busy = useRef(false);
-  const latest = useRef({ window, filter, sequence });
-  latest.current = { window, filter, sequence };
+  const latest = useRef({ window, filter, sequence, index });
+  latest.current = { window, filter, sequence, index };
   const narrow = JSON.stringify(server_filter(filter) ?? null);
 
   useEffect(() => {
     latest.current.window = kEmptyWindow;
     set_window(kEmptyWindow);
-  }, [boot, narrow, active]);
+  }, [index, narrow, active]);
 
   const work = useCallback(async (what: "cover" | "older") => {
     if (busy.current) return;
@@ -54,10 +55,11 @@ function usePast(active: boolean, filter: MessageFilter): { window: Window; grow
     try {
       if (what === "older") {
         for (let page = 0; page < kPagesMax; page++) {
-          const { window: now } = latest.current;
+          const { window: now, index: of } = latest.current;
           const first = now.observations[0];
           if (!first || !now.older) break;
           const answer = await ask({ before: first.sequence });
+          if (of !== latest.current.index) break;
           put(prepend(latest.current.window, answer.messages, answer.more && answer.messages.length > 0));
           if (filter_rows(join(answer.messages), latest.current.filter).length > 0) break;
         }
@@ -65,15 +67,17 @@ function usePast(active: boolean, filter: MessageFilter): { window: Window; grow
       }
       // The moment may move on while an answer is on its way.
       for (let page = 0; page < kPagesMax && !covers(latest.current.window, latest.current.sequence); page++) {
-        const { window: now, sequence: wanted } = latest.current;
+        const { window: now, sequence: wanted, index: of } = latest.current;
+        // What another run has said since is not joined with this.
+        const put_of = (next: Window) => of === latest.current.index && put(next);
         const last = now.observations.at(-1);
         if (last && wanted > last.sequence && wanted - last.sequence < kPage) {
           const answer = await ask({ after: last.sequence });
-          put(extend(latest.current.window, answer.messages, answer.more));
+          put_of(extend(latest.current.window, answer.messages, answer.more));
         } else {
           const before = await ask({ before: wanted + 1 });
           const after = await ask({ after: wanted });
-          put({ observations: [...before.messages, ...after.messages], older: before.more, newer: after.more });
+          put_of({ observations: [...before.messages, ...after.messages], older: before.more, newer: after.more });
         }
       }
     } catch {
@@ -85,7 +89,7 @@ function usePast(active: boolean, filter: MessageFilter): { window: Window; grow
 
   useEffect(() => {
     if (active) void work("cover");
-  }, [active, sequence, narrow, work]);
+  }, [active, sequence, index, narrow, work]);
 
   return { window, grow: useCallback(() => void work("older"), [work]) };
 }

@@ -2,6 +2,7 @@ import { useMemo, useState } from "react";
 import { create } from "zustand";
 
 import { select, useStudio } from "../store/store";
+import { useMode } from "../design/mode";
 import { useCommand, useCommands } from "../widgets/commands";
 import { Dialog } from "../widgets/Dialog";
 import { go_to_panel } from "../widgets/layout";
@@ -21,6 +22,13 @@ interface Entry {
   run(): void;
 }
 
+/** A panel of the run, also from the files of a project that is edited. */
+function go_to(panel: Parameters<typeof go_to_panel>[0]): void {
+  useMode.setState({ mode: "run" });
+  // Not before its panels are there.
+  setTimeout(() => go_to_panel(panel));
+}
+
 function useEntries(): Entry[] {
   const commands = useCommands((all) => all.commands);
   const index = useStudio((studio) => studio.index);
@@ -33,7 +41,7 @@ function useEntries(): Entry[] {
         group: `Node · ${node.type}`,
         run: () => {
           select({ node: node.id, ...(node.leaf === null ? {} : { chart: node.leaf }) });
-          go_to_panel("mission");
+          go_to("mission");
         },
       });
     }
@@ -44,7 +52,7 @@ function useEntries(): Entry[] {
         group: chart.kind === "skill" ? "Skill" : "Chart of a monitor",
         run: () => {
           select({ chart: chart.id });
-          go_to_panel("charts");
+          go_to("charts");
         },
       });
     }
@@ -55,7 +63,7 @@ function useEntries(): Entry[] {
         group: "Monitor",
         run: () => {
           select({ monitor: monitor.name });
-          go_to_panel("monitors");
+          go_to("monitors");
         },
       });
     }

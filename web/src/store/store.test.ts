@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 
 import type { Observation, State } from "../protocol/types";
 import { append, fold } from "./fold";
-import { kEmpty, kLiveMessagesMax, receive, type RunMessage, type Studio } from "./store";
+import { kEmpty, kLiveMessagesMax, make_index, receive, reselected, type RunMessage, type Studio } from "./store";
 
 const state: State = {
   time: 1e9,
@@ -123,5 +123,20 @@ describe("violations", () => {
   it("are sorted by time, each once", () => {
     const studio = play(kEmpty, violated(9, 90), violated(3, 30), violated(9, 90));
     expect(studio.violations.map((violation) => violation.time)).toEqual([3, 9]);
+  });
+});
+
+describe("what is selected", () => {
+  const index_of = (paths: string[], charts: string[]) =>
+    make_index({
+      tree: { nodes: paths.map((path, id) => ({ id, path, parent: id === 0 ? null : 0, message_name: null })) },
+      charts: charts.map((id) => ({ id })),
+    } as unknown as Parameters<typeof make_index>[0]);
+  const before = index_of(["Root", "Root/A", "Root/B"], ["skill:A", "skill:B"]);
+
+  it("is the same node of a tree that was edited", () => {
+    const selection = { node: 2, chart: "skill:B", monitor: "battery", sequence: null };
+    expect(reselected(selection, before, index_of(["Root", "Root/B"], ["skill:B"]))).toEqual({ ...selection, node: 1 });
+    expect(reselected(selection, before, index_of(["Root", "Root/A"], ["skill:A"]))).toEqual({ ...selection, node: null, chart: null });
   });
 });

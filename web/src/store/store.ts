@@ -167,15 +167,33 @@ export function receive(studio: Studio, message: RunMessage): Studio {
 let staged: Studio | null = null;
 let scheduled = false;
 
+/** What was selected, in a run whose tree may have been edited. */
+export function reselected({ node, chart, ...others }: Selection, before: Index | null, index: Index | null): Selection {
+  const key = node === null ? undefined : node_keys(before)[node];
+  const there = key === undefined ? -1 : node_keys(index).indexOf(key);
+  return { ...others, node: there < 0 ? null : there, chart: chart !== null && index?.chart.has(chart) ? chart : null };
+}
+
+/** By id, what a node is known by when the tree around it is edited: its path, and the how manieth it is of that path. */
+export function node_keys(index: Index | null): string[] {
+  const count = new Map<string, number>();
+  return (index?.model.tree.nodes ?? []).map(({ path }) => {
+    const nth = (count.get(path) ?? 0) + 1;
+    count.set(path, nth);
+    return `${nth} ${path}`;
+  });
+}
+
 function commit(): void {
   scheduled = false;
   if (!staged) return;
   const { phase, attempt, hello, index, state, messages, missed, violations, problems } = staged;
-  const fresh = hello !== null && useStudio.getState().hello?.boot !== hello.boot;
+  const shown = useStudio.getState();
+  const fresh = hello !== null && shown.hello?.boot !== hello.boot;
   staged = null;
   useStudio.setState({
     ...{ phase, attempt, hello, index, state, messages, missed, violations, problems },
-    ...(fresh ? { selection: kNothingSelected, wanted: null, replay: 0 } : {}),
+    ...(fresh ? { selection: kNothingSelected, wanted: null, replay: 0 } : index !== shown.index ? { selection: reselected(shown.selection, shown.index, index) } : {}),
   });
 }
 

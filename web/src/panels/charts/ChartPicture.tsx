@@ -25,7 +25,7 @@ export interface ChartHandle {
 export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref<ChartHandle> }) {
   const boot = useStudio((studio) => studio.hello?.boot);
   const [menu, set_menu] = useState<{ state: number; x: number; y: number } | null>(null);
-  const { shown, closed, toggle, set_closed } = useFolding(`${boot} ${chart.id}`, chart, 0, (ids) => request("fold_chart", { chart: chart.id, closed: ids }));
+  const { shown, closed, toggle, set_closed } = useFolding(`${boot} ${chart.id}`, chart, chart, (ids) => request("fold_chart", { chart: chart.id, closed: ids }));
   const { layout } = shown;
   const box: Rect = useMemo(() => ({ x: 0, y: 0, ...layout.size }), [layout]);
   const { svg, group, view, keys } = usePictureView({

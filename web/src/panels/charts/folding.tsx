@@ -26,9 +26,9 @@ interface Whole {
  * A chart in which states can be closed. `key` names it; `fold` lays it out with some closed, or gives null where that
  * is of an older version; whoever calls changes `version` with the chart.
  */
-export function useFolding(key: string, whole: Whole, version: number, fold: (closed: string[]) => Promise<ChartFold | null>): Folding {
+export function useFolding(key: string, whole: Whole, version: unknown, fold: (closed: string[]) => Promise<ChartFold | null>): Folding {
   const [closed, set_closed] = useState(() => closed_in.get(key) ?? kNothingClosed);
-  const [found, set_found] = useState<{ version: number; fold: ChartFold } | null>(null);
+  const [found, set_found] = useState<{ version: unknown; fold: ChartFold } | null>(null);
   useEffect(() => {
     closed_in.set(key, closed);
     if (closed.size === 0) {
@@ -47,7 +47,7 @@ export function useFolding(key: string, whole: Whole, version: number, fold: (cl
     // `fold` is another function each time, and does the same for one key.
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [key, closed, version]);
-  const current = found?.version === version ? found.fold : null;
+  const current = found !== null && found.version === version ? found.fold : null;
   const shown = useMemo(() => {
     if (current && current.states.every((at) => at < whole.layout.states.length)) return current;
     return { layout: whole.layout, states: whole.layout.states.map((_, i) => i), transitions: whole.transitions.map((_, i) => i), hidden: whole.layout.states.map(() => 0) };

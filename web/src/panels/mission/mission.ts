@@ -1,7 +1,7 @@
 import { create } from "zustand";
 
 import type { TreeLayout } from "../../protocol/types";
-import { request, select, useStudio } from "../../store/store";
+import { node_keys, request, select, useStudio } from "../../store/store";
 import { uncover } from "./tree";
 
 /** What the Mission panel shows of the tree. */
@@ -71,11 +71,14 @@ export function jump_to(node: number): void {
 }
 
 useStudio.subscribe((studio, before) => {
-  // Another run has another tree.
-  if (studio.index !== before.index && studio.hello?.boot !== before.hello?.boot) {
-    asked += 1;
-    useMission.setState({ collapsed: new Set(), drawn: null, wanted: null });
-  }
+  if (studio.index === before.index) return;
+  // Another run has another tree; that of a scenario that runs again may have been edited.
+  const keys = node_keys(before.index);
+  const collapsed = new Set(studio.hello?.boot === before.hello?.boot ? [...useMission.getState().collapsed].map((id) => keys[id]) : []);
+  asked += 1;
+  useMission.setState({ collapsed: new Set(), drawn: null, wanted: null });
+  const again = collapsed.size === 0 ? [] : node_keys(studio.index).flatMap((key, id) => (collapsed.has(key) ? [id] : []));
+  if (again.length > 0) void set_collapsed(new Set(again));
 });
 
 /** Shows a leaf's chart in the Charts panel. */

@@ -50,6 +50,8 @@ export class Timeline {
   private busy = false;
   private last_asked_ms = -Infinity;
   private boot: string | undefined;
+  /** Of the run that is shown: another one also when a scenario has run again. */
+  private index: Index | null = null;
   private hover: Time | null = null;
   private hide_idle = false;
   private low = false;
@@ -170,12 +172,14 @@ export class Timeline {
 
   /** After the moment or what is known has changed. */
   private update(): void {
-    const { state, hello } = useStudio.getState();
+    const { state, hello, index } = useStudio.getState();
     if (!state) return;
+    // The lanes of the run before are shown until those of this one are there.
+    if (index !== this.index) this.asked = null;
+    this.index = index;
     if (hello?.boot !== this.boot) {
       this.boot = hello?.boot;
       this.lanes = [];
-      this.asked = null;
       this.following = hello?.mode === "recording" ? "all" : "newest";
       this.span = null;
       this.arrange();
@@ -236,11 +240,14 @@ export class Timeline {
     }
     const wanted = around(view, state.begin);
     const until = state.end;
+    const { index } = this;
     this.busy = true;
     this.last_asked_ms = performance.now();
     const width = Math.min(4000, Math.max(16, Math.round(this.width * (1 + 2 * kBeyond))));
     request("lanes", { from: wanted.from, to: wanted.to, width })
       .then((answer) => {
+        this.busy = false;
+        if (index !== this.index) return this.ask();
         this.asked = wanted;
         this.grown_until = until;
         const gap = (kMergedGap_px / this.width) * span_of(this.view);
@@ -249,7 +256,6 @@ export class Timeline {
         this.lanes = work ? [work, ...lanes] : lanes;
         this.marks = answer.marks;
         this.arrange();
-        this.busy = false;
         this.ask();
       })
       .catch(() => {
