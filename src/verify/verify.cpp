@@ -152,11 +152,13 @@ std::string scenario_text(const project::Scenario& example, const Judgement& jud
     if (service.at == "model") text::set_scalar(text::member(services, service.name), "at", "model");
   }
   scenario.source = std::move(source);
-  const std::string& verdict = scenario.verdicts.begin()->second;
+  std::string verdicts;
+  for (const auto& [monitor, verdict] : scenario.verdicts)
+    verdicts += fmt::format("{}{}: {}", verdicts.empty() ? "" : ", ", monitor, verdict);
   return fmt::format(
       "# A behaviour that `sentree verify` found. Choices that are not listed take their first "
-      "alternative.\n{}expect:\n  monitors: {{{}: {}}}\n",
-      project::scenario_text(scenario, {}, std::nullopt, project), judgement.requirement, verdict);
+      "alternative.\n{}expect:\n  monitors: {{{}}}\n",
+      project::scenario_text(scenario, {}, std::nullopt, project), verdicts);
 }
 
 }  // namespace sentree::verify
