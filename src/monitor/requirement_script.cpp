@@ -137,7 +137,8 @@ std::string slug(const Condition& condition, std::size_t length_max) {
 
 Script::Script(const Requirement& requirement, const Typing& typing, std::string_view present)
     : requirement_(requirement), typing_(typing), present_(present) {
-  for (const char* name : {"in_scope", "ticks", "observations", "count", "watching", "violated", "satisfied"})
+  for (const char* name : {"in_scope", "ticks", "observations", "count", "watching", "violated", "satisfied",
+                           "from_closed", "newer_owed", "second_timer", "ticks_of_newer", "observations_of_newer"})
     taken_.emplace_back(name);
   for (const ConditionPtr* condition : {&requirement.p, &requirement.q, &requirement.r, &requirement.scope.open,
                                         &requirement.scope.close, &requirement.assuming}) {

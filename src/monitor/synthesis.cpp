@@ -5,54 +5,19 @@
 
 #include <fmt/format.h>
 
+#include "sentree/monitor/chart_text.h"
 #include "sentree/monitor/requirement_script.h"
+#include "sentree/monitor/windows.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::monitor {
 
 namespace {
 
-using Role = Situation::Role;
-
-struct Edge {
-  std::string event;
-  Js condition;
-  std::string target;  // empty: it stays
-  std::vector<std::string> actions;
-};
-
-struct ChartState {
-  std::string id;
-  Role role = Role::kWatching;
-  std::string says;
-  bool bounded = false;  // the requirement's bound runs while it is active
-  std::vector<std::string> on_exit;
-  std::vector<Edge> edges;
-};
-
-std::string assign(const std::string& location, const std::string& expression) {
-  return fmt::format("<assign location=\"{}\" expr=\"{}\"/>", location, text::xml_escape(expression));
-}
-
-// Comments must not hold two hyphens in a row, nor end with one.
-std::string comment(std::string text) {
-  for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at + 1))
-    text.insert(at + 1, " ");
-  return fmt::format("<!-- {} -->", text);
-}
-
-std::string delay(Duration time) {
-  const std::int64_t ns = time.count();
-  if (ns % 1'000'000'000 == 0) return fmt::format("{}s", ns / 1'000'000'000);
-  if (ns % 1'000'000 == 0) return fmt::format("{}ms", ns / 1'000'000);
-  std::string digits = std::to_string(ns % 1'000'000);
-  digits.insert(0, 6 - digits.size(), '0');
-  while (digits.back() == '0') digits.pop_back();
-  return fmt::format("{}.{}ms", ns / 1'000'000, digits);
-}
-
 class Synthesizer {
  public:
+  using Role = Situation::Role;
+
   // @param present  If any, states are planned for observations of that name, as if there were no others.
   Synthesizer(const Requirement& requirement, const Typing& typing, std::string_view present = {})
       : r_(requirement),
@@ -170,6 +135,7 @@ class Synthesizer {
   [[nodiscard]] bool in_ticks() const { return r_.bound && r_.bound->unit == Bound::Unit::kTicks; }
   [[nodiscard]] bool in_events() const { return r_.bound && r_.bound->unit == Bound::Unit::kEvents; }
   [[nodiscard]] bool in_time() const { return r_.bound && r_.bound->unit == Bound::Unit::kTime; }
+  [[nodiscard]] bool is_between() const { return r_.scope.kind == Scope::Kind::kBetween; }
   [[nodiscard]] bool is_before() const { return r_.scope.kind == Scope::Kind::kBefore; }
   // The requirement itself mentions root ticks: they are observations like others.
   [[nodiscard]] bool speaks_of_ticks() const {
@@ -221,20 +187,29 @@ class Synthesizer {
   void over(ChartState& state, std::string target) {
     if (in_time()) state.edges.push_back({"deadline", js_true(), std::move(target), {}});
   }
-  // A violation; between … and … it is told at the end of the segment.
-  void violate(ChartState& state, const std::string& event, const Js& condition,
-               const std::vector<std::string>& actions = {}) {
+  // A violation; between … and … it is told when the segment is closed from which it is owed.
+  void violate(ChartState& state, const std::string& event, const Js& condition) {
     if (is_false(condition)) return;
-    if (r_.scope.kind == Scope::Kind::kBetween)
-      state.edges.push_back({event, js_and(condition, in_scope_), kBreached, actions});
-    state.edges.push_back({event, condition, kViolated, actions});
+    if (is_between())
+      state.edges.push_back({event, js_and(condition, js_and(in_scope_, js_not(from_closed_))), kBreached, {}});
+    state.edges.push_back({event, condition, kViolated, {}});
+  }
+  // Between … and … what is owed when its segment closes stays owed, and is told when it is due from then on.
+  void outlive(ChartState& state) {
+    if (!is_between()) return;
+    on(state, js_and(js_not(in_scope_), js_not(from_closed_)), "", {assign(kFromClosed, "true")});
+    state.on_exit.push_back(assign(kFromClosed, "false"));
+  }
+  void may_outlive() {
+    if (!is_between()) return;
+    from_closed_ = {kFromClosed, 9};
+    data_.push_back({kFromClosed, "false", "what is owed is from a segment that has closed"});
   }
   // One that can only happen inside the scope.
   void violate_inside(ChartState& state, const std::string& event, const Js& condition,
                       const std::vector<std::string>& actions = {}) {
     if (is_false(condition)) return;
-    const bool waits = r_.scope.kind == Scope::Kind::kBetween;
-    state.edges.push_back({event, condition, waits ? kBreached : kViolated, actions});
+    state.edges.push_back({event, condition, is_between() ? kBreached : kViolated, actions});
   }
   // Before …: once over, what is not owed by then holds for good.
   void settle(ChartState& state, const Js& condition = js_true(), const std::string& event = "observed") {
@@ -306,6 +281,7 @@ class Synthesizer {
   }
 
   void response() {
+    may_outlive();
     const Js q = script_.holds(r_.q);
     const std::string owes_id = script_.unique("owes_" + slug(*r_.q));
     const std::string home_id = watching_for_trigger();
@@ -319,6 +295,7 @@ class Synthesizer {
     on(owes, q, home_id);
     violate(owes, "observed", used_up());
     if (in_time()) violate(owes, "deadline", js_true());
+    outlive(owes);
   }
 
   void keep_for() {
@@ -327,6 +304,7 @@ class Synthesizer {
     const std::string home_id = watching_for_trigger();
     const std::string keeps_id = script_.unique("keeps_" + slug(*r_.q));
     violate_inside(find(home_id), "observed", js_and(trigger, bad));
+    if (is_between()) return in_windows(home_id, keeps_id, "must keep " + to_text(*r_.q), trigger, bad);
     on(find(home_id), trigger, keeps_id);
     settle(find(home_id));
     ChartState& keeps =
@@ -340,6 +318,7 @@ class Synthesizer {
   }
 
   void keep_until() {
+    may_outlive();
     const Js end = script_.holds(r_.r);
     const Js trigger = js_and(active_, js_and(p_, js_not(end)));
     const Js bad = script_.fails(r_.q);
@@ -353,6 +332,7 @@ class Synthesizer {
     on(keeps, broken_, home_id);
     leave(keeps, end, home_id);
     violate(keeps, "observed", bad);
+    outlive(keeps);
   }
 
   void not_for() {
@@ -360,6 +340,7 @@ class Synthesizer {
     const Js bad = script_.holds(r_.q);
     const std::string home_id = watching_for_trigger();
     const std::string free_id = script_.unique("must_stay_free_of_" + slug(*r_.q));
+    if (is_between()) return in_windows(home_id, free_id, "must not see " + to_text(*r_.q), trigger, bad);
     on(find(home_id), trigger, free_id);
     settle(find(home_id));
     ChartState& quiet =
@@ -371,6 +352,38 @@ class Synthesizer {
     on(quiet, trigger, free_id);
     leave(quiet, used_up(), home_id);
     over(quiet, home_id);
+  }
+
+  // Between … and …: what each trigger begins anew is owed from its own segment.
+  void in_windows(const std::string& home_id, const std::string& id, const std::string& says, const Js& trigger,
+                  const Js& bad) {
+    may_outlive();
+    const Windows windows(*r_.bound);
+    for (const Windows::Datum& datum : windows.data()) data_.push_back({datum.id, datum.initial, datum.what});
+    no_windows_ = windows.none();
+    count_newer_ = windows.count_newer();
+    find(home_id).on_entry = no_windows_;
+    on(find(home_id), trigger, id, windows.begin());
+    ChartState& owes = states_.emplace_back(ChartState{id, Role::kPending, says, true, {}, {}});
+    owes.begins_anew = false;
+    on(owes, broken_, home_id);
+    // At an observation that is not counted in any more, the others are looked at without that window.
+    const auto ends = [&](const Js& over, const std::string& event) {
+      std::vector<std::string> again;
+      if (event == "observed") again.emplace_back("<raise event=\"observed\"/>");
+      std::vector<std::string> next = windows.end_oldest();
+      next.insert(next.end(), again.begin(), again.end());
+      on(owes, js_and(over, js_and(Windows::has_newer(), js_not(windows.newer_is_late()))), "", next, event);
+      on(owes, over, home_id, again, event);
+    };
+    if (in_ticks()) ends(late(), late_event());
+    violate(owes, "observed", bad);
+    if (in_events()) ends(used_up(), "observed");
+    on(owes, js_and(trigger, js_not(from_closed_)), id, windows.restart());
+    on(owes, trigger, id, windows.restart_newer());
+    on(owes, js_and(js_not(in_scope_), Windows::has_newer()), "", windows.close());
+    on(owes, js_and(js_not(in_scope_), js_not(from_closed_)), "", {assign(kFromClosed, "true")});
+    if (in_time()) ends(js_true(), "deadline");
   }
 
   void precedence() {
@@ -427,7 +440,7 @@ class Synthesizer {
     if (in_time()) violate_inside(due, "deadline", js_true());
     initial_ = outside.empty() || is_before() || r_.scope.kind == Scope::Kind::kGlobally ? due_id : outside;
     // Between … and … a violation is told outside.
-    restart_ = r_.scope.kind == Scope::Kind::kBetween ? outside : due_id;
+    restart_ = is_between() ? outside : due_id;
   }
 
   void counting() {
@@ -467,6 +480,7 @@ class Synthesizer {
   }
 
   void duration() {
+    may_outlive();
     auto rises = std::make_shared<Condition>();
     rises->kind = Condition::Kind::kRises;
     rises->operands = {r_.p};
@@ -481,6 +495,7 @@ class Synthesizer {
     violate(holds, "observed", script_.fails(r_.p));
     leave(holds, used_up(), home_id);
     over(holds, home_id);
+    outlive(holds);
   }
 
   // What only matters after a violation.
@@ -510,9 +525,10 @@ class Synthesizer {
   // ---- Writing ----
 
   std::string write() {
-    if (r_.scope.kind == Scope::Kind::kBetween) {
+    if (is_between()) {
       ChartState breached{kBreached, Role::kBreached, "is broken, if its scope ends", false, {}, {}};
       breached.edges.push_back({"observed", js_not(in_scope_), kViolated, {}});
+      breached.on_entry = no_windows_;
       states_.push_back(std::move(breached));
     }
     out_ = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
@@ -524,7 +540,7 @@ class Synthesizer {
     datamodel();
     out_ += fmt::format("  <state id=\"watching\" initial=\"{}\">\n", initial_);
     if (present_.empty()) observations();
-    for (const ChartState& state : states_) write_state(state);
+    for (const ChartState& state : states_) out_ += written(state);
     out_ += "  </state>\n\n";
     if (r_.re_arming)
       out_ += fmt::format(
@@ -610,6 +626,7 @@ class Synthesizer {
     const bool is_tick = name == "mission.tick" && in_ticks();
     if (is_tick && ticks_only_count_) {
       line(count("ticks"));
+      if (!count_newer_.empty()) line(count_newer_);
       if (!counts_always_) line("<raise event=\"ticked\"/>");
       return;
     }
@@ -624,7 +641,10 @@ class Synthesizer {
         line(fmt::format("<if cond=\"{}\">{}</if>", text::xml_escape(set.text),
                          assign(variable.name, variable.assigned)));
     }
-    if (is_tick || in_events()) line(count(is_tick ? "ticks" : "observations"));
+    if (is_tick || in_events()) {
+      line(count(is_tick ? "ticks" : "observations"));
+      if (!count_newer_.empty()) line(count_newer_);
+    }
     if (!scope_update_.text.empty()) line(assign("in_scope", scope_update_.text));
     line("<raise event=\"observed\"/>");
   }
@@ -644,33 +664,9 @@ class Synthesizer {
     return state.bounded && (in_ticks() || in_events()) && !counts_always_;
   }
 
-  static std::string condition_attribute(const Js& condition) {
-    return is_true(condition) ? "" : fmt::format(" cond=\"{}\"", text::xml_escape(condition.text));
-  }
-
-  void write_state(const ChartState& state) {
-    out_ += fmt::format("\n    {}\n    <state id=\"{}\">\n", comment(state.says), state.id);
-    if (state.bounded && in_time()) {
-      out_ += fmt::format(
-          "      <onentry><send event=\"deadline\" id=\"deadline\" delay=\"{}\"/></onentry>\n      <onexit><cancel "
-          "sendid=\"deadline\"/></onexit>\n",
-          delay(r_.bound->time));
-    }
-    std::vector<std::string> on_exit = state.on_exit;
-    if (counted(state)) on_exit.push_back(assign(in_ticks() ? "ticks" : "observations", "0"));
-    for (const std::string& action : on_exit) out_ += fmt::format("      <onexit>{}</onexit>\n", action);
-    for (const Edge& edge : state.edges) {
-      out_ += fmt::format("      <transition event=\"{}\"{}{}", edge.event, condition_attribute(edge.condition),
-                          edge.target.empty() ? "" : fmt::format(" target=\"{}\"", edge.target));
-      if (edge.actions.empty()) {
-        out_ += "/>\n";
-        continue;
-      }
-      out_ += ">\n";
-      for (const std::string& action : edge.actions) out_ += fmt::format("        {}\n", action);
-      out_ += "      </transition>\n";
-    }
-    out_ += "    </state>\n";
+  [[nodiscard]] std::string written(const ChartState& state) const {
+    const auto deadline = state.bounded && in_time() ? std::optional(r_.bound->time) : std::nullopt;
+    return state_text(state, deadline, counted(state) ? (in_ticks() ? "ticks" : "observations") : "");
   }
 
   static inline const std::string kViolated = "violated";
@@ -691,6 +687,9 @@ class Synthesizer {
   Js in_scope_ = js_true();
   Js broken_ = js_false();  // the assumption
   Js active_ = js_true();
+  Js from_closed_ = js_false();  // what is owed is from a segment that has closed, between … and …
+  std::vector<std::string> no_windows_;
+  std::string count_newer_;
   Js scope_update_;
   const std::string present_;
   std::vector<ChartState> states_;

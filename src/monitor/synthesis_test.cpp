@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "sentree/monitor/monitor.h"
 #include "sentree/scxml/check.h"
 #include "sentree/text/file.h"
@@ -20,7 +22,9 @@ constexpr const char* kRobotDefinitions =
     "let level = reply(battery.level)\n"
     "let ok = reply(s.ok)\n"
     "event ask = request(s.ask)\n"
-    "event answer = reply(s.ask)\n";
+    "event answer = reply(s.ask)\n"
+    "event open = reply(s.open)\n"
+    "event shut = reply(s.shut)\n";
 
 Requirement requirement(const std::string& text) {
   auto file = parse_requirements(kRobotDefinitions + ("R: " + text), "r.req");
@@ -231,6 +235,108 @@ TEST(Deadline, OfRecurrenceWindowAndPrecedenceAreClosed) {
               ElementsAre(at(500) + kNs));
 }
 
+// ---- Where something begins and ends to count ----
+
+TEST(Scopes, AtLeastEveryAsksOnlyWhileTheyLast) {
+  Player p("while ok, event(ask) at least every 500 ms.");
+  p.see(at(0), "s.ok.reply", true).see(at(300), "s.ok.reply", false);
+  EXPECT_THAT(p.silence(at(5000)).violations(), IsEmpty());
+  EXPECT_THAT(p.see(at(6000), "s.ok.reply", true).silence(at(9000)).violations(), ElementsAre(at(6500)));
+}
+
+TEST(Unknown, IsNothingThatHoldsForAtLeastBeginsWith) {
+  Player p("ok holds for at least 500 ms.");
+  EXPECT_THAT(p.see(at(0), "s.ok.reply", true).see(at(100), "s.ok.reply", false).violations(), IsEmpty());
+  EXPECT_THAT(p.see(at(200), "s.ok.reply", true).see(at(300), "s.ok.reply", false).violations(), ElementsAre(at(300)));
+}
+
+TEST(AtMost, DoesNotCountWhatHoldsAlreadyWhenTheScopeOpens) {
+  Player p("after event(open), ok at most 0 times.");
+  p.see(at(0), "s.ok.reply", true).see(at(10), "s.open.reply").see(at(20), "s.ok.reply", true);
+  EXPECT_THAT(p.violations(), IsEmpty());
+  EXPECT_THAT(p.see(at(30), "s.ok.reply", false).see(at(40), "s.ok.reply", true).violations(), ElementsAre(at(40)));
+  EXPECT_THAT(Player("ok at most 0 times.").see(at(0), "s.ok.reply", true).violations(), ElementsAre(at(0)));
+}
+
+TEST(AtMost, CountsWithinAWindowThroughAnInterruption) {
+  const auto played = [](const std::string& text) {
+    Player p(text);
+    p.see(at(0), "s.ok.reply", true).see(at(10), "s.ask.request").see(at(20), "s.ok.reply", false);
+    return p.see(at(30), "s.ok.reply", true).see(at(40), "s.ask.request").violations();
+  };
+  EXPECT_THAT(played("event(ask) at most 1 times per 500 ms assuming ok."), ElementsAre(at(40)));
+  EXPECT_THAT(played("event(ask) at most 1 times assuming ok."), IsEmpty());
+}
+
+// ---- Between two events: segments ----
+
+constexpr const char* kSegment = "between event(open) and event(shut), ";
+
+TEST(Segments, WhatIsOwedFromAClosedOneIsDecidedByItself) {
+  Player p(std::string(kSegment) + "whenever event(ask), event(answer) within 500 ms.");
+  p.see(at(0), "s.open.reply").see(at(10), "s.ask.request").see(at(20), "s.shut.reply");
+  p.see(at(400), "s.open.reply").see(at(450), "s.ask.request");
+  EXPECT_THAT(p.silence(at(509)).violations(), IsEmpty());
+  EXPECT_THAT(p.silence(at(510)).violations(), ElementsAre(at(510)));
+}
+
+TEST(Segments, WhatIsOwedFromTheOpenOneWaitsForItsEnd) {
+  for (const char* response : {"event(answer) within 500 ms", "keep ok for 500 ms", "not event(ask) for 500 ms"}) {
+    SCOPED_TRACE(response);
+    Player p(kSegment + ("whenever event(ask), " + std::string(response) + "."));
+    p.see(at(0), "s.open.reply").see(at(10), "s.ask.request");
+    p.see(at(300), "s.ok.reply", false).see(at(310), "s.ask.request");
+    EXPECT_THAT(p.silence(at(5000)).violations(), IsEmpty());
+    EXPECT_EQ(p.standing().text(), "pending: is broken, if its scope ends");
+    EXPECT_THAT(p.see(at(6000), "s.shut.reply").violations(), ElementsAre(at(6000)));
+  }
+}
+
+// From the closed one until 510, from the open one until 900: ok is lost where only the latter speaks of it.
+TEST(Segments, KeepTheirWindowsApart) {
+  const std::string text = kSegment + std::string("whenever event(ask), keep ok for 500 ms.");
+  const auto played = [&](TimePoint lost) {
+    Player p(text);
+    p.see(at(0), "s.open.reply").see(at(10), "s.ask.request").see(at(20), "s.shut.reply");
+    p.see(at(300), "s.open.reply").see(at(350), "s.ask.request").see(at(400), "s.ask.request");
+    return p.see(lost, "s.ok.reply", false);
+  };
+  EXPECT_THAT(played(at(510)).violations(), ElementsAre(at(510)));
+  EXPECT_THAT(played(at(510) + kNs).silence(at(5000)).violations(), IsEmpty());
+  EXPECT_THAT(played(at(900)).see(at(6000), "s.shut.reply").violations(), ElementsAre(at(6000)));
+  EXPECT_THAT(played(at(900) + kNs).see(at(6000), "s.shut.reply").violations(), IsEmpty());
+  // Closed in between, it is the latter that is still owed.
+  Player p(text);
+  p.see(at(0), "s.open.reply").see(at(10), "s.ask.request").see(at(20), "s.shut.reply");
+  p.see(at(300), "s.open.reply").see(at(400), "s.ask.request").see(at(450), "s.shut.reply");
+  EXPECT_THAT(p.see(at(900), "s.ok.reply", false).violations(), ElementsAre(at(900)));
+}
+
+TEST(Segments, LeaveNothingBehindThatGrows) {
+  for (const char* bound : {"500 ms", "3 ticks", "3 events"}) {
+    SCOPED_TRACE(bound);
+    const Model m =
+        *Model::make(requirement(kSegment + ("whenever event(ask), keep ok for " + std::string(bound) + "."))).value;
+    Core core = begin(m, at(0));
+    std::set<std::string> forms;
+    for (int round = 0; round < 50; ++round) {
+      Message message;
+      for (const auto& [ms, name] : {std::pair{0, "s.open.reply"},
+                                     {50, "s.ask.request"},
+                                     {100, "mission.tick"},
+                                     {150, "s.ask.request"},
+                                     {160, "s.shut.reply"}}) {
+        message.name = name;
+        message.time = at(round * 300 + ms);
+        step_timers(m, core, message.time - kNs);
+        EXPECT_EQ(step(m, core, message).verdict, Verdict::kUndecided);
+        forms.insert(encoded(m, core, message.time));
+      }
+    }
+    EXPECT_LE(forms.size(), 20U);
+  }
+}
+
 // ---- Values that have not been seen ----
 
 TEST(Unknown, DecidesNothing) {
@@ -317,7 +423,7 @@ std::string chart_of(const std::string& text) { return Model::make(requirement(t
 
 TEST(Chart, ReadsLikeTheRequirement) {
   const std::string chart = chart_of("whenever level < 30, ok within 500 ms.");
-  EXPECT_THAT(chart, HasSubstr("Requirement R (major), r.req:5\n  globally, whenever level < 30, ok within 500 ms\n"));
+  EXPECT_THAT(chart, HasSubstr("Requirement R (major), r.req:7\n  globally, whenever level < 30, ok within 500 ms\n"));
   EXPECT_THAT(chart, HasSubstr("<data id=\"level\"/> <!-- reply(battery.level) -->"));
   EXPECT_THAT(chart, HasSubstr("<state id=\"waits_for_level_below_30\">\n      <transition event=\"observed\" "
                                "cond=\"level &lt; 30 &amp;&amp; ok !== true\" target=\"owes_ok\"/>"));

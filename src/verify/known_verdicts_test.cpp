@@ -140,12 +140,24 @@ std::vector<Known> known() {
                  "between_: between said = 1 and said = 8, never said = 3.\n"
                  "until_: after said = 1 until said = 8, eventually said = 9.\n"
                  "closed: between said = 1 and said = 3, eventually said = 0.\n"
-                 "open_: between said = 1 and said = 8, eventually said = 9.\n",
+                 "open_: between said = 1 and said = 8, eventually said = 9.\n"
+                 "never_met: between said = 1 and said = 3, whenever said = 2, said = 9 eventually.\n"
+                 "met: between said = 1 and said = 3, whenever said = 2, said = 1 eventually.\n"
+                 "never_closed: between said = 1 and said = 8, whenever said = 2, said = 9 eventually.\n"
+                 "overdue: between said = 1 and said = 3, whenever said = 2, said = 0 within 199 ms.\n"
+                 "in_time: between said = 1 and said = 3, whenever said = 2, said = 0 within 200 ms.\n"
+                 "kept_after: between said = 1 and said = 3, whenever said = 2, keep said != 0 for 200 ms.\n",
                  {{"kept", "holds", {}},
                   {"between_", "holds", {}},
                   {"until_", "refuted", {}},
                   {"closed", "refuted@0.3", {}},
-                  {"open_", "holds", {}}}});
+                  {"open_", "holds", {}},
+                  {"never_met", "refuted", {}},
+                  {"met", "holds", {}},
+                  {"never_closed", "holds", {}},
+                  {"overdue", "refuted@0.399", {}},
+                  {"in_time", "holds", {}},
+                  {"kept_after", "refuted@0.4", {}}}});
   all.push_back(
       {"EndsBetweenTwoTicks",
        "Answered 6 at 200 ms in a quarter of the cases, else at 300; the other leaf takes 40 ms to stop, and what "

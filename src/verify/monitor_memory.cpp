@@ -11,19 +11,32 @@ using monitor::Verdict;
 
 namespace {
 
-// Whether something can be owed for ever. Of what must be kept the end need not come, and between two events only what
-// is closed counts.
+// Whether something can be owed for ever. Of what must be kept the end need not come.
 bool can_owe_for_ever(const monitor::Model& model) {
   if (model.origin() == nullptr) return false;
   const monitor::Requirement& of = model.origin()->requirement;
-  const bool wants = of.pattern == monitor::Pattern::kEventually || of.pattern == monitor::Pattern::kRespond;
-  return wants && !of.bound && of.scope.kind != monitor::Scope::Kind::kBetween;
+  if (of.bound) return false;
+  // Between two events what must be there when the segment closes is not owed afterwards.
+  return of.pattern == monitor::Pattern::kRespond ||
+         (of.pattern == monitor::Pattern::kEventually && of.scope.kind != monitor::Scope::Kind::kBetween);
+}
+
+bool is_set(const Map& data, std::string_view name) {
+  const Value* const value = data.find(name);
+  return value != nullptr && value->as_bool() != nullptr && *value->as_bool();
+}
+
+// Between two events only what is closed counts.
+bool counts(const monitor::Model& model, const Core& core) {
+  return model.origin()->requirement.scope.kind != monitor::Scope::Kind::kBetween ||
+         is_set(core.session.data(model.chart()), "from_closed");
 }
 
 }  // namespace
 
 bool owes_without_bound(const monitor::Model& model, const Core& core) {
-  return core.verdict == Verdict::kUndecided && can_owe_for_ever(model) && monitor::standing(model, core).pending;
+  return core.verdict == Verdict::kUndecided && can_owe_for_ever(model) && monitor::standing(model, core).pending &&
+         counts(model, core);
 }
 
 MonitorMemory::MonitorMemory(const Graph& graph, const monitor::Model& model)
@@ -36,8 +49,7 @@ MonitorMemory::MonitorMemory(const Graph& graph, const monitor::Model& model)
 void MonitorMemory::look_for_scope(const Core& core) {
   if (inside_) return;
   const Map data = core.session.data(model_.chart());
-  const Value* const in_scope = data.find("in_scope");
-  inside_ = in_scope == nullptr || (in_scope->as_bool() != nullptr && *in_scope->as_bool());
+  inside_ = data.find("in_scope") == nullptr || is_set(data, "in_scope");
 }
 
 std::optional<std::uint32_t> MonitorMemory::begin() {
@@ -98,11 +110,12 @@ std::optional<std::uint32_t> MonitorMemory::intern(Core core, TimePoint at, bool
   if (is_new) {
     const monitor::Standing standing = monitor::standing(model_, core);
     const bool undecided = core.verdict == Verdict::kUndecided;
+    const bool owes = owes_without_bound(model_, core);
     const bool bounded = standing.deadline.has_value() || !standing.counted.empty();
     bytes_ += sizeof(Kept) + 6 * form_.size() + 500;
     cores_.push_back({.core = std::move(core),
                       .at = at,
-                      .owes = undecided && standing.pending && can_owe_for_ever(model_),
+                      .owes = owes,
                       .owes_until = undecided && standing.pending && bounded,
                       .violated = violated});
   }

@@ -76,7 +76,6 @@ class Trace {
     for (bool first = true;; first = false) {
       first_ = first;
       auto found = decide(from, start);
-      if (found && found->violated && r_.scope.kind == Scope::Kind::kBetween) found = at_the_end_of_the_scope(*found);
       if (!found || found->at > end_) return outcomes;
       outcomes.push_back({found->violated, found->at, found->silent ? 0 : at_[found->position]->sequence});
       if (!found->violated || !r_.re_arming) return outcomes;
@@ -277,13 +276,18 @@ class Trace {
     }
   }
 
-  std::optional<Found> at_the_end_of_the_scope(const Found& found) {
-    // Outside: what it broke was owed from a scope that has ended.
-    if (found.position >= 0 ? !in_scope(found.position) : true) return found;
-    for (int j = found.position + 1; j < size(); ++j) {
-      if (!in_scope(j)) return Found{true, time(j), j};
-    }
-    return std::nullopt;
+  // Between … and … a violation counts when the segment is closed from which it is owed, which is open at observation
+  // i.
+  std::optional<Found> told(const std::optional<Found>& found, int i) {
+    if (!found || !found->violated || r_.scope.kind != Scope::Kind::kBetween) return found;
+    int closes = i;
+    while (closes < size() && in_scope(closes)) ++closes;
+    if (closes == size()) return std::nullopt;
+    return found->position >= closes ? *found : here(closes);
+  }
+  // One that can only happen before its segment closes, or as it does.
+  std::optional<Found> told_of_present(const std::optional<Found>& found) {
+    return found ? told(found, found->position) : found;
   }
 
   // ---- Patterns ----
@@ -291,11 +295,11 @@ class Trace {
   bool bad(int i) { return active(i) && (r_.pattern == Pattern::kAlways ? fails(r_.p, i) : holds(r_.p, i)); }
 
   std::optional<Found> decide(int from, TimePoint start) {
-    if (r_.pattern == Pattern::kEventually) return existence(from, start);
-    if (r_.pattern == Pattern::kAtLeastEvery) return recurrence(from, start);
-    if (r_.pattern == Pattern::kPrecedes) return precedence(from);
+    if (r_.pattern == Pattern::kEventually) return told_of_present(existence(from, start));
+    if (r_.pattern == Pattern::kAtLeastEvery) return told_of_present(recurrence(from, start));
+    if (r_.pattern == Pattern::kPrecedes) return told_of_present(precedence(from));
     std::optional<Found> best;
-    for (int i = from; i < size(); ++i) earlier(best, violation_from(i, from));
+    for (int i = from; i < size(); ++i) earlier(best, told(violation_from(i, from), i));
     if (r_.scope.kind == Scope::Kind::kBefore) {
       for (int j = from; j < size(); ++j) {
         if (in_scope(j)) continue;

@@ -47,6 +47,10 @@ std::vector<std::string> mutants(const std::string& chart) {
       {"<send event=\"deadline\" id=\"deadline\" delay=\"5ms\"/>", ""},
       {"<raise event=\"observed\"/>", ""},
       {"expr=\"true\"", "expr=\"false\""},
+      {"from_closed\" expr=\"false\"", "from_closed\" expr=\"true\""},
+      {"newer_owed\" expr=\"false\"", "newer_owed\" expr=\"true\""},
+      {"second_timer\" expr=\"false\"", "second_timer\" expr=\"true\""},
+      {"deadline_2\"", "deadline_3\""},
       {"event=\"deadline\"", "event=\"never\""},
       {"event=\"observed\"", "event=\"never\""},
       {"target=\"violated\"", "target=\"satisfied\""},
@@ -99,7 +103,9 @@ constexpr Equivalent kEquivalents[] = {
     {"holds for", "[cancel", "it is left by the deadline or by a violation only"},
     {"event(e) until", "in_scope", "in the transition of e or f, which decides alone"},
     {"event(e) until", "observed", "in the transition of f, which only closes"},
-    {"between", "in_scope", "in the transition of e or f, which decides alone"},
+    {"event(f), always b", "in_scope", "in the transition of e or f, which decides alone"},
+    {"apples), b within", "<raise event=\"", "in the transition of e, which only opens"},
+    {"apples), b within", "in_scope\"", "in the transition of e or f, which decides alone"},
     {"before event(e)", "in_scope [", "in the transition of x, before e: open in any case"},
 };
 bool is_equivalent(const std::string& requirement, const std::string& what) {
@@ -132,6 +138,12 @@ TEST(Mutants, OfSynthesizedChartsAreKilled) {
       trace[k].time = at;
     }
     traces.emplace_back(std::move(trace), at);
+  }
+  // Segments close while something is owed from them.
+  for (int i = 0; i < kTraces; ++i) {
+    auto trace = random_segments(rng);
+    const TimePoint end = (trace.empty() ? TimePoint{} : trace.back().time) + Duration(rng.below(6'000'000));
+    traces.emplace_back(std::move(trace), end);
   }
   for (const std::int64_t apart_ns : {4'999'999, 5'000'000, 5'000'001}) {
     std::vector<Message> trace;
@@ -168,6 +180,9 @@ TEST(Mutants, OfSynthesizedChartsAreKilled) {
            "R: b holds for at least 5 ms.",
            "R: after event(e) until event(f), never x = 3.",
            "R: between event(e) and event(f), always b.",
+           "R: between event(e) and event(f), whenever event(apples), b within 5 ms.",
+           "R (re-arming): between event(e) and event(f), whenever event(apples), not (x = 3) for 5 ms.",
+           "R (re-arming): between event(e) and event(f), whenever event(apples), keep b for 2 events.",
            "R: while b, x updated at least every 5 ms.",
            "R: before event(e), never x = 3.",
            "R: whenever event(e), x = 3 within 5 ms assuming b.",

@@ -68,13 +68,14 @@ TEST(PlainSteps, LeaveWhatTheAlgorithmLeaves) {
   Rng rng(seed);
   Counts counts;
   for (int i = 0; i < kRequirements; ++i) {
-    const std::string text = random_requirement(rng);
+    const bool segments = i % 8 == 0;
+    const std::string text = segments ? random_owed_between(rng) : random_requirement(rng);
     const auto file = parse_requirements(random_definitions() + text, "r.req");
     ASSERT_TRUE(file.ok()) << text;
     const auto model = Model::make(file.value->requirements.at(0));
     ASSERT_TRUE(model.ok()) << text;
     for (int t = 0; t < kTraces; ++t) {
-      const std::vector<Message> trace = random_trace(rng);
+      const std::vector<Message> trace = segments ? random_segments(rng) : random_trace(rng);
       ASSERT_TRUE(steps_alike(*model.value, trace, counts)) << text << "\n"
                                                             << show(trace) << model.value->chart().source();
     }

@@ -156,20 +156,80 @@ std::string random_requirement(Rng& rng) {
          (rng.below(5) == 0 ? " assuming " + lasting(rng, 0) : "") + ".";
 }
 
-std::vector<Message> random_trace(Rng& rng) {
+std::string random_owed_between(Rng& rng) {
+  const auto trigger = [&] {
+    return pick<7>(rng, {"event(apples)", "event(apples)", "b", "rises(b)", "x > 1", "x updated",
+                         "event(observation(mission.tick))"});
+  };
+  const auto state = [&] { return pick<5>(rng, {"b", "not b", "x < 3", "x != 1", "w = apple"}); };
+  const auto what = [&] { return rng.below(2) == 0 ? state() : trigger(); };
+  std::string body;
+  switch (rng.below(7)) {
+    case 0: body = "whenever " + trigger() + ", " + what() + " within " + bound(rng); break;
+    case 1: body = "whenever " + trigger() + ", keep " + state() + " until " + what(); break;
+    case 2: body = state() + " holds for at least " + bound(rng); break;
+    case 3:
+    case 4: body = "whenever " + trigger() + ", keep " + state() + " for " + bound(rng); break;
+    default: body = "whenever " + trigger() + ", not (" + what() + ") for " + bound(rng); break;
+  }
+  return std::string("R") + (rng.below(3) == 0 ? " (re-arming)" : "") + ": between event(e) and " +
+         pick<4>(rng, {"event(f)", "event(f)", "(event(f) or x = 0)", "rises(w = plum)"}) + ", " + body +
+         (rng.below(6) == 0 ? " assuming y < 3" : "") + ".";
+}
+
+namespace {
+
+std::vector<Message> trace_of(Rng& rng, std::uint64_t length_max, Message (*make)(Rng&)) {
   std::vector<Message> trace;
   TimePoint now{};
-  const std::uint64_t length = rng.below(28);
+  const std::uint64_t length = rng.below(length_max);
   for (std::uint64_t i = 0; i < length; ++i) {
     constexpr std::array<std::int64_t, 8> kStepsNs{0, 0, 1, 499'999, 500'000, 1'000'000, 1'000'001, 2'000'000};
     now += Duration(kStepsNs[rng.below(kStepsNs.size())]);
-    Message m = message(rng);
+    Message m = make(rng);
     m.time = now;
     m.sequence = i + 1;
     trace.push_back(std::move(m));
   }
   return trace;
 }
+
+Message message_of_segments(Rng& rng) {
+  if (rng.below(12) == 0) return message(rng);
+  Message m;
+  const auto args = [](Map members = {}) { return Map{{"args", std::move(members)}}; };
+  switch (rng.below(7)) {
+    case 0:
+      m.name = "s.e.request";
+      m.data = args();
+      break;
+    case 1:
+      m.name = "s.f.reply";
+      m.source = "LeafA";
+      m.data = args();
+      break;
+    case 2:
+    case 3:
+      m.name = "s.w.request";
+      m.data = args({{"name", pick<3>(rng, {"apple", "apple", "plum"})}, {"other", "pear"}});
+      break;
+    case 4:
+      m.name = "s.b.reply";
+      m.data = Map{{"args", Map()}, {"result", rng.below(3) > 0}};
+      break;
+    case 5:
+      m.name = "s.x.reply";
+      m.data = Map{{"args", Map()}, {"result", static_cast<std::int64_t>(rng.below(4))}};
+      break;
+    default: m.name = "mission.tick"; break;
+  }
+  return m;
+}
+
+}  // namespace
+
+std::vector<Message> random_trace(Rng& rng) { return trace_of(rng, 28, message); }
+std::vector<Message> random_segments(Rng& rng) { return trace_of(rng, 60, message_of_segments); }
 
 std::string show(const std::vector<Message>& trace) {
   std::string text;

@@ -14,6 +14,11 @@ namespace sentree::monitor::oracle {
 [[nodiscard]] std::string random_requirement(Rng& rng);
 /// Observations in order, with equal stamps, missing values and exact hits of deadlines.
 [[nodiscard]] std::vector<Message> random_trace(Rng& rng);
+/// One requirement "R: between …, ….", of a pattern from which something is owed for a while.
+[[nodiscard]] std::string random_owed_between(Rng& rng);
+/// As `random_trace`, of what opens and closes segments and of what the former speaks of, so that what is owed from one
+/// segment often meets what is owed from the next.
+[[nodiscard]] std::vector<Message> random_segments(Rng& rng);
 /// One line for each message.
 [[nodiscard]] std::string show(const std::vector<Message>& trace);
 
