@@ -16,6 +16,7 @@
 #include "sentree/replay/snapshot.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/monitors.h"
+#include "sentree/runtime/steering.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
 
@@ -99,6 +100,7 @@ class Replay {
     options.listeners.insert(options.listeners.begin(), [this](const Message& message) {
       now_behaviour_.observe(message);
       tick_ = message.tick;
+      if (recorded_.is_virtual()) note_request(message);
       if (message.kind == MessageKind::kRequest && !late_topics_.empty())
         ++published_[std::string(runtime::call_of(message))];
     });
@@ -111,7 +113,7 @@ class Replay {
       };
     }
     options.make_port = [this](const project::ServicePlan& service, const std::string& leaf) {
-      return std::make_unique<Port>(*this, service, leaf);
+      return is_live(service) ? nullptr : std::make_unique<Port>(*this, service, leaf);
     };
     options.on_begin = [this, next = std::move(options.on_begin)](runtime::RunInside& inside) {
       if (next) next(inside);
@@ -128,14 +130,26 @@ class Replay {
    public:
     Port(Replay& replay, const project::ServicePlan& service, std::string leaf)
         : replay_(replay), service_(service), leaf_(std::move(leaf)) {}
+    bool take(std::size_t /*leaf*/, const mission::Shared<mission::Call>& call) override {
+      call_ = call->id;
+      return false;
+    }
     void call(const idl::Method& method, Value args, Done done) override {
-      replay_.call(service_, leaf_, method, std::move(args), std::move(done));
+      replay_.call({service_, leaf_, method, call_}, std::move(args), std::move(done));
     }
 
    private:
     Replay& replay_;
     project::ServicePlan service_;
     std::string leaf_;
+    std::uint64_t call_ = 0;  // the latest
+  };
+
+  struct Asked {
+    const project::ServicePlan& service;
+    const std::string& leaf;
+    const idl::Method& method;
+    std::uint64_t call = 0;
   };
 
   using LeafMessage = runtime::RunOptions::LeafMessage;
@@ -238,13 +252,27 @@ class Replay {
       }
       leaf.at.clear();
     }
-    // What models answered is known, and what they said is said again.
     for (const project::ModelPlan& model : plan_.models) models_.insert(model.name);
-    plan_.models.clear();
+    // In real time what models answered is known, and what they said is said again. In virtual time they do it again:
+    // where in an instant they did is in no recording.
+    if (!recorded_.is_virtual()) plan_.models.clear();
     for (auto& [name, service] : plan_.services) {
-      if (plan_.world && sim::find_service(service.interface) != nullptr) service.at = "sim";
+      if (plan_.world && sim::find_service(service.interface) != nullptr && !is_live(service)) service.at = "sim";
     }
     return {};
+  }
+
+  // A model serves it, and is executed.
+  [[nodiscard]] bool is_live(const project::ServicePlan& service) const {
+    return service.at == "model" && recorded_.is_virtual();
+  }
+
+  // Said by a model that is executed, or by a call of one.
+  [[nodiscard]] bool is_said_anew(const Message& message) const {
+    if (models_.contains(message.source)) return recorded_.is_virtual();
+    const auto service = plan_.services.find(message.target);
+    return message.kind == MessageKind::kRequest && message.source == "scenario" && service != plan_.services.end() &&
+           is_live(service->second);
   }
 
   void remember(const std::vector<Message>& messages) {
@@ -259,6 +287,7 @@ class Replay {
       if (message.kind == MessageKind::kRequest)
         published[std::string(runtime::call_of(message))].push_back(message.sequence);
       // Models, scenarios and components publish on topics; what leaves publish they publish again.
+      if (is_said_anew(message)) continue;
       const bool is_published = message.kind == MessageKind::kRequest && plan_.services.contains(message.target) &&
                                 !leaves.contains(message.source);
       if (message.name == "scenario.injection" || message.name == "process.restarted" ||
@@ -354,7 +383,8 @@ class Replay {
 
   void begin(runtime::RunInside& inside) {
     inside_ = &inside;
-    inside.put_faults_on_calls(false);
+    // What a late machine made of them is in what was answered.
+    inside.put_faults_on_calls(recorded_.is_virtual());
     for (const Message& injection : injections_) {
       inside.scheduler().at(inside.director(), injection.time, mission::Rank::kInjection, [this, &injection] {
         const auto tick = ticked_.find(injection.tick);
@@ -389,20 +419,26 @@ class Replay {
     const auto what = project::intervention_of(injection);
     const auto* call = what ? std::get_if<project::intervention::Call>(&*what) : nullptr;
     const auto* kill = what ? std::get_if<project::intervention::Kill>(&*what) : nullptr;
-    if (what && call == nullptr && check_intervention(*what, scope_of(plan_))) {
+    if (what && (call == nullptr || calls_model(*call)) && check_intervention(*what, scope_of(plan_))) {
       inside_->inject({.at = injection.time, .what = *what, .source = injection.source, .span = {}});
       return;
     }
     Message message;
     message.source = injection.source;
     message.kind = injection.kind;
-    message.call = injection.call;
+    if (injection.call != 0) message.call = inside_->next_call();
     message.target = injection.target;
     message.name = injection.name;
     message.data = injection.data;
     inside_->publish(std::move(message));
     if (kill != nullptr) of_process(kill->part, [](runtime::SkillActor& skill) { skill.kill(); });
     if (call != nullptr && plan_.world) call_again(call->method, call->args);
+  }
+
+  // Only a model tells what comes of that.
+  [[nodiscard]] bool calls_model(const project::intervention::Call& call) const {
+    const auto service = plan_.services.find(call.method.substr(0, call.method.rfind('.')));
+    return service != plan_.services.end() && is_live(service->second);
   }
 
   // Skills that ran in that process then; they run in this one now.
@@ -455,13 +491,31 @@ class Replay {
     return best != nullptr || recorded_.is_virtual() ? best : used;
   }
 
-  void call(const project::ServicePlan& service, const std::string& leaf, const idl::Method& method, Value args,
-            runtime::ServicePort::Done done) {
+  // In virtual time faults hold requests back again, and let some never leave.
+  void note_request(const Message& message) {
+    const Value* const args = message.data.find("args");
+    if (report_.continued || message.kind != MessageKind::kRequest || args == nullptr) return;
+    const std::string_view call = runtime::call_of(message);
+    Exchange* const exchange = find(key_of(message.source, message.target, call.substr(call.rfind('.') + 1), *args));
+    if (exchange == nullptr) return;
+    exchange->used = true;
+    ++report_.answered_requests;
+    if (!is_live(plan_.services.at(message.target))) asked_[message.call] = exchange;
+  }
+
+  Exchange* exchange_of(const Asked& asked, const Value& args) {
+    if (!recorded_.is_virtual()) return find(key_of(asked.leaf, asked.service.name, asked.method.name, args));
+    const auto found = asked_.extract(asked.call);
+    return found ? found.mapped() : nullptr;
+  }
+
+  void call(const Asked& asked, Value args, runtime::ServicePort::Done done) {
+    const auto& [service, leaf, method, id] = asked;
     if (report_.continued) {
       answer_live(service, method, args, done);
       return;
     }
-    Exchange* exchange = find(key_of(leaf, service.name, method.name, args));
+    Exchange* exchange = exchange_of(asked, args);
     if (method.oneway) {
       // What nobody answers can be said anew as well.
       if (exchange != nullptr && !std::exchange(exchange->used, true)) ++report_.answered_requests;
@@ -481,19 +535,35 @@ class Replay {
         inside_->end();
       return;
     }
+    acts_.push_back({now, inside_->published(), service.interface, method.name, service.robot, std::move(args)});
+    if (recorded_.is_virtual()) return answer_at_once(fmt::format("{}.{}", service.name, method.name), *exchange, done);
     const bool again = std::exchange(exchange->used, true);
     ++report_.answered_requests;
-    acts_.push_back({now, inside_->published(), service.interface, method.name, service.robot, std::move(args)});
     if (!exchange->after) return;
-    // In real time the request may have been late: its outcome comes when it came then.
-    const TimePoint when =
-        recorded_.is_virtual() || again ? now + *exchange->after : exchange->asked + *exchange->after;
+    // The request may have been late: its outcome comes when it came then.
+    const TimePoint when = again ? now + *exchange->after : exchange->asked + *exchange->after;
     if (when <= now) {
       done(exchange->outcome);
       return;
     }
     inside_->scheduler().at(inside_->director(), when, mission::Rank::kMessage,
                             [done = std::move(done), outcome = exchange->outcome] { done(outcome); });
+  }
+
+  // What serves a skill in virtual time takes no time. Faults do, and they are put on this answer again; to falsify it
+  // twice changes nothing.
+  void answer_at_once(const std::string& call, const Exchange& exchange, const runtime::ServicePort::Done& done) {
+    if (!exchange.after) return;
+    if (exchange.outcome.kind != "late" || !is_made_late(call)) return done(exchange.outcome);
+    done({.ok = true, .result = {}, .kind = {}, .message = {}});  // what the fault keeps back
+  }
+
+  [[nodiscard]] bool is_made_late(const std::string& call) const {
+    const auto standing = inside_->steering().standing();
+    return std::any_of(standing.begin(), standing.end(), [&](const mission::StandingIntervention& each) {
+      const auto* const late = std::get_if<project::intervention::Late>(&each.what);
+      return late != nullptr && project::matches_pattern(late->call, call);
+    });
   }
 
   void answer_live(const project::ServicePlan& service, const idl::Method& method, const Value& args,
@@ -602,6 +672,7 @@ class Replay {
   ReplayReport report_;
   runtime::RunInside* inside_ = nullptr;
   std::map<std::string, std::deque<Exchange>> exchanges_;
+  std::map<std::uint64_t, Exchange*> asked_;  // in virtual time, by call: requests that have not reached their service
   std::vector<Message> injections_;
   std::map<std::uint64_t, TimePoint> ticked_;          // when, by tick of the root
   std::set<std::string> models_;                       // names of those of the recorded run

@@ -20,7 +20,7 @@ inline constexpr std::size_t kDifferencesMax = 100;
 struct ReplayReport {
   runtime::RunReport run;
   std::uint64_t recorded_requests = 0;
-  std::uint64_t answered_requests = 0;  ///< Answered from the recording.
+  std::uint64_t answered_requests = 0;  ///< Those that were made again.
   std::vector<Difference> differences;  ///< The first of each leaf, of the mission and of each monitor, by time.
   /// The first request that was not recorded, e.g. `GoToStation asks navigation.stopNavigation({"goal_id":1})`; empty:
   /// there was none.
@@ -47,8 +47,12 @@ struct ReplayOptions {
 
 /// Runs the mission of `plan` again in virtual time: its skills, tree and monitors are executed, and its services
 /// answer what they answered in the recording, as long after the request as then. The recording's interventions
-/// happen again at their times; faults on calls are in what the services answered then. A skill that was killed in a
-/// process of its own is killed here, until that was restarted.
+/// happen again at their times. A skill that was killed in a process of its own is killed here, until that was
+/// restarted.
+///
+/// Of a recording in virtual time models of components are executed as well, and faults on calls are put on them again:
+/// what an unchanged plan does is the recorded run, observation for observation. In real time models, and faults on
+/// calls, are in what was answered then.
 ///
 /// Behaviour is what leaves answer and ask, what the mission's status is and what monitors decide; of a recording in
 /// real time the order in each of them counts, of one in virtual time the tick as well. A plan with parts elsewhere is

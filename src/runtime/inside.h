@@ -27,6 +27,8 @@ class RunInside {
   /// The actor in which observations are handed on; `monitors` may be looked at there.
   [[nodiscard]] virtual ActorId observer() const = 0;
   virtual void publish(Message message) = 0;
+  /// A new number for a call.
+  [[nodiscard]] virtual std::uint64_t next_call() = 0;
   /// Observations published so far.
   [[nodiscard]] virtual std::uint64_t published() const = 0;
   /// The simulated robot, or null if none runs in this process.

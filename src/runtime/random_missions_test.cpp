@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <map>
@@ -15,166 +14,22 @@
 #include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/project/plan.h"
+#include "sentree/runtime/detail/random_mission.h"
 #include "sentree/runtime/run.h"
-#include "sentree/text/file.h"
 
 namespace sentree::runtime {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::uint64_t kSeeds = 300;
-
-struct Node {
-  std::string open;  // "<Sequence" with its attributes
-  std::vector<Node> children;
-  friend bool operator==(const Node&, const Node&) = default;
-};
-
-// What one seed stands for.
-struct Mission {
-  Node tree;
-  std::map<std::string, std::string> charts;  // by ID
-  std::vector<std::string> timeline;
-  std::uint64_t seed = 0;
-};
-
-std::string text_of(const Node& node) {
-  if (node.children.empty()) return node.open + "/>";
-  std::string text = node.open + ">";
-  for (const Node& child : node.children) text += text_of(child);
-  return text + "</" + node.open.substr(1, node.open.find(' ') - 1) + ">";
-}
-
-std::string mission_text(const Mission& mission) {
-  return "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\">" + text_of(mission.tree) +
-         "</BehaviorTree><TreeNodesModel><Condition ID=\"BatteryLevelAbove\"><input_port name=\"threshold\" "
-         "type=\"double\"/></Condition><Condition ID=\"AtLocation\"><input_port name=\"location\" "
-         "type=\"std::string\"/></Condition><Action ID=\"GoToLocation\"><input_port name=\"destination\" "
-         "type=\"std::string\"/><output_port name=\"reason\" type=\"std::string\"/></Action><Action ID=\"Any\"/>"
-         "<Condition ID=\"Ask\"/></TreeNodesModel></root>\n";
-}
-
-std::string scenario_text(const Mission& mission) {
-  std::string text = "duration: 40 s\nseed: " + std::to_string(mission.seed % 1000 + 1) + "\n";
-  if (!mission.timeline.empty()) text += "timeline:\n";
-  for (const std::string& entry : mission.timeline) text += "  - " + entry + "\n";
-  return text;
-}
-
-class Generator {
- public:
-  explicit Generator(std::uint64_t seed) : rng_(seed) { mission_.seed = seed; }
-
-  Mission make() {
-    mission_.tree = node(4);
-    mission_.charts["Any"] = chart(false);
-    mission_.charts["Ask"] = chart(true);
-    const std::uint64_t entries = below(6);
-    for (std::uint64_t i = 0; i < entries; ++i) mission_.timeline.push_back(entry());
-    return std::move(mission_);
-  }
-
- private:
-  std::uint64_t below(std::uint64_t bound) { return rng_.below(bound); }
-  std::string pick(std::initializer_list<const char*> words) { return *(words.begin() + below(words.size())); }
-  std::string number(std::uint64_t from, std::uint64_t to) { return std::to_string(from + below(to - from + 1)); }
-
-  Node node(int depth) {
-    if (depth == 0 || below(4) == 0) return leaf();
-    if (below(3) == 0) {
-      const std::string open = pick({"<Inverter", "<ForceSuccess", "<ForceFailure", "<Repeat num_cycles=\"2\"",
-                                     "<RetryUntilSuccessful num_attempts=\"2\"", "<KeepRunningUntilFailure"});
-      if (below(4) == 0) return {"<Timeout msec=\"" + number(100, 5000) + "\"", {node(depth - 1)}};
-      if (below(6) == 0) return {"<Delay delay_msec=\"" + number(50, 900) + "\"", {node(depth - 1)}};
-      return {open, {node(depth - 1)}};
-    }
-    Node made{pick({"<Sequence", "<Fallback", "<ReactiveSequence", "<ReactiveFallback", "<SequenceWithMemory",
-                    "<Parallel success_count=\"1\" failure_count=\"1\""}),
-              {}};
-    const std::uint64_t children = 1 + below(3);
-    for (std::uint64_t i = 0; i < children; ++i) made.children.push_back(node(depth - 1));
-    return made;
-  }
-
-  Node leaf() {
-    const std::string name = " name=\"L" + std::to_string(++leaves_) + "\"";
-    switch (below(7)) {
-      case 0:
-        return {"<Action ID=\"GoToLocation\"" + name + " destination=\"" + pick({"kitchen", "station"}) + "\"", {}};
-      case 1: return {"<Condition ID=\"AtLocation\"" + name + " location=\"" + pick({"kitchen", "station"}) + "\"", {}};
-      case 2: return {"<Condition ID=\"BatteryLevelAbove\"" + name + " threshold=\"" + number(10, 90) + "\"", {}};
-      case 3: return {"<Condition ID=\"Ask\"" + name, {}};
-      case 4: return {"<Sleep msec=\"" + number(20, 3000) + "\"" + (below(4) == 0 ? " _onHalted=\"n += 1\"" : ""), {}};
-      default: return {"<Action ID=\"Any\"" + name, {}};
-    }
-  }
-
-  // A chart that waits, asks, answers and ends as chance has it; a condition ends soon.
-  std::string chart(bool condition) {
-    const std::uint64_t states = 2 + below(3);
-    std::string text = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">\n";
-    const auto target = [&] {
-      const std::uint64_t to = below(states + 3);
-      if (to < states) return "s" + std::to_string(to);
-      return std::string(to == states ? "success" : to == states + 1 ? "failure" : "halted");
-    };
-    for (std::uint64_t i = 0; i < states; ++i) {
-      const std::string id = "s" + std::to_string(i);
-      text += "<state id=\"" + id + "\"><onentry>";
-      if (below(2) == 0) text += "<send event=\"later\" delay=\"" + number(10, 1500) + "ms\"/>";
-      if (below(2) == 0) text += "<send type=\"thrift\" target=\"battery\" event=\"getBatteryState\"/>";
-      if (below(4) == 0) text += "<log label=\"at\" expr=\"'" + id + "'\"/>";
-      text += "</onentry>";
-      for (const char* event : {"tick", "later", "battery.getBatteryState.reply", "error", "halt"}) {
-        if (below(2) == 0) text += std::string("<transition event=\"") + event + "\" target=\"" + target() + "\"/>";
-      }
-      if (condition) text += "<transition event=\"*\" target=\"" + pick({"success", "failure"}) + "\"/>";
-      text += "</state>\n";
-    }
-    return text + "<final id=\"success\"/><final id=\"failure\"/><final id=\"halted\"/></scxml>\n";
-  }
-
-  std::string entry() {
-    const std::string at = "{at: " + number(0, 39000) + " ms, ";
-    const std::string some_leaf = leaves_ > 0 ? "L" + number(1, leaves_) : "";
-    switch (below(6)) {
-      case 0: return at + "call: simulation.setBatteryCharge, args: {percent: " + number(5, 100) + "}}";
-      case 1: return at + "delay: {message: battery.*, by: " + number(1, 900) + " ms, count: " + number(1, 20) + "}}";
-      case 2:
-        return at + "falsify: {call: battery.getBatteryState, path: percentage, value: 0." + number(1, 9) +
-               ", count: 5}}";
-      case 3: return at + "kill: battery}";
-      case 4: return at + "delay: {message: \"*.halt\", by: " + number(1, 3000) + " ms, count: 3}}";
-      default: return at + "delay: {message: \"*.tick\", by: " + number(1, 400) + " ms, count: " + number(1, 30) + "}}";
-    }
-  }
-
-  Rng rng_;
-  Mission mission_;
-  std::uint64_t leaves_ = 0;
-};
 
 // A project that holds what is tried.
 class Bench {
  public:
-  Bench() {
-    fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/recharge", folder_.path() / "p", fs::copy_options::recursive);
-    write("sentree.yaml",
-          "mission: {file: mission.xml, tree: Main, rate: 10 Hz}\nworld: world/world.yaml\nservices:\n"
-          "  battery:    {interface: robot.thrift/Battery,    at: sim}\n"
-          "  navigation: {interface: robot.thrift/Navigation, at: sim}\n");
-    std::error_code ignored;
-    fs::remove_all(folder_.path() / "p/scenarios", ignored);
-    fs::create_directory(folder_.path() / "p/scenarios");
-  }
-
   // What is wrong with a mission; empty: nothing.
-  std::string judge(const Mission& mission) {
-    write("mission.xml", mission_text(mission));
-    for (const auto& [id, chart] : mission.charts) write("skills/" + id + ".scxml", chart);
-    write("scenarios/random.yaml", scenario_text(mission));
-    auto scenario = project::load_scenario(folder_.path() / "p/scenarios/random.yaml");
+  std::string judge(const RandomMission& mission) {
+    const auto file = project_.write(mission);
+    if (!file) return to_string(file.error());
+    auto scenario = project::load_scenario(*file);
     if (!scenario.ok()) return "";  // shrunk to what no project may be
     auto plan = project::prepare(std::move(*scenario.value));
     if (!plan.ok()) return "";
@@ -206,10 +61,6 @@ class Bench {
   std::uint64_t observations() const { return observations_; }
 
  private:
-  void write(const std::string& file, const std::string& text) {
-    ASSERT_TRUE(text::write_file(folder_.path() / "p" / file, text).has_value());
-  }
-
   std::vector<Message> run(const project::Plan& plan, const mission::State* from,
                            std::function<void(RunInside&)> begin) {
     std::vector<Message> said;
@@ -247,25 +98,26 @@ class Bench {
   }
 
   TemporaryFolder folder_{"random"};
+  RandomProject project_{folder_.path() / "p"};
   std::string error_;
   std::uint64_t runs_ = 0;
   std::uint64_t observations_ = 0;
 };
 
 // Whatever is left out of a mission that fails without it failing less.
-Mission shrunk(Bench& bench, Mission mission) {
+RandomMission shrunk(Bench& bench, RandomMission mission) {
   int tries = 200;
-  const auto fails = [&](const Mission& less) { return tries-- > 0 && !bench.judge(less).empty(); };
+  const auto fails = [&](const RandomMission& less) { return tries-- > 0 && !bench.judge(less).empty(); };
   for (std::size_t i = mission.timeline.size(); i-- > 0;) {
-    Mission less = mission;
+    RandomMission less = mission;
     less.timeline.erase(less.timeline.begin() + static_cast<std::ptrdiff_t>(i));
     if (fails(less)) mission = std::move(less);
   }
   // Each node in turn becomes one of its children, or loses one.
-  const std::function<bool(Mission&, Node&)> less_of = [&](Mission& whole, Node& node) {
+  const std::function<bool(RandomMission&, RandomNode&)> less_of = [&](RandomMission& whole, RandomNode& node) {
     for (std::size_t i = 0; i < node.children.size(); ++i) {
-      const Node before = node;
-      Node child = node.children[i];
+      const RandomNode before = node;
+      RandomNode child = node.children[i];
       node = std::move(child);
       if (fails(whole)) return true;
       node = before;
@@ -290,10 +142,10 @@ TEST(RandomMissions, EndAnswerOnceAndAreTheSameAgain) {
   const std::uint64_t count = only != nullptr ? 1 : many != nullptr ? std::strtoull(many, nullptr, 10) : kSeeds;
   Bench bench;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    const Mission mission = Generator(seed).make();
+    const RandomMission mission = MissionGenerator(seed).make();
     const std::string wrong = bench.judge(mission);
     if (wrong.empty()) continue;
-    const Mission less = shrunk(bench, mission);
+    const RandomMission less = shrunk(bench, mission);
     std::string charts;
     for (const auto& [id, chart] : less.charts) charts += "skills/" + id + ".scxml:\n" + chart;
     FAIL() << "seed " << seed << ": " << wrong << "\nshrunk: " << bench.judge(less) << "\nmission.xml:\n"

@@ -54,6 +54,7 @@ class Run::Impl final : public RunView, private RunInside {
   ActorId director() const override { return director_; }
   ActorId observer() const override { return stream_.actor(); }
   void publish(Message message) override { stream_.publish(std::move(message)); }
+  std::uint64_t next_call() override { return publisher_.next_call(); }
   std::uint64_t published() const override { return stream_.published(); }
   SimHost* sim() override;
   const Mission& mission() const override { return *mission_; }
