@@ -163,9 +163,10 @@ int deliver(const GraphCommand& command, const std::string& format, const std::s
 int graph(const GraphCommand& command) {
   const std::string format = format_of(command);
   if (format.empty()) {
-    say(fmt::format("{}: pictures are written as .svg, .png, .dot, .mmd (Mermaid) or .puml (PlantUML); --format says which where "
-                    "the name does not",
-                    command.output));
+    say(fmt::format(
+        "{}: pictures are written as .svg, .png, .dot, .mmd (Mermaid) or .puml (PlantUML); --format says which where "
+        "the name does not",
+        command.output));
     return kUsage;
   }
   if (command.files.size() == 1 && is_world(command.files.front())) {

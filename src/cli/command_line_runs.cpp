@@ -47,7 +47,8 @@ void add_run(CLI::App& app, Commands& commands) {
   sub->add_option("--factor", command.factor,
                   "Run seconds per wall second, with the real clock, --studio, --groot or --foxglove")
       ->check(CLI::Range(0.01, 1000.0));
-  sub->add_option("--seed", command.seed, "Of all that is random; same seed, same run in virtual time")->check(CLI::NonNegativeNumber);
+  sub->add_option("--seed", command.seed, "Of all that is random; same seed, same run in virtual time")
+      ->check(CLI::NonNegativeNumber);
   sub->add_option(
          "--choose", command.choose,
          "What if: a model's choice comes out otherwise, MODEL#NUMBER=VALUE as `verify --explain` numbers them")
@@ -235,7 +236,8 @@ void add_campaign(CLI::App& app, Commands& commands) {
   sub->add_option("--vary", command.vary, "What is varied (default: campaign.yaml in the project, if it is there)");
   sub->add_option("--runs,-n", command.runs,
                   "Most runs (default: as the file says; else 1000, or 100000 that end early)");
-  sub->add_option("--seed", command.seed, "Of everything that is drawn; run N has the seed S000000 + N")->check(CLI::NonNegativeNumber);
+  sub->add_option("--seed", command.seed, "Of everything that is drawn; run N has the seed S000000 + N")
+      ->check(CLI::NonNegativeNumber);
   sub->add_option("--jobs,-j", command.jobs, "Processes at a time (default: one a core); the result is the same");
   auto* precision = sub->add_option("--precision", command.precision,
                                     "End when half of every rate's interval is at most this, e.g. 1%");

@@ -327,8 +327,9 @@ class Listening final : public rpc::Opened {
     if (action_ != nullptr && number_ != 0) action_->forget(std::exchange(number_, 0));
   }
 
-  Result<void> hear(const std::shared_ptr<Node>& node, const std::shared_ptr<const Carried>& carried, const dds::Qos& qos,
-                    const idl::ServicePtr& interface, rpc::Middleware::Take take, const Problem& problem) {
+  Result<void> hear(const std::shared_ptr<Node>& node, const std::shared_ptr<const Carried>& carried,
+                    const dds::Qos& qos, const idl::ServicePtr& interface, rpc::Middleware::Take take,
+                    const Problem& problem) {
     const auto told = std::make_shared<std::atomic<bool>>(false);
     const auto once = [told, problem](const std::string& what) {
       if (problem && !told->exchange(true)) problem(what);
@@ -405,7 +406,9 @@ class Serving final : public rpc::Opened {
         if (topics_ == nullptr) topics_ = std::make_unique<Listening>(address_);
         auto done = topics_->hear(
             node, *carried, address.qos_of(false), idl::ServicePtr(service, &interface),
-            [service](const idl::Method& of, const Value& arguments) { static_cast<void>(service->call(of, arguments)); },
+            [service](const idl::Method& of, const Value& arguments) {
+              static_cast<void>(service->call(of, arguments));
+            },
             problem_);
         if (!done) return done;
         continue;
