@@ -36,7 +36,18 @@ bool sounds_like_a_condition(std::string_view id) {
   });
 }
 
+// What a script of a chart could not read, or would miss.
+constexpr std::array<std::string_view, 58> kReserved{
+    "break",   "case",       "catch",         "class",    "const",     "continue",  "debugger", "default", "delete",
+    "do",      "else",       "enum",          "export",   "extends",   "false",     "finally",  "for",     "function",
+    "if",      "implements", "import",        "in",       "interface", "let",       "new",      "null",    "package",
+    "private", "protected",  "public",        "return",   "static",    "super",     "switch",   "this",    "throw",
+    "true",    "try",        "typeof",        "var",      "void",      "while",     "with",     "yield",   "instanceof",
+    "await",   "undefined",  "NaN",           "Infinity", "eval",      "arguments", "In",       "Math",    "_event",
+    "_name",   "_sessionid", "_ioprocessors", "_x"};
+
 bool is_data_id(std::string_view name) {
+  if (std::find(kReserved.begin(), kReserved.end(), name) != kReserved.end()) return false;
   return !name.empty() && !is_digit(name.front()) && std::all_of(name.begin(), name.end(), is_word);
 }
 
@@ -106,14 +117,18 @@ class Written {
     for (const bt::PortFact& port : tree_.ports(subtree)) {
       if (port.name == "_autoremap" && port.text != "false" && port.text != "0" && !outside)
         outside = std::string(entry);
-      if (port.name == entry) outside = std::string(entry_of(port));
+      if (port.name == "__shared_blackboard" && port.text == "true" && !outside) outside = std::string(entry);
+      // In format 3 a SubTree's port is the name of an entry, without braces; a SubTreePlus's is as in format 4.
+      const bool is_name = tree_.format() == 3 && tree_.registration(subtree) == "SubTree" && entry_of(port).empty();
+      if (port.name == entry) outside = std::string(is_name ? port.text : entry_of(port));
     }
     return outside;
   }
   void add_assigned(bt::NodeId scope, std::string_view script) {
     for (std::size_t at = script.find('='); at != std::string_view::npos; at = script.find('=', at + 1)) {
       const std::size_t end = script.find_last_not_of(": ", at == 0 ? 0 : at - 1);
-      if (at == 0 || end == std::string_view::npos || !is_word(script[end])) continue;
+      const bool compares = (at > 0 && script[at - 1] == '=') || (at + 1 < script.size() && script[at + 1] == '=');
+      if (at == 0 || compares || end == std::string_view::npos || !is_word(script[end])) continue;
       std::size_t begin = end;
       while (begin > 0 && is_word(script[begin - 1])) --begin;
       add(scope, script.substr(begin, end + 1 - begin));
@@ -139,7 +154,7 @@ struct Skill {
   std::map<std::string, Port, std::less<>> ports;
 };
 
-std::string chart_of(const Skill& skill) {
+std::string chart_of(const Skill& skill, const std::string& chart) {
   // Its own, by which scenarios and the project say how it ends.
   std::string outcome = skill.is_condition ? "holds" : "succeeds";
   while (skill.ports.contains(outcome)) outcome += '_';
@@ -157,7 +172,7 @@ std::string chart_of(const Skill& skill) {
       "<!-- To begin with: {}. Write what it {}. -->\n"
       "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"{}\" "
       "initial=\"{}\">\n  <datamodel>\n{}  </datamodel>\n",
-      skill.is_condition ? "it holds" : "it succeeds after a second", skill.is_condition ? "asks" : "does", skill.id,
+      skill.is_condition ? "it holds" : "it succeeds after a second", skill.is_condition ? "asks" : "does", chart,
       skill.is_condition ? "asking" : "working", data);
   const std::string body = fmt::format(
       fmt::runtime(
@@ -191,7 +206,8 @@ class TreeSystem {
   // A file of which something may be needed.
   void offer(const std::string& file) {
     const auto source = text::read_file(folder_ / file, shown(file), kFileBytesMax);
-    if (source) (void)library_.add(shown(file), *source);
+    if (!source) return;
+    (void)library_.add(shown(file), *source);
   }
 
   [[nodiscard]] const bt::Library& library() const { return library_; }
@@ -204,7 +220,11 @@ class TreeSystem {
     options.registry = &registry_;
     options.partial = true;
     options.read_file = [this](const fs::path& file) { return include(file); };
-    options.find_package = [](std::string_view package) { return bt::find_ros_package(package); };
+    options.find_package = [this](std::string_view package) {
+      auto found = bt::find_ros_package(package);
+      from_package_ = from_package_ || found;  // what is included from there lies where it lies
+      return found;
+    };
     library_.serve(options);
     Loaded<bt::Tree> tree;
     if (const auto source = include(shown(main))) {
@@ -213,6 +233,7 @@ class TreeSystem {
       tree.diagnostics.push_back(source.error());
     }
     if (!tree.value) return {.value = std::nullopt, .diagnostics = std::move(tree.diagnostics)};
+    for (const ProjectFile& file : result_.files) note_explicit(file.content);
     for (const Diagnostic& problem : tree.diagnostics) {
       // Of the leaves there is something to say below.
       if (problem.code != "bt.unknown-node" && problem.code != "bt.unknown-tree")
@@ -226,7 +247,7 @@ class TreeSystem {
     for (const auto& [id, skill] : skills_) write(skill);
     write_missing(tree.value->format());
     std::string begin(tree.value->id());
-    if (needs_goal_) begin = write_goal(begin, tree.value->format());
+    if (needs_goal_) begin = write_goal(begin, tree.value->format(), shown(main));
     write_project_file(main, begin);
     std::stable_sort(result_.findings.begin(), result_.findings.end(),
                      [](const Finding& a, const Finding& b) { return a.span < b.span; });
@@ -234,25 +255,47 @@ class TreeSystem {
   }
 
  private:
+  // A file that is made, beside those of the mission.
+  std::string made_file(const std::string& name) {
+    std::string file = "trees/" + name + ".xml";
+    for (int i = 2; copied_.contains(file.substr(6)); ++i) file = fmt::format("trees/{}_{}.xml", name, i);
+    return file;
+  }
+
   void find(Fate fate, SourceSpan span, std::string original, std::string reason) {
     result_.findings.push_back({fate, std::move(span), std::move(original), std::move(reason)});
   }
 
   [[nodiscard]] std::string shown(const std::string& file) const { return (folder_ / file).string(); }
 
+  // IDs of <Action ID=…>, which says what it is.
+  void note_explicit(const std::string& xml) {
+    const auto document = text::XmlDocument::parse(xml, {}, {.lenient = true});
+    if (!document) return;
+    std::vector<text::XmlElement> queue{document->root()};
+    while (!queue.empty()) {
+      const text::XmlElement element = queue.back();
+      queue.pop_back();
+      if (element.local_name() == "TreeNodesModel") continue;
+      if (element.local_name() == "Action") explicit_.insert(std::string(element.attribute("ID").value_or("")));
+      for (const text::XmlElement& child : element.children()) queue.push_back(child);
+    }
+  }
+
   // What the mission is made of comes into the project as it is, but for packages of ROS, which are found there as
   // here.
   Result<std::string> include(const fs::path& file) {
-    const std::string inside = file.lexically_normal().lexically_relative(folder_.lexically_normal()).generic_string();
-    const bool is_outside = inside.empty() || inside.starts_with("..");
-    auto source = text::read_file(file, file.string(), kFileBytesMax);
-    if (!source) return source;
-    if (is_outside) {
-      find(Fate::kByHand, SourceSpan{file.string()}, "",
-           "lies outside the mission's folder, and was not copied; `packages:` of sentree.yaml finds those of ROS");
-    } else if (copied_.insert(inside).second) {
-      result_.files.push_back({"trees/" + inside, *source});
+    std::error_code error;
+    const fs::path real = fs::weakly_canonical(file, error);
+    const std::string inside = real.lexically_relative(fs::weakly_canonical(folder_, error)).generic_string();
+    const bool is_outside = inside.empty() || *fs::path(inside).begin() == "..";
+    if (is_outside && !from_package_) {
+      return fail("import.outside",
+                  "lies outside the mission's folder, and is not read; `packages:` of sentree.yaml finds those of ROS",
+                  SourceSpan{file.string()});
     }
+    auto source = text::read_file(file, file.string(), kFileBytesMax);
+    if (source && !is_outside && copied_.insert(inside).second) result_.files.push_back({"trees/" + inside, *source});
     return source;
   }
 
@@ -307,8 +350,8 @@ class TreeSystem {
       skill.id = id;
       skill.span = tree.span(node);
       skill.is_declared = own_.find(id) != nullptr;
-      skill.is_condition =
-          tree.category(node) == bt::Category::kCondition || (!skill.is_declared && sounds_like_a_condition(id));
+      const bool is_guess = !skill.is_declared && !explicit_.contains(id);
+      skill.is_condition = tree.category(node) == bt::Category::kCondition || (is_guess && sounds_like_a_condition(id));
     }
     for (const bt::PortFact& fact : tree.ports(node)) {
       Port& port = skill.ports[std::string(fact.name)];
@@ -330,12 +373,10 @@ class TreeSystem {
   }
 
   void write(const Skill& skill) {
-    if (safe_name(skill.id) != skill.id) {
-      find(Fate::kByHand, skill.span, skill.id, "no name of a file: give its skill under `skills:`");
-      return;
-    }
-    const std::string file = fmt::format("skills/{}.scxml", skill.id);
-    result_.files.push_back({file, chart_of(skill)});
+    const std::string name = unused_name(safe_name(skill.id), skill_files_);
+    const std::string file = fmt::format("skills/{}.scxml", name);
+    if (name != skill.id) skill_lines_ += fmt::format("  {}: {{file: {}}}\n", yaml_text(skill.id), yaml_text(file));
+    result_.files.push_back({file, chart_of(skill, name)});
     find(Fate::kByHand, skill.span, skill.id,
          fmt::format("{} {}{}: write what it {} (docs/how-to/write-a-skill.md)", file,
                      skill.is_condition ? "holds" : "succeeds after a second",
@@ -343,9 +384,9 @@ class TreeSystem {
                      : skill.is_condition ? " (a condition by its name)"
                                           : "",
                      skill.is_condition ? "asks" : "does"));
-    for (const auto& [name, port] : skill.ports) {
-      if (is_data_id(name)) continue;
-      find(Fate::kByHand, skill.span, fmt::format("{} of {}", name, skill.id),
+    for (const auto& [port_name, port] : skill.ports) {
+      if (is_data_id(port_name)) continue;
+      find(Fate::kByHand, skill.span, fmt::format("{} of {}", port_name, skill.id),
            "no name of <data>: the skill does not have this port");
     }
   }
@@ -353,39 +394,49 @@ class TreeSystem {
   // The mission runs without them; BehaviorTrees of format 3 and 4 are not mixed.
   void write_missing(int format) {
     if (missing_.empty()) return;
+    const std::string file = made_file("missing_trees");
     std::string xml = format == 4 ? "<root BTCPP_format=\"4\">\n" : "<root>\n";
     for (const auto& [id, span] : missing_) {
       const std::string name = text::xml_escape(id);
       xml += fmt::format("  <BehaviorTree ID=\"{}\"><AlwaysSuccess/></BehaviorTree>\n", name);
       find(Fate::kByHand, span, id,
-           "its BehaviorTree is in none of the files: trees/missing_trees.xml has one that succeeds, to begin with");
+           fmt::format("its BehaviorTree is in none of the files: {} has one that succeeds, to begin with", file));
     }
-    result_.files.push_back({"trees/missing_trees.xml", xml + "</root>\n"});
-    copied_.insert("missing_trees.xml");
+    result_.files.push_back({file, xml + "</root>\n"});
+    copied_.insert(file.substr(6));
   }
 
   // In Nav2 the goal is there when the tree begins. The tree that puts it there.
-  std::string write_goal(const std::string& tree, int format) {
-    const std::string id = tree == "Mission" ? "MissionToGoal" : "Mission";
+  std::string write_goal(const std::string& tree, int format, const std::string& main) {
+    constexpr const char* kWhose = "Nav2 gives it to its tree";
+    if (tree.empty()) {
+      find(Fate::kByHand, SourceSpan{main}, "goal",
+           fmt::format("{}: give the BehaviorTree an ID, and write a tree that sets the goal and has it as a SubTree",
+                       kWhose));
+      return tree;
+    }
+    std::set<std::string> taken;
+    for (const bt::TreeFile& known : library_.files()) taken.insert(known.trees.begin(), known.trees.end());
+    const std::string id = unused_name("Mission", taken);
+    const std::string file = made_file("to_the_goal");
     result_.files.push_back(
-        {"trees/to_the_goal.xml",
-         fmt::format("<root{0}>\n  <BehaviorTree ID=\"{1}\">\n    <Sequence>\n"
-                     "      <!-- stamp; frame; x; y; z; qx; qy; qz; qw -->\n"
-                     "      {4}\n"
-                     "      <SubTree ID=\"{2}\" {3}/>\n    </Sequence>\n  </BehaviorTree>\n</root>\n",
-                     format == 4 ? " BTCPP_format=\"4\"" : "", id, text::xml_escape(tree),
-                     format == 4 ? "goal=\"{goal}\"" : "__shared_blackboard=\"true\"",
-                     format == 4 ? "<Script code=\"goal := '0;map;14.6;8.8;0;0;0;0;1'\"/>"
-                                 : "<SetBlackboard output_key=\"goal\" value=\"0;map;14.6;8.8;0;0;0;0;1\"/>")});
-    copied_.insert("to_the_goal.xml");
-    find(Fate::kReview, SourceSpan{"trees/to_the_goal.xml"}, "goal",
-         "Nav2 gives it to its tree: here it is written by the mission, the kitchen of the simulated house to begin "
-         "with");
+        {file, fmt::format("<root{0}>\n  <BehaviorTree ID=\"{1}\">\n    <Sequence>\n"
+                           "      <!-- stamp; frame; x; y; z; qx; qy; qz; qw -->\n"
+                           "      {4}\n"
+                           "      <SubTree ID=\"{2}\" {3}/>\n    </Sequence>\n  </BehaviorTree>\n</root>\n",
+                           format == 4 ? " BTCPP_format=\"4\"" : "", id, text::xml_escape(tree),
+                           format == 4 ? "goal=\"{goal}\"" : "__shared_blackboard=\"true\"",
+                           format == 4 ? "<Script code=\"goal := '0;map;14.6;8.8;0;0;0;0;1'\"/>"
+                                       : "<SetBlackboard output_key=\"goal\" value=\"0;map;14.6;8.8;0;0;0;0;1\"/>")});
+    copied_.insert(file.substr(6));
+    find(
+        Fate::kReview, SourceSpan{file}, "goal",
+        fmt::format("{}: here it is written by the mission, the kitchen of the simulated house to begin with", kWhose));
     return id;
   }
 
   // Models of the leaves that the mission's own files do not describe.
-  bool write_palette() {
+  std::string write_palette() {
     std::set<std::string, std::less<>> described;
     for (const ProjectFile& file : result_.files) {
       if (!file.path.starts_with("trees/")) continue;
@@ -407,21 +458,23 @@ class TreeSystem {
         model.ports.push_back(!port.output ? bt::input(name) : port.input ? bt::inout(name) : bt::output(name));
       }
     }
-    if (models.empty()) return false;
-    result_.files.push_back({"trees/nodes.xml", "<root>\n" + bt::write_models(models) + "</root>\n"});
-    return true;
+    if (models.empty()) return {};
+    const std::string file = made_file("nodes");
+    result_.files.push_back({file, "<root>\n" + bt::write_models(models) + "</root>\n"});
+    return file;
   }
 
   void write_project_file(const std::string& main, const std::string& tree) {
     std::string files;
     for (const std::string& file : copied_) files += (files.empty() ? "" : ", ") + yaml_text("trees/" + file);
-    std::string palettes = write_palette() ? "trees/nodes.xml" : "";
+    std::string palettes = write_palette();
     if (nav2_) palettes += (palettes.empty() ? "" : ", ") + std::string(nav2::kPalette);
     std::string yaml = "# Imported; IMPORT.md says from what, and what is left to do.\n";
     const std::string begin = tree.empty() ? "" : ", tree: " + yaml_text(tree);
     yaml += copied_.size() > 1 ? fmt::format("mission: {{files: [{}]{}}}\n", files, begin)
                                : fmt::format("mission: {{file: {}{}}}\n", yaml_text("trees/" + main), begin);
     if (!palettes.empty()) yaml += fmt::format("palettes: [{}]\n", palettes);
+    if (!skill_lines_.empty()) yaml += "skills:\n" + skill_lines_;
     if (drives_) {
       add_house();
       yaml +=
@@ -455,12 +508,16 @@ class TreeSystem {
   Imported result_;
   std::set<std::string> copied_;
   std::map<std::string, Skill> skills_;
+  std::set<std::string> skill_files_;
+  std::string skill_lines_;
+  std::set<std::string, std::less<>> explicit_;
   std::set<std::string> unknown_;
   std::map<std::string, SourceSpan> missing_;
   std::set<std::pair<std::string, std::string_view>> guessed_;
   bool nav2_ = false;
   bool drives_ = false;  // a leaf of Nav2's does, which needs a robot
   bool needs_goal_ = false;
+  bool from_package_ = false;
 };
 
 }  // namespace

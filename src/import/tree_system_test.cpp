@@ -85,7 +85,7 @@ TEST(TreeSystem, WhatNothingHasWrittenBeforeIsWritten) {
   const path source = folder.path() / "go.xml";
   ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go">
     <BehaviorTree ID="Go"><Sequence>
-      <Script code="speed := 1; size = 2"/>
+      <Script code="speed := 1; size = 2" _skipIf="thing == 4 || weight == 2"/>
       <Look at="{speed}" sees="{thing}"/>
       <SubTree ID="Take" what="{thing}" how="gently" _autoremap="false"/>
       <Tell about="{thing}" of="{weight}"/>
@@ -148,6 +148,60 @@ TEST(TreeSystem, SaysWhatCannotBeMadeOfIt) {
   EXPECT_THAT(text_of(system, "trees/missing_trees.xml"), HasSubstr("ID=\"Nowhere\""));
   ASSERT_TRUE(text::write_file(source, "<root BTCPP_format=\"4\"><BehaviorTree><Sequence></BehaviorTree></root>"));
   EXPECT_THAT(import_system(source).diagnostics, Contains(Field(&Diagnostic::span, Field(&SourceSpan::line, 1))));
+}
+
+TEST(TreeSystem, FilesThatAreMadeAreNotThoseOfTheMission) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "nodes.xml";
+  ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go">
+    <BehaviorTree ID="Go"><Sequence><ComputePathToPose goal="{goal}" path="{path}"/><SubTree ID="Mission"/>
+      <SubTree ID="Gone"/><Say/></Sequence></BehaviorTree>
+    <BehaviorTree ID="Mission"><FollowPath path="{path}"/></BehaviorTree></root>)"));
+  const Imported system = imported(source);
+  EXPECT_EQ(text_of(system, "trees/nodes.xml"), *text::read_file(source));
+  EXPECT_THAT(text_of(system, "trees/nodes_2.xml"), HasSubstr("Say"));
+  EXPECT_THAT(text_of(system, "sentree.yaml"), HasSubstr("tree: Mission_2"));
+  expect_runnable(system);
+}
+
+TEST(TreeSystem, NamesThatFilesAndScriptsCannotHave) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "go.xml";
+  ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4"><BehaviorTree ID="Go"><Sequence>
+      <Action ID="With space" var="{a}"/><Action ID="With_space" this="1"/><Action ID="CanGrip" out="{b}"/>
+    </Sequence></BehaviorTree></root>)"));
+  const Imported system = imported(source);
+  expect_runnable(system);
+  EXPECT_THAT(system.findings, AllOf(Contains(told(Fate::kByHand, "var of With space", "no name of <data>")),
+                                     Contains(told(Fate::kByHand, "this of With_space", "no name of <data>"))));
+  // Its tag says that it is an action.
+  EXPECT_THAT(text_of(system, "skills/CanGrip.scxml"), HasSubstr("halted"));
+  EXPECT_THAT(text_of(system, "sentree.yaml"), HasSubstr("\"With space\": {file: "));
+}
+
+TEST(TreeSystem, LinksAreNotFollowedOutOfTheFolder) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "in" / "go.xml";
+  std::filesystem::create_directories(source.parent_path());
+  ASSERT_TRUE(text::write_file(folder.path() / "secret.xml", "<root BTCPP_format=\"4\"/>"));
+  std::filesystem::create_symlink(folder.path() / "secret.xml", source.parent_path() / "link.xml");
+  ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go"><include path="link.xml"/>
+    <BehaviorTree ID="Go"><AlwaysSuccess/></BehaviorTree></root>)"));
+  const Imported system = imported(source);
+  EXPECT_THAT(text_of(system, "trees/link.xml"), HasSubstr("there is no"));
+  EXPECT_THAT(system.findings, Contains(told(Fate::kByHand, "", "outside")));
+}
+
+TEST(TreeSystem, InFormat3SubTreesNameEntriesWithoutBraces) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "go.xml";
+  ASSERT_TRUE(text::write_file(source, R"(<root main_tree_to_execute="Go">
+    <BehaviorTree ID="Go"><Sequence><SubTree ID="Find" thing="object"/><Use it="{object}"/></Sequence></BehaviorTree>
+    <BehaviorTree ID="Find"><Detect what="{thing}"/></BehaviorTree></root>)"));
+  const Imported system = imported(source);
+  EXPECT_THAT(text_of(system, "skills/Detect.scxml"), HasSubstr("<param name=\"what\""));
+  EXPECT_THAT(text_of(system, "skills/Use.scxml"), HasSubstr("<data id=\"it\"/>"));
+  expect_runnable(system);
 }
 
 TEST(TreeSystem, OfSeveralMissionsOneIsChosen) {

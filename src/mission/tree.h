@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -22,7 +23,7 @@ namespace sentree::mission {
 /// whole: an observation that would have been in time may have been to come, so what is due there stays open. The one
 /// at which it ends by itself is.
 [[nodiscard]] constexpr TimePoint judged_until(TimePoint ended, bool by_itself) {
-  return by_itself ? ended : ended - Duration(1);
+  return by_itself ? ended : std::max(TimePoint{}, ended - Duration(1));
 }
 
 /// Where the mission is between two deliveries.

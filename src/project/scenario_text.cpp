@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sentree/project/intervention.h"
+#include "sentree/project/loop.h"
 #include "sentree/text/yaml_edit.h"
 
 namespace sentree::project {
@@ -73,6 +74,12 @@ std::string expectations(const Scenario& scenario, const RunOutcome& outcome) {
 
 std::string scenario_text(const Scenario& scenario, const std::vector<Injection>& done,
                           const std::optional<RunOutcome>& outcome, const std::string& project) {
+  if (scenario.loop && !done.empty()) {
+    // What was done in one round does not come again in the others.
+    Scenario whole = scenario;
+    write_out(whole);
+    return scenario_text(whole, done, outcome, project);
+  }
   const auto written = [&](const std::string& key) {
     const text::YamlNode* node = scenario.source.find(key);
     return node != nullptr && !node->is_null() ? block(key, *node) : std::string();

@@ -90,6 +90,7 @@ std::vector<fs::path> remove_old(const fs::path& folder, const FolderLimits& lim
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     if (!entry.is_regular_file(error) || !is_ours(entry.path().filename().string())) continue;
+    if (is_waited_for(entry.path(), waits)) continue;  // nor does it take the room of others
     files.push_back({entry.path(), entry.last_write_time(error), entry.file_size(error)});
     total += files.back().size;
   }
@@ -100,7 +101,7 @@ std::vector<fs::path> remove_old(const fs::path& folder, const FolderLimits& lim
   std::size_t left = files.size();
   for (const File& file : files) {
     if (left < limits.recordings && total <= limits.bytes) break;
-    if (is_being_written(file.path) || is_waited_for(file.path, waits) || !fs::remove(file.path, error)) continue;
+    if (is_being_written(file.path) || !fs::remove(file.path, error)) continue;
     // What is left of its journal says nothing without it.
     fs::remove(fs::path(file.path).replace_extension(".journal"), error);
     removed.push_back(file.path);

@@ -30,6 +30,7 @@ namespace fs = std::filesystem;
 
 // A file is a head of fixed size, then records. The head can be written again without more room on the disk.
 constexpr std::string_view kMagic = "SENTREE JOURNAL 1\n";
+constexpr std::string_view kAnyMagic = kMagic.substr(0, kMagic.size() - 2);  // of each version
 constexpr std::size_t kHeadSize = 512;
 constexpr std::size_t kStateAt = 24;  // of the head: its state, then a text
 constexpr std::size_t kRecordMax = std::size_t{256} << 20U;
@@ -147,11 +148,13 @@ std::optional<std::string_view> whole_record(std::string_view octets) {
   return octets.substr(9, size);
 }
 
-// Whether a record stands anywhere in them: then they are no torn end.
+// Whether a record stands anywhere in them: then they are no torn end. True also where that is more than can be looked
+// through.
 bool holds_record(std::string_view octets) {
   constexpr std::size_t kHashedMax = std::size_t{64} << 20U;
   std::size_t hashed = 0;
-  for (std::size_t at = 1; at + kFrame <= octets.size() && hashed < kHashedMax; ++at) {
+  for (std::size_t at = 1; at + kFrame <= octets.size(); ++at) {
+    if (hashed >= kHashedMax) return true;
     const auto kind = static_cast<std::uint8_t>(octets[at + 8]);
     const std::uint64_t size = word_at(octets, at);
     if (kind < static_cast<std::uint8_t>(Kind::kSnapshot) || kind > static_cast<std::uint8_t>(Kind::kLost)) continue;
@@ -207,6 +210,16 @@ bool take_records(std::string_view octets, Journaled& out) {
   return begun;
 }
 
+// Its head; empty: it has none.
+std::string head_of(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return {};
+  const File closed(descriptor);
+  std::string octets(kHeadSize, '\0');
+  const bool is_whole = ::read(descriptor, octets.data(), octets.size()) == static_cast<ssize_t>(octets.size());
+  return is_whole && octets.starts_with(kAnyMagic) ? octets : std::string();
+}
+
 }  // namespace
 
 WallTime wall_time() {
@@ -240,7 +253,7 @@ Result<Journaled> read_journal(const fs::path& file) {
     return fail("journal.in-use", file.string() + ": the run goes on, or somebody else resumes it");
   const auto content = text::read_file(file);
   if (!content) return tl::unexpected(content.error());
-  if (content->starts_with(kMagic.substr(0, kMagic.size() - 2)) && !content->starts_with(kMagic)) {
+  if (content->starts_with(kAnyMagic) && !content->starts_with(kMagic)) {
     return fail("journal.other-version",
                 file.string() + ": a journal of another version of Sentree; the version that wrote it resumes it");
   }
@@ -265,30 +278,21 @@ Result<Journaled> read_journal(const fs::path& file) {
     return fail(
         "journal.damaged",
         fmt::format("{0}: damaged at byte {1}, with whole records behind it; what the run did after {2} s is not "
-                    "known any more. If that may be done once more: truncate --size={1} {0}, then --resume",
+                    "known any more. If that may be done once more: truncate --size={1} \"{0}\", then --resume",
                     file.string(), *journaled.damaged_at, seconds(journaled.reached)));
   }
   return journaled;
 }
 
-// Its head; empty: it has none.
-static std::string head_of(const fs::path& file) {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return {};
-  const File closed(descriptor);
-  std::string octets(kHeadSize, '\0');
-  const bool is_whole = ::read(descriptor, octets.data(), octets.size()) == static_cast<ssize_t>(octets.size());
-  return is_whole && octets.starts_with(kMagic) ? octets : std::string();
-}
-
 bool waits_to_be_resumed(const fs::path& file) {
   const std::string octets = head_of(file);
-  return !octets.empty() && octets[kStateAt] == static_cast<char>(HeadState::kOpen);
+  // What another version wrote, that version goes on with.
+  return !octets.empty() && (!octets.starts_with(kMagic) || octets[kStateAt] == static_cast<char>(HeadState::kOpen));
 }
 
 std::string continued_by(const fs::path& file) {
   const std::string octets = head_of(file);
-  if (octets.empty() || octets[kStateAt] != static_cast<char>(HeadState::kContinued)) return {};
+  if (!octets.starts_with(kMagic) || octets[kStateAt] != static_cast<char>(HeadState::kContinued)) return {};
   return octets.c_str() + kStateAt + 1;  // up to the zero behind the text
 }
 

@@ -28,7 +28,7 @@ std::size_t Problems::add(const std::string& what) {
   const std::string kind = without_numbers(what);
   auto found = index_.find(kind);
   if (found == index_.end()) {
-    if (kinds_.size() == kKindsMax) return 1;
+    if (kinds_.size() == kKindsMax) return ++others_;
     found = index_.emplace(kind, kinds_.size()).first;
     kinds_.push_back({what, 0});
   }

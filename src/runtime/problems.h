@@ -13,7 +13,7 @@ class Problems {
  public:
   static constexpr std::size_t kKindsMax = 100;
 
-  /// How often it has come by now. One that is not listed any more counts as the first.
+  /// How often it has come by now. Those that are not listed any more count as one.
   std::size_t add(const std::string& what);
   /// In the order of their first coming, as they were then, and how often if more than once: "… (12 times)".
   [[nodiscard]] std::vector<std::string> list() const;
@@ -25,6 +25,7 @@ class Problems {
   };
   std::vector<Kind> kinds_;
   std::map<std::string, std::size_t> index_;  // by the text without its numbers
+  std::size_t others_ = 0;                    // that are not listed
 };
 
 /// 1, 10, 100 …: when what comes again and again is told.

@@ -38,6 +38,11 @@ export function GrowingField({ id, hint, typed }: GrowingFieldProps) {
       style={{ width: `${Math.max(value.length, 8) + 3}ch` }}
       placeholder={hint}
       {...typed}
+      onChange={(event) => {
+        // Pasted lines too would be another text.
+        event.target.value = event.target.value.replace(/\s*\n\s*/g, " ");
+        typed.onChange(event);
+      }}
       onKeyDown={(event) => {
         // A line of its own would be another text.
         if (event.key === "Enter") event.preventDefault();
