@@ -219,7 +219,7 @@ TEST(Scenario, RefusesWhatItCannotExpect) {
                   "scenarios/s.yaml:3:28: component \"camera\" is not known; there is \"sim\"",
                   "scenarios/s.yaml:2:19: mission \"GOOD\" must be SUCCESS, FAILURE or RUNNING",
                   "scenarios/s.yaml:2:36: the project has no monitor \"batery\"; did you mean \"battery\"?",
-                  "scenarios/s.yaml:2:63: verdict \"fine\" must be violated, satisfied or undecided"));
+                  "scenarios/s.yaml:2:63: verdict \"fine\" must be violated, satisfied, undecided or owed"));
 }
 
 TEST(Scenario, OfAProjectAloneHasTheNameOfItsFolder) {
