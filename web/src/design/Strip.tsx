@@ -63,7 +63,7 @@ export function ShadowStrip() {
             </button>
             {shadow!.differences!.length > 1 && (
               <MenuButton
-                label="All differences"
+                label={`All differences: +${shadow!.differences!.length - 1}`}
                 data_view="differences"
                 text={`+${shadow!.differences!.length - 1}`}
                 entries={shadow!.differences!.map((one) => ({ label: told(one), hint: `${(one.time / 1e9).toFixed(1)} s`, run: () => seek(one.time) }))}
