@@ -188,26 +188,26 @@ test("a requirement is blocks beside its text; what it cannot say is refused wit
   const blocks = (name) => page.locator(`section[data-requirement="${name}"]`);
   await blocks("turns_to_station").waitFor();
   await shot(page, "requirement");
-  assert.equal(await blocks("turns_to_station").locator('[data-part="p"] input').inputValue(), "level < 30 % and destination = kitchen");
+  assert.equal(await blocks("turns_to_station").locator('[data-part="p"] :is(input, textarea)').inputValue(), "level < 30 % and destination = kitchen");
 
-  await blocks("turns_to_station").locator('[data-part="bound"] input').fill("5");
+  await blocks("turns_to_station").locator('[data-part="bound"] :is(input, textarea)').fill("5");
   await page.keyboard.press("Enter");
   await until(async () => (await undo_name(page)) === "write bound of turns_to_station", "the bound is another");
   assert.deepEqual(differing(original, await saved(page, folder, file)).map(([, line]) => line.trim()), ["robot shall (destination = station or at(station)) within 5 ticks."]);
 
   // The text edits the blocks as well.
   await page.getByTestId("undo").click();
-  await until(async () => (await blocks("turns_to_station").locator('[data-part="bound"] input').inputValue()) === "10", "the block follows the text");
+  await until(async () => (await blocks("turns_to_station").locator('[data-part="bound"] :is(input, textarea)').inputValue()) === "10", "the block follows the text");
 
   await blocks("never_empty").getByLabel("Pattern").selectOption("never");
   await until(async () => /never level >= 20 %/.test(await page.locator(".cm-content").innerText()), "the sentence says never");
   await blocks("never_empty").getByLabel("Scope").selectOption("after");
-  await blocks("never_empty").locator('[data-part="open"] input').waitFor();
-  await blocks("never_empty").locator('[data-part="open"] input').fill("destination = kitchen");
+  await blocks("never_empty").locator('[data-part="open"] :is(input, textarea)').waitFor();
+  await blocks("never_empty").locator('[data-part="open"] :is(input, textarea)').fill("destination = kitchen");
   await page.keyboard.press("Enter");
   await until(async () => /after destination = kitchen, never level >= 20 %\./.test(await page.locator(".cm-content").innerText()), "the scope begins there");
 
-  const p = blocks("never_empty").locator('[data-part="p"] input');
+  const p = blocks("never_empty").locator('[data-part="p"] :is(input, textarea)');
   await p.fill("level >= >= 20 %");
   await page.keyboard.press("Enter");
   await until(async () => (await page.getByTestId("refused").innerText()) !== "", "it says why not");
@@ -216,7 +216,7 @@ test("a requirement is blocks beside its text; what it cannot say is refused wit
   // Another requirement at the end, which its blocks say more of.
   await page.getByLabel("Name of a new requirement").fill("stays_full");
   await page.keyboard.press("Enter");
-  await blocks("stays_full").locator('[data-part="p"] input').fill("level >= 30 %");
+  await blocks("stays_full").locator('[data-part="p"] :is(input, textarea)').fill("level >= 30 %");
   await page.keyboard.press("Enter");
   await until(async () => /of stays_full/.test(await undo_name(page)), "it demands something");
   assert.match(await saved(page, folder, file), /\n\nstays_full:\n {2}always level >= 30 %\.\n$/);
@@ -271,7 +271,7 @@ test("skills and models of sentree.yaml, overrides and processes of a scenario, 
   const requirements = "requirements/recharge.req";
   const sentences = readFileSync(join(folder, requirements), "utf8");
   await page.locator(`[data-file="${requirements}"]`).click();
-  const level = page.locator('[data-definition="level"] input');
+  const level = page.locator('[data-definition="level"] :is(input, textarea)');
   await level.waitFor();
   await level.fill(`${await level.inputValue()} + 0`);
   await page.keyboard.press("Enter");
