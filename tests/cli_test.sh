@@ -615,6 +615,9 @@ rm "$work/drawn/scenarios/late.yaml"
 printf '\xef\xbb\xbfno_tick: never event(mission.tick).\n' >"$work/drawn/requirements/own.req"
 sed -i 's|^monitors:|&\n  - {file: requirements/own.req}|' "$work/drawn/sentree.yaml"
 printf 'clock: virtual\nduration: 1 s\n' >"$work/drawn/scenarios/plain.yaml"
+expect 0 'no_tick is violated, and the scenario does not expect it' "$sentree" test "$work/drawn" --scenario plain
+expect 1 'no_tick is violated' "$sentree" test "$work/drawn" --scenario plain --strict
+printf 'expect: {mission: RUNNING}\n' >>"$work/drawn/scenarios/plain.yaml"
 expect 1 'no_tick is violated, and the scenario does not expect it' "$sentree" test "$work/drawn" --scenario plain
 printf 'services:\n\tbattery: 5\n' >"$work/tab.yaml"
 expect 3 'YAML is indented by spaces' "$sentree" test "$work/tab.yaml"

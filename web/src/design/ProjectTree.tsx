@@ -83,8 +83,8 @@ function FileRow({ file, kind, dirty, conflict, errors, warnings }: DesignFile) 
       <button className="file-row" aria-current={open ? "true" : undefined} aria-label={said} title={said} data-file={file} data-dirty={dirty} onClick={() => void open_file(file)}>
         <span className="ellipsis">{name}</span>
         {dirty && <span className="dirty" aria-hidden="true" />}
-        {conflict && <span className="file-badge error" aria-hidden="true">≠</span>}
-        {errors > 0 ? <span className="file-badge error" aria-hidden="true">{errors}</span> : warnings > 0 && <span className="file-badge warning" aria-hidden="true">{warnings}</span>}
+        {conflict && <span className="file-badge error" data-shown="≠" />}
+        {errors > 0 ? <span className="file-badge error" data-shown={errors} /> : warnings > 0 && <span className="file-badge warning" data-shown={warnings} />}
       </button>
     </li>
   );
