@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -78,13 +79,19 @@ class RunInterrupts {
 
   void wait() {
     const sigset_t awaited = signals();
+    // Whoever starts a program may hand on the signal that it got itself too.
+    constexpr std::chrono::milliseconds kSame{500};
+    std::chrono::steady_clock::time_point last{};
     for (int received = 0;;) {
       int signal = 0;
       sigwait(&awaited, &signal);
       if (done_) return;
       if (signal == SIGUSR1) continue;
       if (signal == SIGHUP && received > 0) continue;  // shell and terminal both say it
-      if (++received > 1) _exit(kInterrupted);         // asked twice: at once
+      const auto now = std::chrono::steady_clock::now();
+      if (received > 0 && now - last < kSame) continue;
+      last = now;
+      if (++received > 1) _exit(kInterrupted);  // asked twice: at once
       const std::lock_guard lock(mutex_);
       if (run_ != nullptr) run_->interrupt();
       asked_to_end_ = true;
