@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sentree/base/value.h"
+#include "sentree/scxml/script_syntax.h"
 
 namespace sentree::monitor {
 
@@ -39,15 +40,10 @@ std::string script_text(std::string_view text) {
 
 // Names that would mean something else in a script.
 bool is_taken_by_scripts(std::string_view name) {
-  constexpr std::array<std::string_view, 61> kWords{
-      "break",     "case",       "catch",     "class",  "const",      "continue",  "debugger", "default", "delete",
-      "do",        "else",       "enum",      "export", "extends",    "false",     "finally",  "for",     "function",
-      "if",        "implements", "import",    "in",     "instanceof", "interface", "let",      "new",     "null",
-      "package",   "private",    "protected", "public", "return",     "static",    "super",    "switch",  "this",
-      "throw",     "true",       "try",       "typeof", "var",        "void",      "while",    "with",    "yield",
-      "undefined", "NaN",        "Infinity",  "In",     "Math",       "Date",      "Object",   "Array",   "String",
-      "Number",    "Boolean",    "JSON",      "eval",   "arguments",  "name",      "event"};
-  return std::find(kWords.begin(), kWords.end(), name) != kWords.end();
+  constexpr std::array<std::string_view, 16> kWords{"undefined", "NaN",       "Infinity", "In",     "Math",    "Date",
+                                                    "Object",    "Array",     "String",   "Number", "Boolean", "JSON",
+                                                    "eval",      "arguments", "name",     "event"};
+  return scxml::is_reserved_word(name) || std::find(kWords.begin(), kWords.end(), name) != kWords.end();
 }
 
 std::string identifier(std::string_view text) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "sentree/base/ascii.h"
+#include "sentree/scxml/script_syntax.h"
 
 namespace sentree::scxml {
 namespace {
@@ -15,21 +16,6 @@ using Node = NativeCode::Node;
 
 bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '$'; }
 bool continues_name(char c) { return starts_name(c) || is_digit(c); }
-
-// Reserved words of ECMAScript 5.1 and later: none of them is a variable.
-bool is_reserved(std::string_view name) {
-  constexpr std::array<std::string_view, 43> kWords{
-      "break",   "case",       "catch",     "class",  "const",      "continue",  "debugger", "default", "delete",
-      "do",      "else",       "enum",      "export", "extends",    "false",     "finally",  "for",     "function",
-      "if",      "implements", "import",    "in",     "instanceof", "interface", "let",      "new",     "null",
-      "package", "private",    "protected", "public", "return",     "static",    "super",    "switch",  "this",
-      "throw",   "true",       "try",       "typeof", "var",        "void",      "while"};
-  if (name.size() < 2) return false;
-  for (const std::string_view word : kWords) {
-    if (name == word) return true;
-  }
-  return name == "with" || name == "yield";
-}
 
 struct Operator {
   std::string_view text;
@@ -205,7 +191,7 @@ class Compiler {
     if (name == "true") return add(Op::kTrue);
     if (name == "false") return add(Op::kFalse);
     if (name == "null") return add(Op::kNull);
-    if (is_reserved(name)) return give_up();
+    if (is_reserved_word(name)) return give_up();
     if (slots_) {
       if (const auto slot = slots_(name)) return add(Op::kVariable, *slot);
     }

@@ -10,6 +10,16 @@
 
 namespace sentree::scxml {
 
+bool is_reserved_word(std::string_view name) {
+  constexpr std::array<std::string_view, 45> kWords{
+      "break",   "case",       "catch",     "class",  "const",      "continue",  "debugger", "default", "delete",
+      "do",      "else",       "enum",      "export", "extends",    "false",     "finally",  "for",     "function",
+      "if",      "implements", "import",    "in",     "instanceof", "interface", "let",      "new",     "null",
+      "package", "private",    "protected", "public", "return",     "static",    "super",    "switch",  "this",
+      "throw",   "true",       "try",       "typeof", "var",        "void",      "while",    "with",    "yield"};
+  return name.size() >= 2 && std::find(kWords.begin(), kWords.end(), name) != kWords.end();
+}
+
 namespace {
 
 using Kind = ScriptNode::Kind;

@@ -12,6 +12,9 @@ namespace sentree::scxml {
 /// Nesting of an expression beyond which it is not read.
 inline constexpr int kScriptNestingMax = 64;
 
+/// Reserved words of ECMAScript 5.1 and later: none of them is a variable.
+[[nodiscard]] bool is_reserved_word(std::string_view name);
+
 /// A part of an expression.
 struct ScriptNode {
   enum class Kind : std::uint8_t {
