@@ -7,6 +7,7 @@
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/idl/schema.h"
+#include "sentree/import/detail/made_file.h"
 #include "sentree/project/plan.h"
 #include "sentree/scxml/chart.h"
 #include "sentree/text/file.h"
@@ -22,13 +23,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 const path kMuseum = path(SENTREE_SOURCE_DIR) / "src/import/testdata/museum";
-
-std::string roaml_file(const Imported& imported, const std::string& name) {
-  for (const ProjectFile& file : imported.files) {
-    if (file.path == name) return file.content;
-  }
-  return "there is no " + name;
-}
 
 Imported museum() {
   auto imported = import_system(kMuseum);
@@ -88,7 +82,7 @@ TEST(RoamlSystem, ASystemWithoutNodesIsReadyToRunInVirtualTime) {
 
 TEST(RoamlSystem, PluginsAnswerByTheirProtocol) {
   const Imported imported = museum();
-  const std::string chart = roaml_file(imported, "skills/LevelAbove.scxml");
+  const std::string chart = made_file(imported, "skills/LevelAbove.scxml");
   EXPECT_THAT(chart,
               HasSubstr("<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\""));
   EXPECT_THAT(chart, HasSubstr("<transition event=\"bt_tick\" target=\"ready\">"));
@@ -96,45 +90,45 @@ TEST(RoamlSystem, PluginsAnswerByTheirProtocol) {
   EXPECT_THAT(chart, HasSubstr("<param name=\"status\" expr=\"'FAILURE'\"/>"));
   EXPECT_THAT(chart, HasSubstr("<send event=\"bt_return_halted\"/>"));
   EXPECT_THAT(chart, HasSubstr("<!-- The last level counts. -->"));
-  EXPECT_THAT(roaml_file(imported, "sentree.yaml"),
+  EXPECT_THAT(made_file(imported, "sentree.yaml"),
               HasSubstr("LevelAbove: {file: skills/LevelAbove.scxml, protocol: as2fm, subscribe: "
                         "[topics.battery_level]}"));
 }
 
 TEST(RoamlSystem, PortsAreReadAtEachTickAndWrittenWithTheAnswer) {
   const Imported imported = museum();
-  EXPECT_THAT(roaml_file(imported, "skills/Guide.scxml"),
+  EXPECT_THAT(made_file(imported, "skills/Guide.scxml"),
               HasSubstr("<assign location=\"stop\" expr=\"_event.data.stop\"/>"));
-  EXPECT_THAT(roaml_file(imported, "skills/NextStop.scxml"), HasSubstr("<param name=\"stop\" expr=\"stop\"/>"));
-  EXPECT_THAT(roaml_file(imported, "trees/policy.xml"), HasSubstr("<input_port name=\"stop\" type=\"int\"/>"));
+  EXPECT_THAT(made_file(imported, "skills/NextStop.scxml"), HasSubstr("<param name=\"stop\" expr=\"stop\"/>"));
+  EXPECT_THAT(made_file(imported, "trees/policy.xml"), HasSubstr("<input_port name=\"stop\" type=\"int\"/>"));
 }
 
 TEST(RoamlSystem, TopicsServicesAndActionsBecomeInterfacesOfWhatTheChartsUse) {
   const Imported imported = museum();
-  const std::string topics = roaml_file(imported, "interfaces/topics.thrift");
+  const std::string topics = made_file(imported, "interfaces/topics.thrift");
   EXPECT_THAT(topics, HasSubstr("oneway void battery_level(1: i32 data);"));
   EXPECT_THAT(topics, HasSubstr("cmd_vel(1: cmd_vel_linear linear, 2: cmd_vel_angular angular);"));
   EXPECT_THAT(topics, HasSubstr("go_to_stop_result(1: i32 goal_id, 2: string status, 3: bool arrived);"));
   EXPECT_THAT(topics, HasSubstr("oneway void drained(1: i32 left);"));
-  EXPECT_THAT(roaml_file(imported, "interfaces/Museum.thrift"),
+  EXPECT_THAT(made_file(imported, "interfaces/Museum.thrift"),
               HasSubstr("bool go_to_stop_send_goal(1: i32 goal_id, 2: i32 stop_id);"));
-  const std::string doors = roaml_file(imported, "interfaces/Doors.thrift");
+  const std::string doors = made_file(imported, "interfaces/Doors.thrift");
   EXPECT_THAT(doors, HasSubstr("open_Response open();"));
   EXPECT_THAT(doors, HasSubstr("1: bool is_ok"));
 }
 
 TEST(RoamlSystem, AChartThatTakesItsServiceFromAPortIsWrittenForEachLeaf) {
   const Imported imported = museum();
-  EXPECT_THAT(roaml_file(imported, "skills/open_door.scxml"),
+  EXPECT_THAT(made_file(imported, "skills/open_door.scxml"),
               HasSubstr("<send type=\"thrift\" target=\"Doors\" event=\"open\"/>"));
-  EXPECT_THAT(roaml_file(imported, "skills/close_door.scxml"),
+  EXPECT_THAT(made_file(imported, "skills/close_door.scxml"),
               HasSubstr("<transition event=\"Doors.close.reply\" cond=\"!_event.data.result.is_ok\" target=\"idle\">"));
 }
 
 TEST(RoamlSystem, LeavesOfOneNameAreTold) {
   const Imported imported = museum();
-  EXPECT_THAT(roaml_file(imported, "trees/policy.xml"), HasSubstr("name=\"guide_2\""));
-  const std::string yaml = roaml_file(imported, "sentree.yaml");
+  EXPECT_THAT(made_file(imported, "trees/policy.xml"), HasSubstr("name=\"guide_2\""));
+  const std::string yaml = made_file(imported, "sentree.yaml");
   EXPECT_THAT(yaml, HasSubstr("guide: {file: skills/Guide.scxml, protocol: as2fm, data: {go_goal_id: 0}, "
                               "subscribe: [topics.go_to_stop_result]}"));
   EXPECT_THAT(yaml, HasSubstr("guide_2: {file: skills/Guide.scxml, protocol: as2fm, data: {go_goal_id: 1000}, "));
@@ -142,15 +136,15 @@ TEST(RoamlSystem, LeavesOfOneNameAreTold) {
 
 TEST(RoamlSystem, NodesAreModelsWithClocksAndChances) {
   const Imported imported = museum();
-  const std::string node = roaml_file(imported, "models/Museum.scxml");
+  const std::string node = made_file(imported, "models/Museum.scxml");
   EXPECT_THAT(node, HasSubstr("<send event=\"rate.drain\" delay=\"250ms\"/>"));
   EXPECT_THAT(node, HasSubstr("<transition event=\"Museum.go_to_stop_send_goal.request\" target=\"moving\">"));
   EXPECT_THAT(node, HasSubstr("<send type=\"thrift\" target=\"Museum\" event=\"go_to_stop_send_goal.reply\">"));
   EXPECT_THAT(node, HasSubstr("<transition cond=\"drawn &lt; 0.8\" target=\"idle\">"));
   EXPECT_THAT(node, HasSubstr("<param name=\"linear\" expr=\"{x: 0.5, y: 0, z: 0}\"/>"));
-  EXPECT_THAT(roaml_file(imported, "models/Doors.scxml"), HasSubstr("expr=\"_event.data.left\""));
-  EXPECT_THAT(roaml_file(imported, "scenarios/run.yaml"), HasSubstr("clock: virtual"));
-  const std::string yaml = roaml_file(imported, "sentree.yaml");
+  EXPECT_THAT(made_file(imported, "models/Doors.scxml"), HasSubstr("expr=\"_event.data.left\""));
+  EXPECT_THAT(made_file(imported, "scenarios/run.yaml"), HasSubstr("clock: virtual"));
+  const std::string yaml = made_file(imported, "sentree.yaml");
   EXPECT_THAT(yaml, HasSubstr("Museum: {interface: Museum.thrift/Museum, at: model}"));
   EXPECT_THAT(yaml, HasSubstr("topics: {interface: topics.thrift/topics, at: topics}"));
   EXPECT_THAT(
@@ -166,7 +160,7 @@ TEST(RoamlSystem, ListsWhatIsLeftToDo) {
               Contains(roaml_finding(Fate::kByHand, "elsewhere/secret", "outside the imported folder")));
   EXPECT_THAT(imported.findings, Contains(roaml_finding(Fate::kByHand, "ros_action_thread", "nothing here does")));
   EXPECT_THAT(imported.findings, Contains(roaml_finding(Fate::kNotNeeded, "max_array_size", "")));
-  EXPECT_THAT(roaml_file(imported, "models/Museum.scxml"),
+  EXPECT_THAT(made_file(imported, "models/Museum.scxml"),
               HasSubstr("<!-- not translated, see IMPORT.md: <ros_action_thread"));
   const std::string report = report_of(imported, "museum");
   EXPECT_THAT(report, HasSubstr("properties.jani:3"));
@@ -176,7 +170,7 @@ TEST(RoamlSystem, OfAMainFileOnlyItsFolderIsRead) {
   const auto imported = import_system(kMuseum / "Main/main.xml");
   ASSERT_TRUE(imported.ok());
   EXPECT_THAT(imported.value->findings, Contains(roaml_finding(Fate::kByHand, "../Plugins/level.ascxml", "--main")));
-  EXPECT_THAT(roaml_file(*imported.value, "skills/LevelAbove.scxml"), HasSubstr("there is no"));
+  EXPECT_THAT(made_file(*imported.value, "skills/LevelAbove.scxml"), HasSubstr("there is no"));
 }
 
 TEST(RoamlSystem, SeveralMainFilesMustBeToldApart) {
@@ -192,7 +186,7 @@ TEST(RoamlSystem, SeveralMainFilesMustBeToldApart) {
   const auto chosen = import_system(folder.path(), "b.xml");
   ASSERT_TRUE(chosen.ok());
   // Nobody elsewhere is needed: there is something to run.
-  EXPECT_THAT(roaml_file(*chosen.value, "scenarios/run.yaml"), HasSubstr("clock: virtual"));
+  EXPECT_THAT(made_file(*chosen.value, "scenarios/run.yaml"), HasSubstr("clock: virtual"));
 }
 
 // Whole systems and single charts that other people wrote, where a copy of them lies beside the sources.

@@ -15,6 +15,7 @@
 #include "sentree/import/project_writer.h"
 #include "sentree/nav2/nav2.h"
 #include "sentree/project/plan.h"
+#include "sentree/scxml/script_syntax.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
 
@@ -37,31 +38,24 @@ bool sounds_like_a_condition(std::string_view id) {
 }
 
 // What a script of a chart could not read, or would miss.
-constexpr std::array<std::string_view, 58> kReserved{
-    "break",   "case",       "catch",         "class",    "const",     "continue",  "debugger", "default", "delete",
-    "do",      "else",       "enum",          "export",   "extends",   "false",     "finally",  "for",     "function",
-    "if",      "implements", "import",        "in",       "interface", "let",       "new",      "null",    "package",
-    "private", "protected",  "public",        "return",   "static",    "super",     "switch",   "this",    "throw",
-    "true",    "try",        "typeof",        "var",      "void",      "while",     "with",     "yield",   "instanceof",
-    "await",   "undefined",  "NaN",           "Infinity", "eval",      "arguments", "In",       "Math",    "_event",
-    "_name",   "_sessionid", "_ioprocessors", "_x"};
+constexpr std::array<std::string_view, 13> kTaken{"undefined",  "NaN",           "Infinity", "eval",   "arguments",
+                                                  "In",         "Math",          "await",    "_event", "_name",
+                                                  "_sessionid", "_ioprocessors", "_x"};
 
 bool is_data_id(std::string_view name) {
-  if (std::find(kReserved.begin(), kReserved.end(), name) != kReserved.end()) return false;
+  if (scxml::is_reserved_word(name) || std::find(kTaken.begin(), kTaken.end(), name) != kTaken.end()) return false;
   return !name.empty() && !is_digit(name.front()) && std::all_of(name.begin(), name.end(), is_word);
 }
 
 // A value to begin with, of the type that a palette names.
 std::string_view first_value(std::string_view type) {
   if (type == "bool") return "false";
-  if (type.find("int") != std::string_view::npos || type == "double" || type == "float" || type == "unsigned")
-    return "0";
+  constexpr std::array<std::string_view, 13> kNumbers{"int",      "unsigned", "unsigned int", "double",   "float",
+                                                      "int8_t",   "uint8_t",  "int16_t",      "uint16_t", "int32_t",
+                                                      "uint32_t", "int64_t",  "uint64_t"};
+  if (type.starts_with("std::")) type.remove_prefix(5);
+  if (std::find(kNumbers.begin(), kNumbers.end(), type) != kNumbers.end()) return "0";
   return "''";
-}
-
-std::string tree_source(const std::string& xml) {
-  const auto document = text::XmlDocument::parse(xml, {}, {.lenient = true});
-  return document ? std::string(document->root().local_name()) : std::string();
 }
 
 // "{entry}" as the name of the entry; "{=}" is the port's own.
@@ -149,8 +143,8 @@ struct Port {
 struct Skill {
   std::string id;
   bool is_condition = false;
-  bool is_declared = false;
-  SourceSpan span;  // of the first
+  bool is_guess = false;  // that it is one, by its name
+  SourceSpan span;        // of the first
   std::map<std::string, Port, std::less<>> ports;
 };
 
@@ -206,8 +200,7 @@ class TreeSystem {
   // A file of which something may be needed.
   void offer(const std::string& file) {
     const auto source = text::read_file(folder_ / file, shown(file), kFileBytesMax);
-    if (!source) return;
-    (void)library_.add(shown(file), *source);
+    if (source) (void)library_.add(shown(file), *source);
   }
 
   [[nodiscard]] const bt::Library& library() const { return library_; }
@@ -349,9 +342,9 @@ class TreeSystem {
     if (is_new) {
       skill.id = id;
       skill.span = tree.span(node);
-      skill.is_declared = own_.find(id) != nullptr;
-      const bool is_guess = !skill.is_declared && !explicit_.contains(id);
-      skill.is_condition = tree.category(node) == bt::Category::kCondition || (is_guess && sounds_like_a_condition(id));
+      const bool is_said = tree.category(node) == bt::Category::kCondition;
+      skill.is_guess = !is_said && own_.find(id) == nullptr && !explicit_.contains(id) && sounds_like_a_condition(id);
+      skill.is_condition = is_said || skill.is_guess;
     }
     for (const bt::PortFact& fact : tree.ports(node)) {
       Port& port = skill.ports[std::string(fact.name)];
@@ -364,7 +357,7 @@ class TreeSystem {
       port.output = port.output || writes;
       if (!is_guess) continue;
       if (writes) written.add(tree.enclosing_subtree(node), entry);
-      if (guessed_.emplace(id, fact.name).second) {
+      if (guessed_.emplace(id, std::string(fact.name)).second) {
         find(Fate::kReview, tree.span(node), fmt::format("{}=\"{}\"", fact.name, fact.text),
              fmt::format("no TreeNodesModel says whether {} reads or writes it: taken as {}", id,
                          writes ? "written, since nothing has done so before" : "read"));
@@ -380,10 +373,7 @@ class TreeSystem {
     find(Fate::kByHand, skill.span, skill.id,
          fmt::format("{} {}{}: write what it {} (docs/how-to/write-a-skill.md)", file,
                      skill.is_condition ? "holds" : "succeeds after a second",
-                     skill.is_declared    ? ""
-                     : skill.is_condition ? " (a condition by its name)"
-                                          : "",
-                     skill.is_condition ? "asks" : "does"));
+                     skill.is_guess ? " (a condition by its name)" : "", skill.is_condition ? "asks" : "does"));
     for (const auto& [port_name, port] : skill.ports) {
       if (is_data_id(port_name)) continue;
       find(Fate::kByHand, skill.span, fmt::format("{} of {}", port_name, skill.id),
@@ -513,7 +503,7 @@ class TreeSystem {
   std::set<std::string, std::less<>> explicit_;
   std::set<std::string> unknown_;
   std::map<std::string, SourceSpan> missing_;
-  std::set<std::pair<std::string, std::string_view>> guessed_;
+  std::set<std::pair<std::string, std::string>> guessed_;
   bool nav2_ = false;
   bool drives_ = false;  // a leaf of Nav2's does, which needs a robot
   bool needs_goal_ = false;
@@ -524,7 +514,9 @@ class TreeSystem {
 
 bool is_tree_file(const fs::path& file) {
   const auto source = text::read_file(file, file.string(), kFileBytesMax);
-  return source && tree_source(*source) == "root";
+  if (!source) return false;
+  const auto document = text::XmlDocument::parse(*source, {}, {.lenient = true});
+  return document && document->root().local_name() == "root";
 }
 
 Loaded<Imported> import_tree(const fs::path& file) {

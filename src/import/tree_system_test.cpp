@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/import/detail/made_file.h"
 #include "sentree/import/import.h"
 #include "sentree/project/plan.h"
 #include "sentree/text/file.h"
@@ -20,12 +21,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 const path kMission = path(SENTREE_SOURCE_DIR) / "src/import/testdata/mission";
-
-std::string text_of(const Imported& imported, const std::string& name) {
-  const auto found = std::find_if(imported.files.begin(), imported.files.end(),
-                                  [&](const ProjectFile& file) { return file.path == name; });
-  return found != imported.files.end() ? found->content : "there is no " + name;
-}
 
 Imported imported(const path& from, const std::string& main = {}) {
   auto system = import_system(from, main);
@@ -59,20 +54,20 @@ TEST(TreeSystem, GivesEachLeafASkillToBeginWith) {
     EXPECT_THAT(names, ElementsAre("trees/main.xml", "trees/sub/pick.xml", "skills/BatteryOK.scxml",
                                    "skills/CloseGripper.scxml", "skills/FindObject.scxml", "skills/IsPathFree.scxml",
                                    "skills/MoveArm.scxml", "skills/Shout.scxml", "trees/nodes.xml", "sentree.yaml"));
-    EXPECT_THAT(text_of(system, "trees/nodes.xml"), AllOf(HasSubstr("MoveArm"), Not(HasSubstr("FindObject"))));
-    EXPECT_EQ(text_of(system, "trees/main.xml"), *text::read_file(kMission / "main.xml"));
+    EXPECT_THAT(made_file(system, "trees/nodes.xml"), AllOf(HasSubstr("MoveArm"), Not(HasSubstr("FindObject"))));
+    EXPECT_EQ(made_file(system, "trees/main.xml"), *text::read_file(kMission / "main.xml"));
     expect_runnable(system);
   }
 }
 
 TEST(TreeSystem, SkillsHaveThePortsOfTheirLeaves) {
   const Imported system = imported(kMission / "main.xml");
-  EXPECT_THAT(text_of(system, "skills/BatteryOK.scxml"),
+  EXPECT_THAT(made_file(system, "skills/BatteryOK.scxml"),
               AllOf(HasSubstr("<data id=\"level\"/>"), Not(HasSubstr("halt"))));
   EXPECT_THAT(
-      text_of(system, "skills/FindObject.scxml"),
+      made_file(system, "skills/FindObject.scxml"),
       AllOf(HasSubstr("<param name=\"pose\" expr=\"''\"/>"), Not(HasSubstr("<data id=\"pose")), HasSubstr("halted")));
-  EXPECT_THAT(text_of(system, "skills/IsPathFree.scxml"), HasSubstr("To begin with: it holds."));
+  EXPECT_THAT(made_file(system, "skills/IsPathFree.scxml"), HasSubstr("To begin with: it holds."));
   EXPECT_THAT(
       system.findings,
       AllOf(Contains(told(Fate::kReview, "pose=\"{where}\"", "whether MoveArm reads or writes it: taken as read")),
@@ -96,7 +91,7 @@ TEST(TreeSystem, WhatNothingHasWrittenBeforeIsWritten) {
   const Imported system = imported(source);
   expect_runnable(system);
   const auto ports = [&](const std::string& skill) {
-    const std::string chart = text_of(system, "skills/" + skill + ".scxml");
+    const std::string chart = made_file(system, "skills/" + skill + ".scxml");
     std::string found;
     for (const char* port : {"at", "sees", "what", "how", "grasp", "weight", "about", "of"}) {
       if (chart.find(std::string("<data id=\"") + port + '"') != std::string::npos) found += std::string(" <") + port;
@@ -122,13 +117,13 @@ TEST(TreeSystem, NodesOfNav2ComeWithSentree) {
       <Wait loudly="yes"/>
     </PipelineSequence></BehaviorTree></root>)"));
   const Imported system = imported(source);
-  EXPECT_THAT(text_of(system, "sentree.yaml"),
+  EXPECT_THAT(made_file(system, "sentree.yaml"),
               AllOf(HasSubstr("palettes: [trees/nodes.xml, nav2]"), HasSubstr("robot.thrift/Navigation")));
-  EXPECT_THAT(text_of(system, "skills/FollowPath.scxml"), HasSubstr("there is no"));
-  EXPECT_THAT(text_of(system, "trees/to_the_goal.xml"), HasSubstr("<SubTree ID=\"Go\" goal=\"{goal}\"/>"));
+  EXPECT_THAT(made_file(system, "skills/FollowPath.scxml"), HasSubstr("there is no"));
+  EXPECT_THAT(made_file(system, "trees/to_the_goal.xml"), HasSubstr("<SubTree ID=\"Go\" goal=\"{goal}\"/>"));
   expect_runnable(system);
   // It has a port that Nav2's has not.
-  EXPECT_THAT(text_of(system, "skills/Wait.scxml"), HasSubstr("<data id=\"loudly\"/>"));
+  EXPECT_THAT(made_file(system, "skills/Wait.scxml"), HasSubstr("<data id=\"loudly\"/>"));
 }
 
 TEST(TreeSystem, SaysWhatCannotBeMadeOfIt) {
@@ -145,7 +140,7 @@ TEST(TreeSystem, SaysWhatCannotBeMadeOfIt) {
   EXPECT_THAT(system.findings, AllOf(Contains(told(Fate::kByHand, "", "lies outside the mission's folder")),
                                      Contains(told(Fate::kByHand, "Jugglers", "plug-in")),
                                      Contains(told(Fate::kByHand, "Nowhere", "missing_trees.xml"))));
-  EXPECT_THAT(text_of(system, "trees/missing_trees.xml"), HasSubstr("ID=\"Nowhere\""));
+  EXPECT_THAT(made_file(system, "trees/missing_trees.xml"), HasSubstr("ID=\"Nowhere\""));
   ASSERT_TRUE(text::write_file(source, "<root BTCPP_format=\"4\"><BehaviorTree><Sequence></BehaviorTree></root>"));
   EXPECT_THAT(import_system(source).diagnostics, Contains(Field(&Diagnostic::span, Field(&SourceSpan::line, 1))));
 }
@@ -158,9 +153,9 @@ TEST(TreeSystem, FilesThatAreMadeAreNotThoseOfTheMission) {
       <SubTree ID="Gone"/><Say/></Sequence></BehaviorTree>
     <BehaviorTree ID="Mission"><FollowPath path="{path}"/></BehaviorTree></root>)"));
   const Imported system = imported(source);
-  EXPECT_EQ(text_of(system, "trees/nodes.xml"), *text::read_file(source));
-  EXPECT_THAT(text_of(system, "trees/nodes_2.xml"), HasSubstr("Say"));
-  EXPECT_THAT(text_of(system, "sentree.yaml"), HasSubstr("tree: Mission_2"));
+  EXPECT_EQ(made_file(system, "trees/nodes.xml"), *text::read_file(source));
+  EXPECT_THAT(made_file(system, "trees/nodes_2.xml"), HasSubstr("Say"));
+  EXPECT_THAT(made_file(system, "sentree.yaml"), HasSubstr("tree: Mission_2"));
   expect_runnable(system);
 }
 
@@ -175,8 +170,8 @@ TEST(TreeSystem, NamesThatFilesAndScriptsCannotHave) {
   EXPECT_THAT(system.findings, AllOf(Contains(told(Fate::kByHand, "var of With space", "no name of <data>")),
                                      Contains(told(Fate::kByHand, "this of With_space", "no name of <data>"))));
   // Its tag says that it is an action.
-  EXPECT_THAT(text_of(system, "skills/CanGrip.scxml"), HasSubstr("halted"));
-  EXPECT_THAT(text_of(system, "sentree.yaml"), HasSubstr("\"With space\": {file: "));
+  EXPECT_THAT(made_file(system, "skills/CanGrip.scxml"), HasSubstr("halted"));
+  EXPECT_THAT(made_file(system, "sentree.yaml"), HasSubstr("\"With space\": {file: "));
 }
 
 TEST(TreeSystem, LinksAreNotFollowedOutOfTheFolder) {
@@ -188,7 +183,7 @@ TEST(TreeSystem, LinksAreNotFollowedOutOfTheFolder) {
   ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go"><include path="link.xml"/>
     <BehaviorTree ID="Go"><AlwaysSuccess/></BehaviorTree></root>)"));
   const Imported system = imported(source);
-  EXPECT_THAT(text_of(system, "trees/link.xml"), HasSubstr("there is no"));
+  EXPECT_THAT(made_file(system, "trees/link.xml"), HasSubstr("there is no"));
   EXPECT_THAT(system.findings, Contains(told(Fate::kByHand, "", "outside")));
 }
 
@@ -199,8 +194,8 @@ TEST(TreeSystem, InFormat3SubTreesNameEntriesWithoutBraces) {
     <BehaviorTree ID="Go"><Sequence><SubTree ID="Find" thing="object"/><Use it="{object}"/></Sequence></BehaviorTree>
     <BehaviorTree ID="Find"><Detect what="{thing}"/></BehaviorTree></root>)"));
   const Imported system = imported(source);
-  EXPECT_THAT(text_of(system, "skills/Detect.scxml"), HasSubstr("<param name=\"what\""));
-  EXPECT_THAT(text_of(system, "skills/Use.scxml"), HasSubstr("<data id=\"it\"/>"));
+  EXPECT_THAT(made_file(system, "skills/Detect.scxml"), HasSubstr("<param name=\"what\""));
+  EXPECT_THAT(made_file(system, "skills/Use.scxml"), HasSubstr("<data id=\"it\"/>"));
   expect_runnable(system);
 }
 
@@ -216,8 +211,8 @@ TEST(TreeSystem, OfSeveralMissionsOneIsChosen) {
   const auto refused = import_system(folder.path());
   EXPECT_THAT(refused.diagnostics, ElementsAre(Field(&Diagnostic::message, HasSubstr("--main: a.xml, b.xml"))));
   const Imported system = imported(folder.path(), "b.xml");
-  EXPECT_THAT(text_of(system, "trees/a.xml"), HasSubstr("there is no"));
-  EXPECT_THAT(text_of(system, "sentree.yaml"), HasSubstr("{files: [trees/b.xml, trees/common.xml], tree: b}"));
+  EXPECT_THAT(made_file(system, "trees/a.xml"), HasSubstr("there is no"));
+  EXPECT_THAT(made_file(system, "sentree.yaml"), HasSubstr("{files: [trees/b.xml, trees/common.xml], tree: b}"));
   expect_runnable(system);
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/import/detail/made_file.h"
 #include "sentree/import/import.h"
 #include "sentree/project/plan.h"
 #include "sentree/text/file.h"
@@ -18,13 +19,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 const path kRobot = path(SENTREE_SOURCE_DIR) / "src/import/testdata/robot";
-
-std::string file(const Imported& imported, const std::string& name) {
-  for (const ProjectFile& file : imported.files) {
-    if (file.path == name) return file.content;
-  }
-  return "there is no " + name;
-}
 
 Imported robot() {
   auto imported = import_system(kRobot);
@@ -49,7 +43,7 @@ TEST(YarpSystem, BecomesAProjectThatCheckAccepts) {
 }
 
 TEST(YarpSystem, ACallWhoseResultIsUsedIsAStateThatWaits) {
-  const std::string chart = file(robot(), "skills/ChargeOk.scxml");
+  const std::string chart = made_file(robot(), "skills/ChargeOk.scxml");
   EXPECT_THAT(chart, HasSubstr("datamodel=\"ecmascript\""));
   EXPECT_THAT(chart, HasSubstr("<transition event=\"tick\" target=\"ask\"/>"));
   EXPECT_THAT(chart, HasSubstr("<state id=\"ask.charge\">"));
@@ -62,7 +56,7 @@ TEST(YarpSystem, ACallWhoseResultIsUsedIsAStateThatWaits) {
 }
 
 TEST(YarpSystem, RaisesTimersAndEnumeratorsAreTranslated) {
-  const std::string chart = file(robot(), "skills/Drive.scxml");
+  const std::string chart = made_file(robot(), "skills/Drive.scxml");
   EXPECT_THAT(chart, HasSubstr("<param name=\"mode\" expr=\"'CAREFUL'\"/>"));
   EXPECT_THAT(chart, HasSubstr("<assign location=\"tries\" expr=\"tries + 1\"/>"));
   EXPECT_THAT(chart, HasSubstr("cond=\"answer.allowed &amp;&amp; answer.reason == 'NO_REASON'\""));
@@ -76,19 +70,19 @@ TEST(YarpSystem, RaisesTimersAndEnumeratorsAreTranslated) {
 
 TEST(YarpSystem, StatesThatAnswerTheTreeBecomeTheEndsOfTheRun) {
   const Imported imported = robot();
-  const std::string drive = file(imported, "skills/Drive.scxml");
+  const std::string drive = made_file(imported, "skills/Drive.scxml");
   EXPECT_THAT(drive, HasSubstr("<transition event=\"halt\" target=\"halting\"/>"));
   EXPECT_THAT(drive, HasSubstr("<transition event=\"RESET\" target=\"halted\"/>"));
   EXPECT_THAT(drive, HasSubstr("<final id=\"halted\"/>"));
   // Nested ones, too.
-  const std::string grasp = file(imported, "skills/Grasp.scxml");
+  const std::string grasp = made_file(imported, "skills/Grasp.scxml");
   EXPECT_THAT(grasp, HasSubstr("<final id=\"success\"/>"));
   EXPECT_THAT(grasp, Not(HasSubstr("<state id=\"success\"")));
   EXPECT_THAT(imported.findings, Contains(finding(Fate::kNotNeeded, "REQUEST_ACK", "begins anew")));
 }
 
 TEST(YarpSystem, OneChartServesLeavesWithOptionsOfTheirOwn) {
-  const std::string yaml = file(robot(), "sentree.yaml");
+  const std::string yaml = made_file(robot(), "sentree.yaml");
   EXPECT_THAT(yaml, HasSubstr("DriveToDock: {file: skills/Drive.scxml, data: {place: dock}}"));
   // "key value", and found by the program that an application starts with the file.
   EXPECT_THAT(yaml, HasSubstr("DriveToShelf: {file: skills/Drive.scxml, data: {place: \"shelf 3\"}}"));
@@ -96,7 +90,7 @@ TEST(YarpSystem, OneChartServesLeavesWithOptionsOfTheirOwn) {
 
 TEST(YarpSystem, WhatHasNoCounterpartStaysAtItsPlaceAndIsListed) {
   const Imported imported = robot();
-  EXPECT_THAT(file(imported, "skills/Drive.scxml"),
+  EXPECT_THAT(made_file(imported, "skills/Drive.scxml"),
               HasSubstr("<!-- not translated, see IMPORT.md: telemetry->count(\"stuck\", tries); -->"));
   EXPECT_THAT(imported.findings, Contains(finding(Fate::kByHand, "telemetry->count", "C++ without a counterpart")));
   EXPECT_THAT(imported.findings, Contains(finding(Fate::kByHand, "for (int i = 0", "a loop")));
@@ -122,8 +116,8 @@ TEST(YarpSystem, FindingsNameTheLineOfTheStatement) {
 
 TEST(YarpSystem, MonitorsComeAlongWithAnEntryToBeCompleted) {
   const Imported imported = robot();
-  EXPECT_THAT(file(imported, "monitors/ChargeMonitor.scxml"), HasSubstr("chargeChanged"));
-  EXPECT_THAT(file(imported, "sentree.yaml"), HasSubstr("#      tick: {on: mission.tick}"));
+  EXPECT_THAT(made_file(imported, "monitors/ChargeMonitor.scxml"), HasSubstr("chargeChanged"));
+  EXPECT_THAT(made_file(imported, "sentree.yaml"), HasSubstr("#      tick: {on: mission.tick}"));
 }
 
 TEST(YarpSystem, TheSameInputGivesTheSameFiles) {
