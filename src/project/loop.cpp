@@ -88,8 +88,9 @@ void read_loop(const text::YamlNode& node, Scenario& scenario, Diagnostics& diag
   ScenarioLoop loop{.ticks = {}, .choices = {}, .orders = {}, .span = node.span};
   const auto from = reader.integer("from");
   const auto to = reader.integer("to");
-  constexpr std::int64_t kTicksMax = 1'000'000'000;
-  if (!from || !to || *from < 1 || *to < *from || *to > kTicksMax) {
+  // Times of ticks are counted in nanoseconds.
+  constexpr std::chrono::hours kLongest{24 * 365 * 100};
+  if (!from || !to || *from < 1 || *to < *from || *to > kLongest / scenario.project.period) {
     reader.error(node.span, "scenario.loop", "loop needs \"from\" and \"to\": its first and its last tick, from 1");
     return;
   }
@@ -129,6 +130,7 @@ Result<void> unroll(Scenario& scenario) {
     standing.put(injection.what);
     if (!is_before(scenario, injection)) round.push_back(injection);
   }
+  std::stable_sort(round.begin(), round.end(), [](const auto& a, const auto& b) { return a.at < b.at; });
   const TimePoint end = TimePoint{} + scenario.duration;
   const Duration length = length_of(scenario);
   for (Duration shift = length; !round.empty() && round.front().at + shift <= end; shift += length) {
@@ -155,10 +157,12 @@ void write_out(Scenario& scenario) {
   const ScenarioLoop loop = *scenario.loop;
   const std::uint64_t ticks = loop.ticks.last - loop.ticks.first + 1;
   const Duration left = TimePoint{} + scenario.duration - tick_time(scenario, loop.ticks.first);
-  const auto rounds = std::clamp<std::int64_t>(left / length_of(scenario) + 1, 1, kLoopRoundsMax);
+  const auto all =
+      static_cast<std::uint64_t>(std::clamp<std::int64_t>(left / length_of(scenario) + 1, 1, kLoopRoundsMax));
   const auto again = [&](auto& list, const auto& range_of) {
     const auto first = list;
-    for (std::uint64_t round = 1; round < static_cast<std::uint64_t>(rounds); ++round) {
+    const std::uint64_t rounds = std::min(all, kLoopEntriesMax / (first.size() + 1) + 1);
+    for (std::uint64_t round = 1; round < rounds; ++round) {
       for (auto one : first) {
         const ScenarioLoop::Range* const range = range_of(one);
         if (range == nullptr || !is_in(*range, one.number)) continue;

@@ -42,8 +42,9 @@ void read_loop(const text::YamlNode& node, Scenario& scenario, Diagnostics& diag
 /// ends is what says the same and stands then. Does nothing the second time, or without a loop. Codes: scenario.loop.
 [[nodiscard]] Result<void> unroll(Scenario& scenario);
 
-/// Rounds that are written out at most.
+/// Rounds that are written out at most, and entries of a list: what comes behind them takes the first alternative.
 inline constexpr std::uint64_t kLoopRoundsMax = 1'000;
+inline constexpr std::uint64_t kLoopEntriesMax = 20'000;
 
 /// Writes the loop out, round by round until the scenario's duration: choices, orders and timeline. There is none then.
 void write_out(Scenario& scenario);
