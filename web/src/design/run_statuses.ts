@@ -4,30 +4,32 @@ import type { OutlineTree, TreeNode } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { useMode } from "./mode";
 
-/** By element of a tree that is edited, the node of a run that it is, by name and kind; none where its tree runs several times. */
-export function nodes_of_run(tree: OutlineTree, nodes: readonly TreeNode[]): ReadonlyMap<number, number> {
+/** By element of a tree that is edited, the node of a run that it is, by name and kind; none where its tree runs several times. `main` is the run's main tree. */
+export function nodes_of_run(tree: OutlineTree, nodes: readonly TreeNode[], main: string): ReadonlyMap<number, number> {
   const key = (name: string, type: string) => `${type} ${name || type}`;
-  const instance = (node: TreeNode): number | null => {
-    for (let up = node.parent; up !== null; up = nodes[up]?.parent ?? null) if (nodes[up]?.kind === "subtree") return up;
-    return null;
-  };
+  // By node, the SubTree that it is in; parents come first.
+  const instances: (number | null)[] = [];
+  for (const { parent } of nodes) instances.push(parent === null ? null : nodes[parent]?.kind === "subtree" ? parent : (instances[parent] ?? null));
   const root = tree.nodes.find(({ parent }) => parent < 0);
   if (!root) return new Map();
   const first = nodes[0];
   const used = nodes.filter(({ kind, type, name }) => kind === "subtree" && (type === tree.id || name === tree.id));
-  const is_main = first !== undefined && used.length === 0 && key(first.name, first.type) === key(root.name, root.id);
+  const is_main = first !== undefined && tree.id === main && key(first.name, first.type) === key(root.name, root.id);
   if (!is_main && used.length !== 1) return new Map();
   const inside = is_main ? null : used[0]!.id;
   const waiting = new Map<string, number[]>();
   for (const node of nodes) {
-    if (instance(node) !== inside) continue;
+    if (instances[node.id] !== inside) continue;
     const known = key(node.name, node.type);
-    waiting.set(known, [...(waiting.get(known) ?? []), node.id]);
+    const those = waiting.get(known);
+    if (those) those.push(node.id);
+    else waiting.set(known, [node.id]);
   }
+  for (const those of waiting.values()) those.reverse();
   const found = new Map<number, number>();
   // Both stand in the order of the text.
   for (const { element, name, id } of [...tree.nodes].sort((a, b) => a.from - b.from)) {
-    const node = waiting.get(key(name, id))?.shift();
+    const node = waiting.get(key(name, id))?.pop();
     if (node !== undefined) found.set(element, node);
   }
   return found;
@@ -42,8 +44,8 @@ export const statuses_of = (code: number): [now: number, last: number] => [code 
 /** By element, its `status_code` in the run that goes on, or in the recording on show. */
 export function useRunStatuses(tree: OutlineTree): ReadonlyMap<number, number> {
   const shown = useMode(({ runs }) => runs.on_show !== "");
-  const nodes = useStudio(({ index }) => index?.model.tree.nodes);
+  const ran = useStudio(({ index }) => index?.model.tree);
   const now = useStudio(({ state }) => (shown ? state?.tree : undefined));
-  const of_run = useMemo(() => (shown && nodes ? nodes_of_run(tree, nodes) : kNone), [shown, tree, nodes]);
+  const of_run = useMemo(() => (shown && ran ? nodes_of_run(tree, ran.nodes, ran.id) : kNone), [shown, tree, ran]);
   return useMemo(() => (now ? new Map([...of_run].map(([element, node]) => [element, status_code(now.status[node] ?? 0, now.last[node] ?? 0)])) : kNone), [of_run, now]);
 }

@@ -41,9 +41,10 @@ function usePast(active: boolean, filter: MessageFilter): { window: Window; grow
     set_window(kEmptyWindow);
   }, [index, narrow, active]);
 
-  const work = useCallback(async (what: "cover" | "older") => {
+  const work = useCallback(async function again(what: "cover" | "older"): Promise<void> {
     if (busy.current) return;
     busy.current = true;
+    const begun = latest.current.index;
     const put = (next: Window) => {
       latest.current.window = next;
       set_window(next);
@@ -85,6 +86,8 @@ function usePast(active: boolean, filter: MessageFilter): { window: Window; grow
     } finally {
       busy.current = false;
     }
+    // Of the run that came meanwhile nothing has been asked for.
+    if (begun !== latest.current.index) await again("cover");
   }, []);
 
   useEffect(() => {
