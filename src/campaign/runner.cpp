@@ -22,7 +22,7 @@ void check_alone(const project::Plan& plan, Diagnostics& diagnostics) {
                            span});
   };
   for (const project::ServiceEntry& entry : plan.scenario.project.services) {
-    if (entry.at != "sim" && entry.at != "model" && entry.at != "topics")
+    if (!project::is_inside(entry.at))
       elsewhere(fmt::format("service \"{}\"", entry.name), entry.span);
   }
   for (const project::SkillEntry& entry : plan.scenario.project.skills) {
@@ -66,6 +66,7 @@ void complete(Vary& vary, Duration duration) {
     Distribution from;
     from.b = seconds(duration);
     from.unit = "s";
+    from.span = event.entry.span;
     event.parts.insert(event.parts.begin(), {{"at"}, std::move(from)});
   }
 }
@@ -73,6 +74,34 @@ void complete(Vary& vary, Duration duration) {
 // What explains a violation is asked of a run of it alone.
 void forgo_witnesses(project::Plan& plan) {
   for (monitor::Model& model : plan.monitors) model = monitor::without_witnesses(model);
+}
+
+// Every event at once and each alternative once: what is wrong there is wrong in each run that draws it.
+constexpr std::size_t kProbesMax = 20;
+
+std::size_t probes_of(const Vary& vary) {
+  std::size_t most = 1;
+  for (const Parameter& parameter : vary.parameters) most = std::max(most, parameter.from.alternatives.size());
+  for (const Event& event : vary.events) {
+    for (const Event::Part& part : event.parts) most = std::max(most, part.from.alternatives.size());
+  }
+  return std::min(most, kProbesMax);
+}
+
+Vary probe(const Vary& vary, std::size_t number) {
+  const auto fix = [&](Distribution& from) {
+    if (from.alternatives.empty()) return;
+    from.alternatives = {from.alternatives[number % from.alternatives.size()]};
+    from.weights = {1.0};
+  };
+  Vary probed = vary;
+  for (Parameter& parameter : probed.parameters) fix(parameter.from);
+  for (Event& event : probed.events) {
+    event.is_fault = false;
+    event.probability = 1.0;
+    for (Event::Part& part : event.parts) fix(part.from);
+  }
+  return probed;
 }
 
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
@@ -122,6 +151,12 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
   project::Scenario base;
   if (varied.scenario) {
     auto scenario = project::load_scenario(*varied.scenario);
+    if (!scenario.ok() && scenario.diagnostics.front().code.starts_with("file.")) {
+      // It can be mended where it is named.
+      Diagnostic& why = scenario.diagnostics.front();
+      why.message = fmt::format("the scenario {}: {}", why.span.file, why.message);
+      why.span = varied.scenario_span;
+    }
     append(scenario.diagnostics);
     if (!scenario.ok()) return loaded;
     base = std::move(*scenario.value);
@@ -145,22 +180,17 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
     auto source = project::WorldSource::read(runner->base_.project);
     if (source) runner->source_ = std::move(*source);
   }
-  // Every event at once: a name that is wrong is wrong in each run.
-  {
-    Vary all = runner->vary_;
-    for (Event& event : all.events) {
-      event.is_fault = false;
-      event.probability = 1.0;
-    }
-    auto probe = scenario_of(runner->base_, all, Drawing(all, runner->world_.get(), runner->base_.duration).draw(1));
-    append(probe.diagnostics);
-    if (!probe.ok()) return loaded;
-    // What a draw makes of the world may be refused, and is counted; names may not.
-    auto checked = project::prepare(std::move(*probe.value), parts);
-    for (const Diagnostic& diagnostic : checked.diagnostics) {
-      if (diagnostic.severity == Severity::kError && !diagnostic.code.starts_with("sim.bad-place"))
-        loaded.diagnostics.push_back(diagnostic);
-    }
+  for (std::size_t i = 0; i < probes_of(runner->vary_); ++i) {
+    const Vary probed = probe(runner->vary_, i);
+    const Drawing drawing(probed, runner->world_.get(), runner->base_.duration);
+    auto drawn = scenario_of(runner->base_, probed, drawing.draw(1));
+    Diagnostics found = drawn.ok() ? project::prepare(std::move(*drawn.value), parts).diagnostics
+                                      : std::move(drawn.diagnostics);
+    std::copy_if(found.begin(), found.end(), std::back_inserter(loaded.diagnostics), [&](const Diagnostic& one) {
+      // What a draw makes of the world may be refused, and is counted; names may not.
+      return one.severity == Severity::kError && !one.code.starts_with("sim.bad-place") &&
+             std::find(loaded.diagnostics.begin(), loaded.diagnostics.end(), one) == loaded.diagnostics.end();
+    });
   }
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(runner);
   return loaded;

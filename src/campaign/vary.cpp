@@ -37,10 +37,11 @@ constexpr std::array<std::pair<std::string_view, DrawnKind>, 7> kKinds{{{"unifor
 // What of a project a run may change, as in a scenario's `override:`.
 const std::vector<std::string> kSections{"world", "skills", "services", "mission", "deadlines"};
 
-YamlNode scalar_node(std::string text) {
+YamlNode scalar_node(std::string text, const SourceSpan& span) {
   YamlNode node;
   node.kind = YamlNode::Kind::kScalar;
   node.scalar = std::move(text);
+  node.span = span;
   return node;
 }
 
@@ -265,17 +266,19 @@ Event read_event(const YamlNode& entry, bool is_fault, std::set<std::string>& na
   return event;
 }
 
-void set_at(YamlNode& root, std::span<const std::string> path, const YamlNode& value) {
+// What is not there yet is made, as if it stood at `span`.
+void set_at(YamlNode& root, std::span<const std::string> path, const YamlNode& value, const SourceSpan& span) {
   if (path.empty()) {
     root = value;
     return;
   }
+  if (!root.is_mapping()) root.span = span;
   root.kind = YamlNode::Kind::kMapping;
   for (auto& [key, member] : root.entries) {
-    if (key.scalar == path.front()) return set_at(member, path.subspan(1), value);
+    if (key.scalar == path.front()) return set_at(member, path.subspan(1), value, span);
   }
-  root.entries.emplace_back(scalar_node(path.front()), YamlNode());
-  set_at(root.entries.back().second, path.subspan(1), value);
+  root.entries.emplace_back(scalar_node(path.front(), span), YamlNode());
+  set_at(root.entries.back().second, path.subspan(1), value, span);
 }
 
 std::vector<std::string> split(const std::string& name) {
@@ -305,7 +308,7 @@ void read_parameters(const YamlNode& node, Reader& reader, Vary& vary) {
       continue;
     }
     if (auto from = reader.distribution(value, fmt::format("parameter \"{}\"", key.scalar)))
-      vary.parameters.push_back({key.scalar, std::move(*from)});
+      vary.parameters.push_back({key.scalar, std::move(*from), key.span});
   }
 }
 
@@ -393,6 +396,7 @@ Loaded<Vary> load_vary(const std::filesystem::path& file, const project::Project
     Reader values(loaded.diagnostics);
     project::YamlReader reader(*yaml, "the campaign", loaded.diagnostics);
     if (const auto scenario = reader.string("scenario")) vary.scenario = (file.parent_path() / *scenario);
+    vary.scenario_span = reader.span("scenario");
     if (const auto runs = reader.integer("runs")) {
       if (*runs < 1 || static_cast<std::uint64_t>(*runs) > kRunsMax)
         values.error(reader.span("runs"), "runs", fmt::format("runs are from 1 to {}", kRunsMax));
@@ -461,8 +465,9 @@ Drawing::Value Drawing::value(const Distribution& from, std::uint64_t seed, cons
     const sim::Pose2 pose = random_pose(*world_, from.area, rng);
     Value drawn;
     drawn.node.kind = YamlNode::Kind::kSequence;
+    drawn.node.span = from.span;
     for (const double number : {pose.x, pose.y, pose.theta})
-      drawn.node.items.push_back(scalar_node(number_text(number, "")));
+      drawn.node.items.push_back(scalar_node(number_text(number, ""), from.span));
     const sim::Vec2 middle = world_->map.from_grid({world_->map.width() / 2.0, world_->map.height() / 2.0});
     drawn.bin = (pose.x >= middle.x ? 1U : 0U) + (pose.y >= middle.y ? 2U : 0U);
     return drawn;
@@ -477,7 +482,7 @@ Drawing::Value Drawing::value(const Distribution& from, std::uint64_t seed, cons
   const double number = quantile(from, rank);
   const std::size_t bin = is_few_integers(from) ? static_cast<std::size_t>(number - from.a)
                                                 : static_cast<std::size_t>(rank * static_cast<double>(kTenths));
-  return {scalar_node(number_text(number, from.unit)), bin};
+  return {scalar_node(number_text(number, from.unit), from.span), bin};
 }
 
 Seeds Drawing::seeds(std::uint64_t seed) const { return Seeds(sources_, seed); }
@@ -538,7 +543,7 @@ Draw Drawing::draw(const Seeds& seeds) const {
     if (happens[i]) {
       entry = event.entry;
       for (std::size_t part = 0; part < event.parts.size(); ++part)
-        set_at(*entry, event.parts[part].path, drawn_part(i, part, seeds).node);
+        set_at(*entry, event.parts[part].path, drawn_part(i, part, seeds).node, event.parts[part].from.span);
     }
     draw.events.push_back(std::move(entry));
   }
@@ -580,7 +585,8 @@ Loaded<project::Scenario> scenario_of(const project::Scenario& base, const Vary&
   scenario.expect_nothing();
   YamlNode changes;
   for (std::size_t i = 0; i < draw.parameters.size(); ++i) {
-    if (draw.parameters[i]) set_at(changes, split(vary.parameters[i].name), *draw.parameters[i]);
+    const Parameter& parameter = vary.parameters[i];
+    if (draw.parameters[i]) set_at(changes, split(parameter.name), *draw.parameters[i], parameter.span);
   }
   if (changes.is_mapping()) project::apply_overrides(changes, scenario, made.diagnostics);
   YamlNode timeline;

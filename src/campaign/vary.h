@@ -44,6 +44,7 @@ struct Distribution {
 struct Parameter {
   std::string name;  ///< Where a scenario's `override:` has it: "world.battery.initial".
   Distribution from;
+  SourceSpan span{};  ///< Of the name.
 };
 
 /// An entry of the timeline that may happen.
@@ -63,6 +64,7 @@ struct Event {
 struct Vary {
   std::string file;                               ///< As shown in messages; empty: nothing is varied but the seed.
   std::optional<std::filesystem::path> scenario;  ///< What every run begins with.
+  SourceSpan scenario_span;
   std::optional<text::YamlNode> changes;          ///< Its `override:`, for every run.
   std::optional<std::uint64_t> runs;
   std::optional<Duration> duration;

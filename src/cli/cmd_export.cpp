@@ -182,7 +182,7 @@ Result<void> to_groot(replay::RecordedRun& run, bool allow_plugins, bool groot2,
   const auto plan = scenario.ok() ? project::prepare(std::move(*scenario.value)) : Loaded<project::Plan>();
   say(scenario.diagnostics);
   if (!plan.ok()) {
-    say(plan.diagnostics);
+    say(run.errors_in(plan.diagnostics));
     return fail("record.no-project", "the recording's tree cannot be loaded", SourceSpan{run.path()});
   }
   const bt::Tree& tree = plan.value->tree;

@@ -92,7 +92,7 @@ int replay(const ReplayCommand& command) {
   if (!command.project.empty()) scenario.value->expect_nothing();
   scenario.value->virtual_time = false;  // parts in other processes are replayed in this one
   auto plan = project::prepare(std::move(*scenario.value));
-  say(plan.diagnostics);
+  say(command.project.empty() ? recorded->errors_in(plan.diagnostics) : plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
   replay::ReplayOptions options;
   options.go_on = command.go_on || !command.from.empty();

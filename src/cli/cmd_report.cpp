@@ -258,7 +258,7 @@ int report(const ReportCommand& command) {
   scenario.value->virtual_time = false;
   const auto plan = project::prepare(std::move(*scenario.value));
   if (!plan.ok()) {
-    say(plan.diagnostics);
+    say(run->errors_in(plan.diagnostics));
     return kInvalidInput;
   }
   const project::Plan& project = *plan.value;

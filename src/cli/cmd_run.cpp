@@ -340,6 +340,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
     say(fmt::format("the project has changed since the run began; what is in {} goes on",
                     resumption->recording.string()));
     plan = prepare(std::move(*recorded.value));
+    plan.diagnostics = resumption->recorded->errors_in(std::move(plan.diagnostics));
   }
   say(plan.diagnostics);
   if (!plan.ok()) return invalid(plan.diagnostics);

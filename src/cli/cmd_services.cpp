@@ -182,7 +182,7 @@ int ping(const PingCommand& command) {
   for (const Offered& service : *all) {
     names.push_back(service.name);
     // What is in the run answers with it.
-    const bool is_inside = service.at == "sim" || service.at == "model" || service.at == "topics";
+    const bool is_inside = project::is_inside(service.at);
     if (is_inside && service.name == command.target) return report(pings, command.json);
     if (is_inside || (!command.target.empty() && service.name != command.target)) continue;
     auto address = rpc::Address::parse(service.at);

@@ -70,7 +70,7 @@ class Parts::TreeSide final : public TreeHost {
   void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {
     ground->tell_skill(leaf, "tick", TickSkill{tick, started, inputs});
   }
-  void halt(std::size_t leaf) override { ground->tell_skill(leaf, "halt", HaltSkill{}); }
+  void halt(std::size_t leaf, TimePoint /*asked*/) override { ground->tell_skill(leaf, "halt", HaltSkill{}); }
   void cancel(std::size_t leaf) override { ground->tell_skill(leaf, "cancel", CancelSkill{}); }
   void deliver(TreeDelivery what) override { deliver_at(now(), Rank::kMessage, std::move(what)); }
   void deliver_at(TimePoint when, Rank rank, TreeDelivery what) override {

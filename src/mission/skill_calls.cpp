@@ -264,7 +264,9 @@ void SkillMachine::Step::admitted(const Shared<Call>& call, const Admission& adm
   }
   const TimePoint now = host_.now();
   TimePoint& not_before = line_of(state_, call->service).not_before;
-  not_before = std::max(not_before, now + host_.delay_of(called.name));
+  // What nobody serves arrives at those who subscribe to it, and is held back there.
+  const bool is_served = model_.services->at(call->service).at != "topics";
+  not_before = std::max(not_before, is_served ? now + host_.delay_of(called.name) : now);
   if (not_before > now) {
     host_.deliver_at(not_before, Rank::kMessage, Send{call});
   } else {

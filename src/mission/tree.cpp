@@ -278,9 +278,10 @@ class TreeMachine::Step {
     leaf.held.reset();
     leaf.outstanding = 0;
     if (effect.kind == bt::Effect::Kind::kHaltLeaf) {
+      const TimePoint asked = host_.now();
       leaf.halt_call = host_.next_call();
       publish(MessageKind::kRequest, "mission", name, name + ".halt.request", Map(), leaf.halt_call);
-      host_.halt(index);
+      host_.halt(index, asked);
     } else {
       publish(MessageKind::kEvent, "mission", name, name + ".cancel", Map());
       host_.cancel(index);

@@ -119,7 +119,8 @@ class TreeHost {
   virtual void set_tick(std::uint64_t tick) = 0;
   // How a leaf's skill is reached, wherever that runs; `Answered` and `Halted` follow. A cancelled run answers nothing.
   virtual void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) = 0;
-  virtual void halt(std::size_t leaf) = 0;
+  /// @param asked  When its request was published.
+  virtual void halt(std::size_t leaf, TimePoint asked) = 0;
   virtual void cancel(std::size_t leaf) = 0;
   /// Something for the mission itself: as soon as possible, or at a time.
   virtual void deliver(TreeDelivery what) = 0;

@@ -102,7 +102,7 @@ class TreePlayer final : public TreeHost {
   std::uint64_t next_call() override { return ++calls_; }
   void set_tick(std::uint64_t) override {}
   void tick(std::size_t leaf, std::uint64_t tick, bool, const Map&) override { asked.emplace_back(leaf, tick); }
-  void halt(std::size_t leaf) override { halting.push_back(leaf); }
+  void halt(std::size_t leaf, TimePoint /*asked*/) override { halting.push_back(leaf); }
   void cancel(std::size_t) override {}
   void deliver(TreeDelivery what) override { deliver_at(time, Rank::kMessage, std::move(what)); }
   void deliver_at(TimePoint when, Rank rank, TreeDelivery what) override {

@@ -37,8 +37,8 @@ Observations::Observations(const Vocabulary& vocabulary) : vocabulary_(vocabular
     add(leaf + ".tick.request", {Form::kLeafTick, "mission", leaf});
     add(leaf + ".tick.reply", {Form::kLeafAnswer, leaf, "mission"});
     add(leaf + ".tick.error", {Form::kLeafError, leaf, "mission"});
-    add(leaf + ".tick.taken", {Form::kOpen, leaf, ""});
-    add(leaf + ".topic.taken", {Form::kOpen, leaf, ""});
+    for (const char* what : {"tick", "halt", "timer", "topic"})
+      add(fmt::format("{}.{}.taken", leaf, what), {Form::kOpen, leaf, ""});
     add(leaf + ".halt.request", {Form::kBare, "mission", leaf});
     add(leaf + ".halt.reply", {Form::kBare, leaf, "mission"});
     add(leaf + ".cancel", {Form::kBare, "mission", leaf});

@@ -47,7 +47,7 @@ class SharedLeaf final : public runtime::LeafDriver {
   void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint asked) override {
     leaf_->tick(tick, started, inputs, asked);
   }
-  void halt() override { leaf_->halt(); }
+  void halt(TimePoint asked) override { leaf_->halt(asked); }
   void cancel() override { leaf_->cancel(); }
 
  private:

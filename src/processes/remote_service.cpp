@@ -30,11 +30,18 @@ rpc::ClientOptions options_for(const rpc::Address& at, std::string name) {
   return options;
 }
 
+// To connect before the first call.
+constexpr std::chrono::seconds kOpenPatience{2};
+
 class RemotePort final : public ServicePort {
  public:
   RemotePort(std::unique_ptr<rpc::Caller> client, Duration deadline)
       : deadline_(deadline), client_(std::move(client)) {}
 
+  void open(std::function<void()> done) override {
+    client_->open(std::chrono::steady_clock::now() + kOpenPatience,
+                  [done = std::move(done)](const rpc::Outcome&) { done(); });
+  }
   void call(const idl::Method& method, Value args, Done done) override {
     client_->call(method, std::move(args), std::chrono::steady_clock::now() + deadline_,
                   [done = std::move(done)](rpc::Outcome outcome) { done(to_call_outcome(std::move(outcome))); });

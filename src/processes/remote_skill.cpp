@@ -70,7 +70,7 @@ class RemoteSkill final : public RemoteLeafDriver {
                   });
   }
 
-  void halt() override { ask_halt(arguments(), std::chrono::steady_clock::now() + options_.halt_deadline); }
+  void halt(TimePoint /*asked*/) override { ask_halt(arguments(), std::chrono::steady_clock::now() + options_.halt_deadline); }
 
   void cancel() override {
     client_->call("cancel", arguments(), within(options_.tick_deadline), [](const rpc::Outcome&) {});
@@ -418,7 +418,7 @@ class SkillService final : public rpc::Service {
     const bool asked_already = leaf.halts_asked != leaf.halts_done;
     if (!asked_already) ++leaf.halts_asked;
     lock.unlock();
-    if (!asked_already) leaf.actor->halt();
+    if (!asked_already) leaf.actor->halt(kNever);  // in another process nobody replays that
     lock.lock();
     leaf.changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return leaf.halts_done == leaf.halts_asked; });
     return Value(Map{{"halted", leaf.halts_done == leaf.halts_asked}});

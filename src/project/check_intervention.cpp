@@ -303,6 +303,21 @@ std::optional<Diagnostic> doubt_about(const Intervention& what, const Interventi
   return std::nullopt;
 }
 
+std::optional<Diagnostic> doubt_about_number(const Scenario& scenario, const Injection& injection) {
+  const auto* clear = std::get_if<Clear>(&injection.what);
+  if (clear == nullptr) return std::nullopt;
+  const auto before = [&](const Injection& other) { return other.at <= injection.at && stands(other.what); };
+  const auto most = scenario.delays.size() + static_cast<std::size_t>(std::count_if(
+                                                 scenario.timeline.begin(), scenario.timeline.end(), before));
+  if (clear->id <= most) return std::nullopt;
+  return Diagnostic{Severity::kWarning, "scenario.clear",
+                    fmt::format("nothing stands as number {} by then: the timeline has {} before", clear->id,
+                                most == 0   ? "nothing that stands"
+                                : most == 1 ? "one fault or breakpoint"
+                                            : fmt::format("{} faults and breakpoints", most)),
+                    injection.span};
+}
+
 std::vector<SteeredPart> parts_of(const InterventionScope& scope) {
   std::vector<SteeredPart> parts;
   for (const ProcessEntry& entry : scope.scenario->processes) {

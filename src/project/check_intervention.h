@@ -29,6 +29,9 @@ inline constexpr std::string_view kSimulatorPart = "sim";
 [[nodiscard]] Result<void> check_intervention(const Intervention& what, const InterventionScope& scope,
                                               const SourceSpan& span = {});
 
+/// A `clear` of the timeline for whose number nothing can stand by then, as faults are numbered as they come.
+[[nodiscard]] std::optional<Diagnostic> doubt_about_number(const Scenario& scenario, const Injection& injection);
+
 /// What may well be meant, but is likely a slip: a falsified value beyond the IDL's range.
 [[nodiscard]] std::optional<Diagnostic> doubt_about(const Intervention& what, const InterventionScope& scope,
                                                     const SourceSpan& span);

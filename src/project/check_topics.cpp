@@ -135,7 +135,7 @@ void check_publishers(const Project& project, const std::vector<LeafPlan>& leave
       const ServicePlan& service = services.at(topic.substr(0, topic.rfind('.')));
       const std::string& at = service.at;
       if (!service.observed.empty()) continue;
-      if (at != "topics" && at != "model" && at != "sim") continue;  // who serves it elsewhere may publish it
+      if (!is_inside(at)) continue;  // who serves it elsewhere may publish it
       if (at == "sim") {
         add(diagnostics, Severity::kWarning, "check.unpublished",
             fmt::format(

@@ -59,7 +59,7 @@ class Preparation {
     for (const ServiceEntry& entry : project_.services) {
       if (!entry.observed.empty())
         check_address(fmt::format("what is observed as \"{}\"", entry.name), entry.observed, entry.span);
-      else if (entry.at != "sim" && entry.at != "model" && entry.at != "topics" && entry.at != kAnyReply)
+      else if (!is_inside(entry.at) && entry.at != kAnyReply)
         check_address(fmt::format("service \"{}\"", entry.name), entry.at, entry.span);
       const idl::Schema* schema = interface(entry.idl, entry.span);
       if (schema == nullptr) continue;
@@ -625,6 +625,8 @@ Loaded<Plan> prepare(Scenario scenario, PartCache& known) {
       preparation.diagnostics.push_back(checked.error());
     else if (auto doubt = doubt_about(injection.what, scope, injection.span))
       preparation.diagnostics.push_back(std::move(*doubt));
+    else if (auto number = doubt_about_number(scenario, injection))
+      preparation.diagnostics.push_back(std::move(*number));
   }
   for (const DelayFault& delay : scenario.delays) {
     const intervention::Delay what{.message = delay.message, .by = delay.by};

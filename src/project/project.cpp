@@ -39,6 +39,8 @@ FileRef file_ref(YamlReader& reader, const std::string& key) { return {reader.re
 
 }  // namespace
 
+bool is_inside(std::string_view at) { return at == "sim" || at == "model" || at == "topics"; }
+
 namespace {
 
 // Paths below the folder that a pattern with '*' names, sorted; '*' stands for text without a slash.

@@ -46,6 +46,9 @@ struct ServiceEntry {
   SourceSpan span;
 };
 
+/// Whether a service that is `at` there is part of the run, and no other program: "sim", "model", "topics".
+[[nodiscard]] bool is_inside(std::string_view at);
+
 /// When what a durable run has written reaches the disk itself, and so outlives the machine too.
 enum class JournalSync : std::uint8_t {
   kNever,     ///< When the system likes: it outlives the process only.

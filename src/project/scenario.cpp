@@ -173,12 +173,14 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
       const auto at = service.required_string("at");
       const auto old = std::find_if(project.services.begin(), project.services.end(),
                                     [&name = name](const auto& s) { return s.name == name.scalar; });
-      if (old != project.services.end())
+      if (old != project.services.end()) {
         old->at = at;
-      else
+        old->span = name.span;
+      } else {
         service.error(
             name.span, "scenario.override",
             fmt::format("the project has no service \"{}\"{}", name.scalar, did_you_mean(name.scalar, names)));
+      }
     }
   }
   if (const auto* models = reader.sequence("models")) read_models(*models, project, diagnostics);
@@ -264,7 +266,10 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     scenario.project.contents.insert(hash_bytes(*source));
 
     read_clock(reader, scenario);
-    if (const auto seed = reader.integer("seed")) scenario.seed = static_cast<std::uint64_t>(*seed);
+    if (const auto seed = reader.integer("seed")) {
+      if (*seed < 0) reader.error(reader.span("seed"), "scenario.seed", "a seed is a whole number from 0 on");
+      scenario.seed = static_cast<std::uint64_t>(std::max<std::int64_t>(*seed, 0));
+    }
     scenario.duration = reader.duration("duration").value_or(scenario.duration);
     scenario.stop_when_violated = reader.boolean("stop_when_violated").value_or(false);
     if (const auto* overrides = reader.mapping("override"))

@@ -272,6 +272,16 @@ Loaded<project::Scenario> RecordedRun::scenario(bool allow_plugins) {
   return loaded;
 }
 
+Diagnostics RecordedRun::errors_in(Diagnostics found) const {
+  std::erase_if(found, [](const Diagnostic& one) { return one.severity != Severity::kError; });
+  if (!folder_) return found;
+  const std::string folder = folder_->files.path().string();
+  for (Diagnostic& one : found) {
+    if (one.span.file.starts_with(folder)) one.span.file.replace(0, folder.size(), path_);
+  }
+  return found;
+}
+
 Loaded<project::Scenario> RecordedRun::scenario_in(const std::string& project) {
   const bool plain = fact("source") == fact("project");
   std::error_code error;

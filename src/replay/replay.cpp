@@ -4,7 +4,6 @@
 #include <deque>
 #include <map>
 #include <set>
-#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -12,6 +11,7 @@
 #include "sentree/idl/conform.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/intervention.h"
+#include "sentree/replay/arrivals.h"
 #include "sentree/replay/behaviour.h"
 #include "sentree/replay/snapshot.h"
 #include "sentree/runtime/local_skill.h"
@@ -101,15 +101,18 @@ class Replay {
       now_behaviour_.observe(message);
       tick_ = message.tick;
       if (recorded_.is_virtual()) note_request(message);
-      if (message.kind == MessageKind::kRequest && !late_topics_.empty())
-        ++published_[std::string(runtime::call_of(message))];
+      if (message.kind == MessageKind::kRequest) arrivals_->published(message);
     });
     if (!recorded_.is_virtual()) {
-      options.arrival = [this](std::size_t leaf, LeafMessage what) { return arrival(leaf, what); };
-      options.topic_arrival = [this](std::size_t leaf, const std::string& topic) {
+      options.arrival = [this](std::size_t leaf, Arrivals::LeafMessage what) {
         if (report_.continued) return TimePoint{};
-        const auto late = late_topics_.find({leaf, topic, published_[topic]});
-        return late != late_topics_.end() ? late->second : TimePoint{};
+        return arrivals_->of(leaf, what, tick_, inside_->scheduler().now(), is_own_);
+      };
+      options.topic_arrival = [this](std::size_t leaf, const std::string& topic) {
+        return report_.continued ? TimePoint{} : arrivals_->of_topic(leaf, topic);
+      };
+      options.timer_arrival = [this](std::size_t leaf, std::uint64_t number) {
+        return report_.continued ? TimePoint{} : arrivals_->of_timer(leaf, number);
       };
     }
     options.make_port = [this](const project::ServicePlan& service, const std::string& leaf) {
@@ -151,17 +154,6 @@ class Replay {
     const idl::Method& method;
     std::uint64_t call = 0;
   };
-
-  using LeafMessage = runtime::RunOptions::LeafMessage;
-
-  // Something that the mission asked of a leaf, and what came of it.
-  struct Activation {
-    TimePoint asked{};  // or, where that is known, when the leaf took it
-    std::optional<TimePoint> answered;
-    bool late = false;  // `answered` is when the mission gave up
-  };
-  // By leaf and root tick, in order.
-  using Activations = std::map<std::pair<std::size_t, std::uint64_t>, std::deque<Activation>>;
 
   // The recorded run is one of this plan, and a value at each of its moments.
   bool can_restore() const {
@@ -277,15 +269,12 @@ class Replay {
 
   void remember(const std::vector<Message>& messages) {
     std::map<std::uint64_t, Exchange*> open;  // by call
-    std::map<std::uint64_t, Activation*> activations;
-    std::map<std::string_view, Activation*> latest_ticks;                      // by leaf
-    std::map<std::string, std::vector<std::uint64_t>, std::less<>> published;  // by topic or call: sequence numbers
-    std::map<std::string_view, std::size_t> leaves;
-    for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves[plan_.leaves[i].name] = i;
+    std::set<std::string_view> leaves;
+    for (const project::LeafPlan& leaf : plan_.leaves) leaves.insert(leaf.name);
+    arrivals_.emplace(plan_);
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
-      if (message.kind == MessageKind::kRequest)
-        published[std::string(runtime::call_of(message))].push_back(message.sequence);
+      const bool is_arrival = arrivals_->note(message);
       // Models, scenarios and components publish on topics; what leaves publish they publish again.
       if (is_said_anew(message)) continue;
       const bool is_published = message.kind == MessageKind::kRequest && plan_.services.contains(message.target) &&
@@ -295,40 +284,7 @@ class Replay {
         injections_.push_back(message);
         continue;
       }
-      if (const auto asked = leaves.find(message.target); asked != leaves.end() && message.source == "mission") {
-        const bool ticked = message.name.ends_with(".tick.request");
-        if (!ticked && !message.name.ends_with(".halt.request")) continue;
-        auto& list = (ticked ? ticks_ : halts_)[{asked->second, message.tick}];
-        list.push_back({.asked = message.time, .answered = {}});
-        activations[message.call] = &list.back();
-        if (ticked) latest_ticks[message.target] = &list.back();
-        continue;
-      }
-      if (message.target == "mission") {
-        const auto activation = activations.find(message.call);
-        if (activation == activations.end()) continue;
-        activation->second->answered = message.time;
-        activation->second->late = message.kind == MessageKind::kError;
-        activations.erase(activation);
-        continue;
-      }
-      if (message.kind == MessageKind::kEvent && message.name.ends_with(".tick.taken")) {
-        if (const auto tick = latest_ticks.find(message.source); tick != latest_ticks.end())
-          tick->second->asked = message.time;
-        continue;
-      }
-      if (const auto leaf = leaves.find(message.source);
-          leaf != leaves.end() && message.kind == MessageKind::kEvent && message.name.ends_with(".topic.taken")) {
-        const Value* const topic = message.data.find("topic");
-        const Value* const sequence = message.data.find("sequence");
-        if (topic == nullptr || sequence == nullptr || sequence->as_int() == nullptr) continue;
-        const std::vector<std::uint64_t>& all = published[std::string(topic->text())];
-        const auto number = static_cast<std::uint64_t>(*sequence->as_int());
-        const auto at = std::lower_bound(all.begin(), all.end(), number);
-        if (at != all.end() && *at == number)
-          late_topics_[{leaf->second, std::string(topic->text()), at - all.begin() + 1}] = message.time;
-        continue;
-      }
+      if (is_arrival) continue;
       const auto service = plan_.services.find(message.target);
       const Value* args = message.data.find("args");
       if (service == plan_.services.end() || args == nullptr) continue;
@@ -355,30 +311,6 @@ class Replay {
     };
     const auto first = std::find_if(messages.begin(), messages.end(), halts);
     limit = (first != messages.end() ? first->time : recorded_.ended()).time_since_epoch();
-  }
-
-  // When what passes between mission and leaf arrived then.
-  TimePoint arrival(std::size_t leaf, LeafMessage what) {
-    if (report_.continued) return {};
-    const bool is_halt = what == LeafMessage::kHalt || what == LeafMessage::kHalted;
-    std::optional<Activation>& current = (is_halt ? halting_ : ticking_)[leaf];
-    if (what == LeafMessage::kTick || what == LeafMessage::kHalt) {
-      current.reset();
-      const auto found = (is_halt ? halts_ : ticks_).find({leaf, tick_});
-      if (found == (is_halt ? halts_ : ticks_).end() || found->second.empty()) return {};
-      current = found->second.front();
-      found->second.pop_front();
-      return current->asked;
-    }
-    if (!current) return {};
-    // What the end of the run cut short is cut short again.
-    if (!current->answered) return is_own_ ? kNever : TimePoint{};
-    if (what != LeafMessage::kDue) return !current->late ? *current->answered : is_own_ ? kNever : TimePoint{};
-    if (current->late) return *current->answered;
-    // The deadline's own timer may have been late, and the answer so in time.
-    if (plan_.leaves[leaf].condition) return kNever;
-    const Duration patience = plan_.scenario.project.deadlines.budget;
-    return *current->answered <= inside_->scheduler().now() + patience ? kNever : TimePoint{};
   }
 
   void begin(runtime::RunInside& inside) {
@@ -678,13 +610,7 @@ class Replay {
   std::set<std::string> models_;                       // names of those of the recorded run
   std::map<std::string, std::string> process_skills_;  // what each recorded process ran
   std::vector<Act> acts_;
-  // When a leaf took what was published on a topic, where that was late: by leaf, topic and its number on it, from 1.
-  std::map<std::tuple<std::size_t, std::string, std::ptrdiff_t>, TimePoint> late_topics_;
-  std::map<std::string, std::ptrdiff_t> published_;  // now, by topic
-  Activations ticks_;
-  Activations halts_;
-  std::map<std::size_t, std::optional<Activation>> ticking_;  // by leaf: what was last asked of it
-  std::map<std::size_t, std::optional<Activation>> halting_;
+  std::optional<Arrivals> arrivals_;
   std::uint64_t tick_ = 0;  // of the root, the latest
   bool is_own_ = false;     // the plan is that of the recording
   Behaviour then_behaviour_;

@@ -62,8 +62,8 @@ struct ReplayOptions {
 /// in the simulator: what the run did then it does again. Cost: what lies between that snapshot and the moment.
 ///
 /// Of a recording in real time, what passes between mission and skills arrives when it did then, however late the
-/// machine was; virtual time has no lateness of its own. Ticks and topics that a skill took late are taken where the
-/// recording says so ("<leaf>.tick.taken", "<leaf>.topic.taken").
+/// machine was; virtual time has no lateness of its own. Ticks, halts, timers and topics that a skill took behind what
+/// came later are taken where the recording says so ("<leaf>.tick.taken" and the like).
 /// Errors: record.*, json.*, replay.foreign-skill, replay.after-end (a moment at which the run was over),
 /// replay.continued (a run that was resumed has no beginning of its own).
 [[nodiscard]] Result<ReplayReport> replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options);

@@ -93,6 +93,34 @@ class Replays : public ::testing::Test {
     return all;
   }
 
+  // Its mission succeeds if the topic reaches the leaf between the second and the third tick.
+  void put_listener() {
+    put("interfaces/t.thrift", "service T { oneway void said() }\n");
+    put("skills/Hear.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="begun">
+  <state id="begun"><transition event="tick" target="ticked"/></state>
+  <state id="ticked">
+    <transition event="t.said" target="failure"/>
+    <transition event="tick" target="ticked_again"/>
+    <transition event="halt" target="failure"/>
+  </state>
+  <state id="ticked_again">
+    <transition event="t.said" target="success"/>
+    <transition event="halt" target="failure"/>
+  </state>
+  <final id="success"/>
+  <final id="failure"/>
+</scxml>)");
+    put("tree.xml", R"(<root BTCPP_format="4" main_tree_to_execute="T">
+  <BehaviorTree ID="T"><Action ID="Hear"/></BehaviorTree>
+</root>)");
+    put("sentree.yaml", R"(mission: {file: tree.xml, rate: 10 Hz}
+services:
+  t: {interface: t.thrift/T, at: topics}
+skills:
+  Hear: {subscribe: [t.said]}
+)");
+  }
+
   const TemporaryFolder folder_{"test"};
   runtime::RunOptions record_options_;  // of the next run that is recorded
   std::vector<Message> replayed_;
@@ -106,6 +134,17 @@ TEST_F(Replays, AnUnchangedProjectDoesTheSameInEveryObservation) {
   EXPECT_EQ(report.answered_requests, report.recorded_requests);
   EXPECT_EQ(report.run.monitors[0].verdict, monitor::Verdict::kViolated);
   EXPECT_EQ(replayed_, *run.observations());
+}
+
+TEST_F(Replays, WhatIsWrongWithARecordedProjectIsSaidOfTheRecording) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", true, std::chrono::seconds(1));
+  const auto folder = run.extract();
+  ASSERT_TRUE(folder);
+  const SourceSpan place{(folder->parent_path() / "A.scxml").string(), 3, 1};
+  const Diagnostics told = run.errors_in({{Severity::kWarning, "a.b", "told then", place}, {Severity::kError, "a.c", "wrong", place}});
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(to_string(told[0]).find(run.path() + "/"), 0U) << to_string(told[0]);
+  EXPECT_TRUE(told[0].span.file.ends_with("A.scxml"));
 }
 
 TEST_F(Replays, WhatWasDoneToARunIsDoneToItsReplay) {
@@ -192,30 +231,7 @@ services:
 }
 
 TEST_F(Replays, ATopicIsTakenBehindWhatWasTakenBeforeIt) {
-  put("interfaces/t.thrift", "service T { oneway void said() }\n");
-  put("skills/Hear.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="begun">
-  <state id="begun"><transition event="tick" target="ticked"/></state>
-  <state id="ticked">
-    <transition event="t.said" target="failure"/>
-    <transition event="tick" target="ticked_again"/>
-    <transition event="halt" target="failure"/>
-  </state>
-  <state id="ticked_again">
-    <transition event="t.said" target="success"/>
-    <transition event="halt" target="failure"/>
-  </state>
-  <final id="success"/>
-  <final id="failure"/>
-</scxml>)");
-  put("tree.xml", R"(<root BTCPP_format="4" main_tree_to_execute="T">
-  <BehaviorTree ID="T"><Action ID="Hear"/></BehaviorTree>
-</root>)");
-  put("sentree.yaml", R"(mission: {file: tree.xml, rate: 10 Hz}
-services:
-  t: {interface: t.thrift/T, at: topics}
-skills:
-  Hear: {subscribe: [t.said]}
-)");
+  put_listener();
   put("scenarios/said.yaml", "timeline:\n  - {at: 50 ms, call: t.said}\n");
   // It is published between the first and the second tick, and taken between the second and the third.
   record_options_.topic_arrival = [](std::size_t, const std::string&) {
@@ -223,6 +239,76 @@ skills:
   };
   RecordedRun run = record_run(folder_.path() / "scenarios/said.yaml", false, std::chrono::seconds(20));
   ASSERT_EQ(run.fact("mission"), "SUCCESS");
+  expect_the_same(run);
+}
+
+TEST_F(Replays, ATopicIsHeldBackAsLongAsThen) {
+  put_listener();
+  put("scenarios/said.yaml",
+      "timeline:\n  - {at: 10 ms, delay: {message: t.said, by: 100 ms, count: 1}}\n  - {at: 50 ms, call: t.said}\n");
+  RecordedRun run = record_run(folder_.path() / "scenarios/said.yaml", false, std::chrono::seconds(20));
+  ASSERT_EQ(run.fact("mission"), "SUCCESS");
+  expect_the_same(run);
+}
+
+TEST_F(Replays, ATimerThatRangLateRingsThenAgain) {
+  put("skills/Wait.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="begun">
+  <state id="begun">
+    <onentry><send event="rings" delay="150ms"/></onentry>
+    <transition event="rings" target="failure"/>
+    <transition event="tick" cond="_event.data.go == 'yes'" target="ready"/>
+    <transition event="halt" target="failure"/>
+  </state>
+  <state id="ready">
+    <transition event="rings" target="success"/>
+    <transition event="halt" target="failure"/>
+  </state>
+  <final id="success"/>
+  <final id="failure"/>
+</scxml>)");
+  put("tree.xml", R"(<root BTCPP_format="4" main_tree_to_execute="T">
+  <BehaviorTree ID="T">
+    <Sequence>
+      <Script code="n := 0"/>
+      <ReactiveSequence>
+        <Script code="n += 1; go := n > 2 ? 'yes' : 'no'"/>
+        <Action ID="Wait" go="{go}"/>
+      </ReactiveSequence>
+    </Sequence>
+  </BehaviorTree>
+</root>)");
+  put("sentree.yaml", "mission: {file: tree.xml, rate: 10 Hz}\n");
+  // It is due between the second and the third tick, and rings between the third and the fourth.
+  record_options_.timer_arrival = [](std::size_t, std::uint64_t) { return TimePoint(std::chrono::milliseconds(250)); };
+  RecordedRun run = record_run(folder_.path() / "sentree.yaml", false, std::chrono::seconds(20));
+  ASSERT_EQ(run.fact("mission"), "SUCCESS");
+  expect_the_same(run);
+}
+
+TEST_F(Replays, AHaltIsTakenBehindWhatWasTakenBeforeIt) {
+  put("interfaces/t.thrift", "service T { oneway void said() }\n");
+  put("skills/Wait.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="begun">
+  <state id="begun">
+    <onentry><send event="rings" delay="200ms"/></onentry>
+    <transition event="rings"><send type="thrift" target="t" event="said"/></transition>
+    <transition event="halt" target="failure"/>
+  </state>
+  <final id="failure"/>
+</scxml>)");
+  put("tree.xml", R"(<root BTCPP_format="4" main_tree_to_execute="T">
+  <BehaviorTree ID="T"><Timeout msec="150"><Action ID="Wait"/></Timeout></BehaviorTree>
+</root>)");
+  put("sentree.yaml", R"(mission: {file: tree.xml, rate: 10 Hz}
+services:
+  t: {interface: t.thrift/T, at: topics}
+)");
+  // It is asked for after 150 ms.
+  record_options_.arrival = [](std::size_t, runtime::RunOptions::LeafMessage what) {
+    return what == runtime::RunOptions::LeafMessage::kHalt ? TimePoint(std::chrono::milliseconds(250)) : TimePoint{};
+  };
+  RecordedRun run = record_run(folder_.path() / "sentree.yaml", false, std::chrono::seconds(20));
+  ASSERT_EQ(run.fact("mission"), "FAILURE");
+  ASSERT_EQ(run.fact("ended_by"), "mission");
   expect_the_same(run);
 }
 

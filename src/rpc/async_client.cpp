@@ -79,6 +79,17 @@ class AsyncClient::Impl {
     if (!waiting_.empty()) wake();
   }
 
+  void open(Deadline deadline, Done done) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!closed_ && waiting_.size() < kAsyncCallsMax) {
+        waiting_.push_back({nullptr, {}, deadline, std::move(done)});
+        return wake();
+      }
+    }
+    done(tl::unexpected(line_->unreachable("the client is closed or busy")));
+  }
+
   void close() {
     const std::lock_guard lock(mutex_);
     if (std::exchange(closed_, true)) return;
@@ -101,14 +112,14 @@ class AsyncClient::Impl {
 
  private:
   struct Job {
-    const idl::Method* method = nullptr;
+    const idl::Method* method = nullptr;  // null: it only connects
     Value arguments;
     Deadline deadline;
     Done done;
   };
 
   void finish(const Job& job, Outcome out) {
-    calls_.ended(out);
+    if (job.method != nullptr) calls_.ended(out);
     job.done(std::move(out));
   }
 
@@ -151,6 +162,7 @@ class AsyncClient::Impl {
   std::optional<Outcome> send(const Job& job) {
     if (steady_clock::now() >= job.deadline) return tl::unexpected(line_->late("other calls kept the connection busy"));
     line_->begin();
+    if (job.method == nullptr) return line_->open(job.deadline).map([] { return Value(); });
     return line_->send(*job.method, job.arguments, job.deadline);
   }
 
@@ -250,6 +262,7 @@ void AsyncClient::call(const idl::Method& method, Value arguments, Deadline dead
   impl_->call(method, std::move(arguments), deadline, std::move(done));
 }
 
+void AsyncClient::open(Deadline deadline, Done done) { impl_->open(deadline, std::move(done)); }
 void AsyncClient::close() { impl_->close(); }
 void AsyncClient::end() { impl_->end(); }
 ClientCounters AsyncClient::counters() const { return impl_->counters(); }

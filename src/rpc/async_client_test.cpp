@@ -71,6 +71,27 @@ TEST_F(Async, CallsAreMadeInTheOrderGiven) {
   for (int i = 0; i < 50; ++i) EXPECT_EQ(notes[static_cast<std::size_t>(i)], std::to_string(i));
 }
 
+TEST_F(Async, OpensBeforeTheFirstCall) {
+  const auto client = make_client(folder_.socket(), {.target = "robot"});
+  const auto open = [&] {
+    std::promise<Outcome> opened;
+    client->open(in(10s), [&](Outcome outcome) { opened.set_value(std::move(outcome)); });
+    return opened.get_future().get();
+  };
+  EXPECT_EQ(open().error().kind, CallErrorKind::kUnreachable);
+  const auto server = serve(folder_.socket(), robot_);
+  Outcome opened = open();
+  // What has failed is not tried again at once.
+  for (const auto until = in(10s); !opened && std::chrono::steady_clock::now() < until;) opened = open();
+  EXPECT_EQ(opened, Outcome(Value()));
+  EXPECT_EQ(client->counters().connections, 1U);
+  EXPECT_EQ(client->counters().calls, 0U);
+  EXPECT_EQ(call(*client, "ping", {}), Outcome(Value()));
+  EXPECT_EQ(client->counters().connections, 1U);
+  client->close();
+  EXPECT_EQ(open().error().kind, CallErrorKind::kUnreachable);
+}
+
 TEST_F(Async, ADoneMayCallAgain) {
   const auto server = serve(folder_.socket(), robot_);
   const auto client = make_client(folder_.socket());

@@ -36,6 +36,10 @@ class Caller {
   /// By name; an unknown one is kArguments with the nearest name.
   void call(std::string_view method, Value arguments, Deadline deadline, Done done);
 
+  /// Connects now instead of with the first call; `done` as of `call`, with null once calls can be made. Calls that are
+  /// made meanwhile wait behind it.
+  virtual void open(Deadline /*deadline*/, Done done) { done(Value()); }
+
   /// Fails all calls, now and later, as kUnreachable. Idempotent.
   virtual void close() = 0;
   /// The same, and waits: once it returns, no `done` is in progress, and none is called for what was asked before.

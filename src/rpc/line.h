@@ -33,6 +33,8 @@ class Line {
  public:
   virtual ~Line() = default;
 
+  /// Connects if need be, and sends nothing. No value: why it cannot.
+  [[nodiscard]] virtual tl::expected<void, CallError> open(Deadline deadline) = 0;
   /// Connects if need be and sends; `arguments` conform. An outcome: there is nothing to wait for.
   [[nodiscard]] virtual std::optional<Outcome> send(const idl::Method& method, const Value& arguments,
                                                     Deadline deadline) = 0;

@@ -17,7 +17,8 @@ SkillActor::SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings
       replies_(std::move(replies)),
       watched_(std::make_shared<Watched>([this](const SourceSpan& script) { give_up(script); })),
       machine_(std::move(model), &watched_->execution()),
-      actor_(scheduler_.add_actor(fmt::format("{} ({})", machine_.model().name, machine_.model().chart.file()))) {
+      actor_(scheduler_.add_actor(fmt::format("{} ({})", machine_.model().name, machine_.model().chart.file()))),
+      timer_arrival_(std::move(surroundings.timer_arrival)) {
   scheduler_.on_delivery(actor_, [this](mission::Delivery delivery) { take(std::move(delivery)); });
   if (watchdog_ != nullptr) watchdog_->watch(watched_);
   machine_.execute_elsewhere(surroundings.chart_elsewhere);
@@ -28,7 +29,7 @@ void SkillActor::take(mission::Delivery delivery) {
   auto& what = std::get<mission::SkillDelivery>(delivery.what);
   if (const auto* topic = std::get_if<mission::Published>(&what)) {
     const auto told = topics_.taken(*topic->what, machine_.model().name, publisher_);
-    if (told && told->delay == Duration(0) && took_ >= told->published)
+    if (told && took_ >= add_saturating(told->published, told->delay))
       tell_taken("topic", {{"topic", topic->what->topic}, {"sequence", static_cast<std::int64_t>(told->sequence)}});
   }
   if (given_up_) {
@@ -42,6 +43,11 @@ void SkillActor::take(mission::Delivery delivery) {
   }
   const bool is_tick = std::holds_alternative<mission::TickSkill>(what);
   if (is_tick && took_other_ >= asked_.load()) tell_taken("tick", Map());
+  if (std::holds_alternative<mission::HaltSkill>(what) && took_ >= halt_asked_.load()) tell_taken("halt", Map());
+  if (const auto* timer = std::get_if<mission::SkillTimer>(&what); timer != nullptr && timer->when == state_.wake) {
+    ++timers_;
+    if (took_ >= timer->when) tell_taken("timer", {{"number", static_cast<std::int64_t>(timers_)}});
+  }
   const scxml::ObserveGuards seen(tried_ ? this : nullptr);
   if (machine_.step(state_, std::move(what), *this)) told();
   if (scheduler_.is_virtual()) return;
@@ -99,10 +105,13 @@ void SkillActor::tick(std::uint64_t tick, bool started, Map inputs, TimePoint as
   scheduler_.hand_over(actor_, addressed(std::move(what)));
 }
 
-void SkillActor::halt() {
+void SkillActor::halt(TimePoint asked) {
   const std::lock_guard lock(order_mutex_);
   mission::SkillDelivery what = mission::HaltSkill{};
-  if (!held_back("halt", what)) post(std::move(what));
+  halt_asked_ = kNever;
+  if (held_back("halt", what)) return;
+  halt_asked_ = asked;
+  post(std::move(what));
 }
 
 void SkillActor::cancel() {
@@ -125,6 +134,20 @@ void SkillActor::inspect(std::function<void(const Skill*)> look) {
   });
 }
 
+std::vector<ServicePort*> SkillActor::make_ports() {
+  std::vector<ServicePort*> made;
+  for (const scxml::SendInfo& send : machine_.model().chart.sends()) {
+    if (!send.target) continue;
+    const auto service = machine_.model().services->find(*send.target);
+    if (service == machine_.model().services->end() || project::is_inside(service->second.at)) continue;
+    auto& port = ports_[service->first];
+    if (port) continue;
+    port = make_port_(service->second);
+    made.push_back(port.get());
+  }
+  return made;
+}
+
 std::optional<mission::Admission> SkillActor::request(Message message, const mission::Shared<mission::Call>& call) {
   return publisher_.request(std::move(message), [this, call](mission::Admission decided) {
     post(mission::Admitted{call, std::move(decided)});
@@ -142,6 +165,8 @@ void SkillActor::send(const mission::Shared<mission::Call>& call, const idl::Met
 }
 
 void SkillActor::deliver_at(TimePoint when, mission::Rank rank, mission::SkillDelivery what) {
+  if (timer_arrival_ && std::holds_alternative<mission::SkillTimer>(what))
+    when = std::max(when, timer_arrival_(timers_ + 1));
   scheduler_.at(actor_, when, rank, addressed(std::move(what)));
 }
 

@@ -43,6 +43,8 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
     StandingFaults& faults;
     Watchdog* watchdog = nullptr;
     MakePort make_port;
+    /// When it takes its chart's timer number `number`, from 1, if that is later than it is due; may be empty.
+    std::function<TimePoint(std::uint64_t number)> timer_arrival = {};
     /// Executes its chart; null: the actor does.
     mission::ChartElsewhere* chart_elsewhere = nullptr;
   };
@@ -53,7 +55,7 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   // From any thread.
   /// @param asked  When the request was published.
   void tick(std::uint64_t tick, bool started, Map inputs, TimePoint asked);
-  void halt();
+  void halt(TimePoint asked);
   void cancel();
   /// Ends it as if its process had been killed: nothing of its chart runs any more, what is asked of it fails.
   void kill() { post(mission::KillSkill{}); }
@@ -66,7 +68,9 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   void send_again(const mission::Shared<mission::Call>& call, const idl::Method& method) { send(call, method); }
   /// It can be ticked again; what it did before is lost.
   void restart() { post(mission::RestartSkill{}); }
-  /// Before anything has happened: who is told, in its actor, of each transition that its chart takes, and of each
+  /// Before anything has happened: makes the ports of the services outside the run that its chart names. Borrowed.
+  [[nodiscard]] std::vector<ServicePort*> make_ports();
+  /// Likewise: who is told, in its actor, of each transition that its chart takes, and of each
   /// condition that it evaluates.
   void watch_transitions(std::function<void(scxml::TransitionIndex)> taken,
                          std::function<void(scxml::TransitionIndex, bool holds)> tried) {
@@ -132,10 +136,14 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   std::string why_;  // it was given up; written before given_up_
   std::map<std::string, std::unique_ptr<ServicePort>> ports_;
   std::mutex order_mutex_;                 // of state_.not_before
-  std::atomic<TimePoint> asked_ = kNever;  // for the latest tick, unless a fault holds it back
+  // For the latest tick and halt, unless a fault holds it back.
+  std::atomic<TimePoint> asked_ = kNever;
+  std::atomic<TimePoint> halt_asked_ = kNever;
   // In real time: when it last took anything, and anything but a tick.
   std::optional<TimePoint> took_;
   std::optional<TimePoint> took_other_;
+  std::uint64_t timers_ = 0;  // taken so far
+  std::function<TimePoint(std::uint64_t number)> timer_arrival_;
   TopicInbox topics_;
 };
 

@@ -22,7 +22,7 @@ class LeafDriver {
   /// @param asked  When the request was published.
   virtual void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint asked) = 0;
   /// Answered by `Mission::halted`.
-  virtual void halt() = 0;
+  virtual void halt(TimePoint asked) = 0;
   /// The run is given up; no answer is expected, late ones are ignored.
   virtual void cancel() = 0;
 };
@@ -81,7 +81,7 @@ class Mission final : private mission::TreeHost {
   void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {
     drivers_[leaf]->tick(tick, started, inputs, state_.leaves[leaf].asked);
   }
-  void halt(std::size_t leaf) override { drivers_[leaf]->halt(); }
+  void halt(std::size_t leaf, TimePoint asked) override { drivers_[leaf]->halt(asked); }
   void cancel(std::size_t leaf) override { drivers_[leaf]->cancel(); }
   void deliver(mission::TreeDelivery what) override { scheduler_.post(actor_, addressed(std::move(what))); }
   void deliver_at(TimePoint when, mission::Rank rank, mission::TreeDelivery what) override {

@@ -35,6 +35,7 @@ RunReport Run::Impl::execute() {
   // In virtual time nothing goes on without a thread, so a script that never ends has ended the run.
   const auto hung = scheduler_->is_virtual() ? monitors_.hung() : std::nullopt;
   const auto unheard = elsewhere_ ? elsewhere_->subscribe(services_) : std::nullopt;
+  if (!scheduler_->is_virtual()) open_ports();
   const auto error = hung ? hung : unheard ? unheard : scheduler_->run();
   finish();
   report.error = error.value_or("");
@@ -80,6 +81,8 @@ void Run::Impl::connect_stream() {
                     [](const std::string&) { return false; });
   stream_.hear_all_while([this] { return steering_.faults().any(); });
   if (!topics_.empty()) stream_.subscribe([this](const Message& message) { deliver(message); });
+  stream_.subscribe([this](const Message& message) { tell_unanswered(message); },
+                    [](const std::string& name) { return name.ends_with(".error"); });
 }
 
 void Run::Impl::start_clocks() {

@@ -1,6 +1,9 @@
 #include "sentree/runtime/detail/run_impl.h"
 
 #include <algorithm>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
 
 #include <fmt/format.h>
 
@@ -31,6 +34,9 @@ class UnreachablePort final : public ServicePort {
   const std::string name_;
 };
 
+// For services outside the run, all together, before it begins.
+constexpr std::chrono::seconds kOpenPatience{1};
+
 // Nobody serves it: what is published has left when it was observed.
 bool is_published_only(const project::ServicePlan& service) {
   return service.at == "topics" || (service.at == "sim" && service.interface == sim::kTelemetry);
@@ -54,6 +60,32 @@ std::unique_ptr<ServicePort> Run::Impl::make_port(const project::ServicePlan& se
   return durability_ ? durability_->guard(std::move(port)) : std::move(port);
 }
 
+void Run::Impl::open_ports() {
+  // Whoever answers after the patience finds it still there.
+  struct Waiting {
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::size_t left = 0;
+  };
+  const auto waiting = std::make_shared<Waiting>();
+  std::vector<ServicePort*> ports;
+  for (SkillActor* const skill : skills_) {
+    if (skill == nullptr) continue;
+    const auto made = skill->make_ports();
+    ports.insert(ports.end(), made.begin(), made.end());
+  }
+  waiting->left = ports.size();
+  for (ServicePort* const port : ports) {
+    port->open([waiting] {
+      const std::lock_guard lock(waiting->mutex);
+      --waiting->left;
+      waiting->changed.notify_all();
+    });
+  }
+  std::unique_lock lock(waiting->mutex);
+  waiting->changed.wait_for(lock, kOpenPatience, [&] { return waiting->left == 0; });
+}
+
 void Run::Impl::subscribe() {
   for (std::size_t i = 0; i < plan_.leaves.size(); ++i) {
     SkillActor* const skill = skills_[i];
@@ -64,7 +96,10 @@ void Run::Impl::subscribe() {
         if (at <= scheduler_->now())
           skill->take_topic(told);
         else
-          scheduler_->at(director_, at, mission::Rank::kMessage, [skill, told] { skill->take_topic(told); });
+          scheduler_->at(director_, at, mission::Rank::kMessage, [skill, late = told]() mutable {
+            late.delay = Duration(0);  // `at` has it
+            skill->take_topic(late);
+          });
       });
     }
   }
@@ -87,12 +122,23 @@ void Run::Impl::deliver(const Message& message) {
                                       : fail("run.topic", "the run has no such service");
   if (!conforming)
     return problem(fmt::format("{} of {} reaches nobody: {}", topic, message.source, conforming.error().message));
-  StandingFaults& faults = steering_.faults();
   topics_.deliver(
       {.what = mission::Shared<mission::Publication>({std::string(topic), message.source, std::move(*conforming)}),
-       .delay = faults.calls_spared() ? Duration(0) : faults.delay_of(topic),
+       .delay = steering_.faults().delay_of(topic),
        .published = message.time,
        .sequence = message.sequence});
+}
+
+void Run::Impl::tell_unanswered(const Message& message) {
+  if (message.kind != MessageKind::kError) return;
+  const auto service = plan_.services.find(message.target);
+  if (service == plan_.services.end() || project::is_inside(service->second.at)) return;
+  // What is meant to fail is no problem, and of the run's own processes it is told when they end.
+  if (steering_.faults().any() || service->second.at.starts_with('{')) return;
+  const Value* const kind = message.data.find("kind");
+  const Value* const why = message.data.find("message");
+  if (kind == nullptr || why == nullptr || (kind->text() != "unreachable" && kind->text() != "late")) return;
+  problem(fmt::format("{}: {}", std::string_view(message.name).substr(0, message.name.rfind('.')), why->text()));
 }
 
 void Run::Impl::schedule_telemetry() {

@@ -188,8 +188,8 @@ struct Run::Impl::LocalDriver final : LeafDriver {
     run.pass(index, RunOptions::LeafMessage::kTick,
              [this, tick, started, inputs, asked] { skill->tick(tick, started, inputs, asked); });
   }
-  void halt() override {
-    run.pass(index, RunOptions::LeafMessage::kHalt, [this] { skill->halt(); });
+  void halt(TimePoint asked) override {
+    run.pass(index, RunOptions::LeafMessage::kHalt, [this, asked] { skill->halt(asked); });
   }
   void cancel() override { skill->cancel(); }
   Impl& run;
@@ -232,6 +232,9 @@ Result<std::unique_ptr<LeafDriver>> Run::Impl::make_local(std::size_t index) {
     if (!chart) return tl::unexpected(chart.error());
     driver->chart = std::make_unique<KeptChart>(*durability_, std::move(*chart));
   }
+  std::function<TimePoint(std::uint64_t)> timer_arrival;
+  if (options_.timer_arrival)
+    timer_arrival = [this, index](std::uint64_t number) { return options_.timer_arrival(index, number); };
   driver->skill = std::make_unique<SkillActor>(
       std::move(model), index,
       SkillActor::Surroundings{
@@ -241,6 +244,7 @@ Result<std::unique_ptr<LeafDriver>> Run::Impl::make_local(std::size_t index) {
           .watchdog = &watchdog_,
           .make_port = [this,
                         name = leaf.name](const project::ServicePlan& service) { return make_port(service, name); },
+          .timer_arrival = std::move(timer_arrival),
           .chart_elsewhere = driver->chart.get()},
       std::move(replies));
   skills_[index] = driver->skill.get();

@@ -16,7 +16,7 @@ Result<void> runs_here(const project::Plan& plan) {
       std::any_of(plan.observers.begin(), plan.observers.end(), is_elsewhere))
     return fail("shadow.elsewhere", "the scenario has parts in processes of their own; choose another one");
   for (const auto& [name, service] : plan.services) {
-    if (service.at != "sim" && service.at != "model" && service.at != "topics")
+    if (!project::is_inside(service.at))
       return fail("shadow.elsewhere", fmt::format("service \"{}\" is at {}, which is not run again", name, service.at));
   }
   return {};

@@ -188,9 +188,9 @@ class Writer {
     const bool is_whole = type.kind != idl::Kind::kDouble;
     std::set<double> values;
     const std::vector<double> at(found->second.begin(), found->second.end());
-    const auto [least, most] = range(type.kind);
+    const std::pair<double, double> bounds = range(type.kind);
     const auto add = [&](double number) {
-      if (number < least || number > most) return;
+      if (number < bounds.first || number > bounds.second) return;
       if (field != nullptr && field->min && number < *field->min) return;
       if (field != nullptr && field->max && number > *field->max) return;
       if (!is_whole || number == std::floor(number)) values.insert(number);

@@ -175,7 +175,9 @@ class Mutator {
   }
 
   void ports(const XmlElement& node) {
-    for (const auto& [name, value] : node.attributes()) {
+    for (const auto& attribute : node.attributes()) {
+      const auto& name = attribute.name;
+      const auto& value = attribute.value;
       if (is_script(node.name(), name)) expression(node, name);
       if (name == "name" || name == "ID" || name.starts_with('_')) continue;
       const std::size_t at = node.attribute_value_offset(name);

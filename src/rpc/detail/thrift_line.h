@@ -24,6 +24,7 @@ class ThriftLine final : public Line {
   /// Sends and waits for the reply; `arguments` conform.
   [[nodiscard]] Outcome exchange(const idl::Method& method, const Value& arguments, Deadline deadline);
 
+  [[nodiscard]] tl::expected<void, CallError> open(Deadline deadline) override { return connected(deadline); }
   [[nodiscard]] std::optional<Outcome> send(const idl::Method& method, const Value& arguments,
                                             Deadline deadline) override;
   [[nodiscard]] Outcome receive(const idl::Method& method, Deadline deadline) override;

@@ -101,10 +101,14 @@ class Run::Impl final : public RunView, private RunInside {
 
   // run_calls.cpp: calls and topics.
   std::unique_ptr<ServicePort> make_port(const project::ServicePlan& service, const std::string& leaf);
+  // Before the first tick, so that no call pays for connecting. At most kOpenPatience.
+  void open_ports();
   // Once the skills and models are made.
   void subscribe();
   // What anybody has published, whether in this process or elsewhere.
   void deliver(const Message& message);
+  // A call to an address that nobody answered.
+  void tell_unanswered(const Message& message);
   void schedule_telemetry();
   // A call from outside the mission: by the scenario's timeline or through the control socket.
   mission::CallOutcome call_service(const std::string& name, const std::string& method, const Value& arguments);

@@ -23,6 +23,7 @@ class PortLine final : public rpc::Line {
   /// @param data  Method whose name is left out, for ports of data; null: calls.
   PortLine(PortAddress address, const idl::Service& interface, rpc::ClientOptions options, const idl::Method* data);
 
+  [[nodiscard]] tl::expected<void, rpc::CallError> open(rpc::Deadline deadline) override { return connected(deadline); }
   [[nodiscard]] std::optional<rpc::Outcome> send(const idl::Method& method, const Value& arguments,
                                                  rpc::Deadline deadline) override;
   [[nodiscard]] rpc::Outcome receive(const idl::Method& method, rpc::Deadline deadline) override;

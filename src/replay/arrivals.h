@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "sentree/base/message.h"
+#include "sentree/base/time.h"
+#include "sentree/project/plan.h"
+#include "sentree/runtime/run.h"
+
+namespace sentree::replay {
+
+/// When what passes between the mission and its leaves arrived in a recorded run, and when a leaf took what it took
+/// behind something that came later.
+class Arrivals {
+ public:
+  using LeafMessage = runtime::RunOptions::LeafMessage;
+
+  /// @param plan  Of which leaves and deadlines are looked at; borrowed.
+  explicit Arrivals(const project::Plan& plan);
+
+  /// The observations of the recording, in order. True: it was one of these, and nothing else is to be known of it.
+  bool note(const Message& message);
+
+  // The same run again.
+  /// A request is published.
+  void published(const Message& request) { ++published_now_[topic_of(request)]; }
+  /// As `runtime::RunOptions::arrival`. @param exact  What never came then does not come: the plan is that of the
+  /// recording. @param tick  The root's, the latest.
+  [[nodiscard]] TimePoint of(std::size_t leaf, LeafMessage what, std::uint64_t tick, TimePoint now, bool exact);
+  /// As `runtime::RunOptions::topic_arrival` and `timer_arrival`.
+  [[nodiscard]] TimePoint of_topic(std::size_t leaf, const std::string& topic) const;
+  [[nodiscard]] TimePoint of_timer(std::size_t leaf, std::uint64_t number) const;
+
+ private:
+  // Something that the mission asked of a leaf, and what came of it.
+  struct Activation {
+    TimePoint asked{};  // or, where that is known, when the leaf took it
+    std::optional<TimePoint> answered;
+    bool late = false;  // `answered` is when the mission gave up
+  };
+  // By leaf and root tick, in order.
+  using Activations = std::map<std::pair<std::size_t, std::uint64_t>, std::deque<Activation>>;
+
+  [[nodiscard]] static std::string topic_of(const Message& request);
+  bool note_taken(const Message& message);
+
+  const project::Plan& plan_;
+  std::map<std::string, std::size_t, std::less<>> leaves_;
+  Activations ticks_;
+  Activations halts_;
+  std::map<std::uint64_t, Activation*> open_;                        // by call
+  std::map<std::string, Activation*, std::less<>> latest_ticks_;     // by leaf
+  std::map<std::string, Activation*, std::less<>> latest_halts_;     // likewise
+  std::map<std::string, std::vector<std::uint64_t>> published_;      // by topic or call: sequence numbers
+  std::map<std::string, std::ptrdiff_t> published_now_;              // by topic or call
+  std::map<std::size_t, std::optional<Activation>> ticking_;         // by leaf: what was last asked of it
+  std::map<std::size_t, std::optional<Activation>> halting_;
+  // By leaf, topic and the publication's number on it, from 1.
+  std::map<std::tuple<std::size_t, std::string, std::ptrdiff_t>, TimePoint> late_topics_;
+  std::map<std::pair<std::size_t, std::uint64_t>, TimePoint> late_timers_;  // by leaf and number
+};
+
+}  // namespace sentree::replay
