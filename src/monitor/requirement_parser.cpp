@@ -520,6 +520,12 @@ std::string RequirementParser::unit() {
     take();
     return ratio;
   }
+  // A ratio of units that is none: its second one would be taken for a name, or the number for a length alone.
+  if (is_unit(token.text) && peek(1).text == "/" && peek(1).adjacent && peek(2).adjacent && is_unit(peek(2).text)) {
+    error(fmt::format("\"{}\" is no unit here; of ratios there are m/s and rad/s: write the number in one of these",
+                      ratio));
+    return {};
+  }
   return is_unit(token.text) ? take().text : std::string();
 }
 

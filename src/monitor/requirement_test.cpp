@@ -127,6 +127,8 @@ TEST(Requirement, ErrorsNameThePlaceAndTheWayOut) {
               ElementsAre("r.req:7:18: \"dezt\" is not defined; did you mean \"dest\"? (a text that looks like it goes "
                           "in quotes)"));
   EXPECT_THAT(messages_of("always dest = \"dezt\"."), testing::IsEmpty());
+  EXPECT_THAT(messages_of("always level < 1500 mm/s."),
+              ElementsAre(AllOf(HasSubstr("\"mm/s\" is no unit here"), HasSubstr("m/s and rad/s"))));
   EXPECT_THAT(messages_of("whenever ok, at(a) wihtin 3 s."),
               ElementsAre("r.req:7:23: expected within, immediately or eventually after the response, got \"wihtin\"; "
                           "did you mean \"within\"?"));

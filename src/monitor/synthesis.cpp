@@ -467,13 +467,17 @@ class Synthesizer {
     } else {
       counts_always_ = true;
       const std::string clock = in_ticks() ? "ticks" : "observations";
-      const auto seen = [](std::int64_t i) { return fmt::format("seen_{}", i); };
-      for (std::int64_t i = r_.times; i > 1; --i) count.push_back(assign(seen(i), seen(i - 1)));
-      if (r_.times > 0) count.push_back(assign(seen(1), clock));
-      for (std::int64_t i = 1; i <= r_.times; ++i)
-        data_.push_back({seen(i), "", i == 1 ? "when it occurred last, in " + clock : "and before"});
-      const Js too_many =
-          r_.times == 0 ? js_true() : Js{fmt::format("{} - {} <= {}", clock, seen(r_.times), r_.bound->count), 5};
+      // What lies between occurrences, and none of their places in the run: those never come again.
+      const auto gap = [](std::int64_t i) { return fmt::format("gap_{}", i); };
+      std::string since = clock;
+      for (std::int64_t i = 1; i < r_.times; ++i) {
+        data_.push_back({gap(i), long_ago(), i == 1 ? clock + " between the last two occurrences" : "and before"});
+        since += " + " + gap(i);
+      }
+      for (std::int64_t i = r_.times - 1; i > 1; --i) count.push_back(assign(gap(i), gap(i - 1)));
+      if (r_.times > 1) count.push_back(assign(gap(1), clock));
+      if (r_.times > 0) count.push_back(assign(clock, "0"));
+      const Js too_many = r_.times == 0 ? js_true() : Js{fmt::format("{} <= {}", since, r_.bound->count), 5};
       violate_inside(home, "observed", js_and(occurs, too_many), if_it_goes_on(count));
       on(home, occurs, "", count);
     }
@@ -497,6 +501,9 @@ class Synthesizer {
     over(holds, home_id);
     outlive(holds);
   }
+
+  // More of what is counted than the bound.
+  [[nodiscard]] std::string long_ago() const { return std::to_string(r_.bound->count + 1); }
 
   // What only matters after a violation.
   [[nodiscard]] std::vector<std::string> if_it_goes_on(const std::vector<std::string>& actions) const {
@@ -592,8 +599,10 @@ class Synthesizer {
     for (const Script::Before& b : script_.before())
       data(b.name, "false", b.shown + ", before the present observation");
     if (!scope_update_.text.empty()) data("in_scope", is_before() ? "true" : "false", scope_text());
-    if (in_ticks()) data("ticks", "0", counts_always_ ? "root ticks" : "root ticks since it is owed");
-    if (in_events()) data("observations", "0", counts_always_ ? "observations" : "observations since it is owed");
+    const std::string begin = counts_always_ ? long_ago() : "0";
+    const std::string since = counts_always_ ? " since it occurred last" : " since it is owed";
+    if (in_ticks()) data("ticks", begin, "root ticks" + since);
+    if (in_events()) data("observations", begin, "observations" + since);
     for (const auto& [id, initial, what] : data_) data(id, initial, what);
     if (!inner.empty()) out_ += fmt::format("  <datamodel>\n{}  </datamodel>\n\n", inner);
   }
@@ -651,7 +660,8 @@ class Synthesizer {
 
   std::string count(const std::string& clock) const {
     std::string one_more = assign(clock, clock + " + 1");
-    if (counts_always_) return one_more;
+    // Beyond the bound all numbers are the same.
+    if (counts_always_) return fmt::format("<if cond=\"{} &lt;= {}\">{}</if>", clock, r_.bound->count, one_more);
     Js pending = js_false();
     for (const ChartState& state : states_) {
       if (counted(state)) pending = js_or(pending, {fmt::format("In('{}')", state.id), 9});

@@ -337,6 +337,23 @@ TEST(Segments, LeaveNothingBehindThatGrows) {
   }
 }
 
+TEST(Counting, HoldsNoPlaceInTheRun) {
+  for (const char* bound : {"2 ticks", "2 events"}) {
+    SCOPED_TRACE(bound);
+    const Model m = *Model::make(requirement("event(ask) at most 3 times per " + std::string(bound) + ".")).value;
+    Core core = begin(m, at(0));
+    std::set<std::string> forms;
+    for (int i = 0; i < 200; ++i) {
+      Message message;
+      message.name = i % 4 == 0 ? "s.ask.request" : "mission.tick";
+      message.time = at(i * 100);
+      EXPECT_EQ(step(m, core, message).verdict, Verdict::kUndecided);
+      forms.insert(encoded(m, core, message.time));
+    }
+    EXPECT_LE(forms.size(), 20U);
+  }
+}
+
 // ---- Values that have not been seen ----
 
 TEST(Unknown, DecidesNothing) {
