@@ -105,22 +105,30 @@ class Verifying {
     }
     if (!command_.graph.empty() && !write_graph()) return kEnvironment;
     write_reached();
-    for (const verify::Judgement& judgement : result_.judgements) {
-      if (judgement.finding == verify::Finding::kRefuted && !show(judgement)) return kEnvironment;
+    for (verify::Judgement& judgement : result_.judgements) {
+      if (judgement.finding != verify::Finding::kRefuted) continue;
+      if (auto shown = show(judgement); !shown) {
+        // Nothing is claimed of that one; what is known of the others stays.
+        is_unshown_ = true;
+        judgement.finding = verify::Finding::kUnknown;
+        judgement.error = std::move(shown.error());
+        judgement.path.reset();
+      }
     }
     print(command_.json ? to_json(json(asked)) + "\n" : text(asked));
     return code();
   }
 
  private:
-  // Writes the counterexample as a scenario, and what comes of it in the run-time system as a recording.
-  bool show(const verify::Judgement& judgement) {
+  // Writes the counterexample as a scenario, and what comes of it in the run-time system as a recording. Error: why
+  // there is none.
+  tl::expected<void, std::string> show(const verify::Judgement& judgement) {
     Shown shown;
     auto example = verify::counterexample(result_.graph, judgement, plan_.scenario);
-    if (!write(judgement, example, shown)) return false;
+    if (auto written = write(judgement, example, shown); !written) return written;
     if (judgement.path->loop) shown.loop_ticks = judgement.path->edges.size() - *judgement.path->loop;
     shown_[judgement.requirement] = std::move(shown);
-    return true;
+    return {};
   }
 
   // Where what is found is written.
@@ -177,7 +185,7 @@ class Verifying {
     if (!written) say(to_string(written.error()));
   }
 
-  bool write(const verify::Judgement& judgement, project::Scenario& example, Shown& shown) {
+  tl::expected<void, std::string> write(const verify::Judgement& judgement, project::Scenario& example, Shown& shown) {
     const fs::path project = plan_.scenario.project.folder;
     const fs::path folder = out_folder();
     std::error_code error;
@@ -191,7 +199,7 @@ class Verifying {
       return loaded.ok() ? project::prepare(std::move(*loaded.value), parts_) : Loaded<project::Plan>{};
     };
     if (!judgement.path->loop) {
-      verify::simplify(example, [&](const project::Scenario& scenario) {
+      verify::simplify(example, plan_.scenario, [&](const project::Scenario& scenario) {
         const auto plan = prepared(scenario);
         return plan.ok() && confirmed(*plan.value, nullptr);
       });
@@ -208,9 +216,10 @@ class Verifying {
     const auto plan = prepared(example);
     auto sink = record::FileSink::create(shown.recording);
     if (!plan.ok() || !sink) {
-      say(plan.ok() ? to_string(sink.error()) : file.string() + " cannot be written, or not be read again");
       if (!plan.ok()) say(plan.diagnostics);
-      return false;
+      return tl::unexpected(fmt::format(
+          "refuted at {} s, but {}", shortest_decimal(seconds(judgement.at)),
+          plan.ok() ? to_string(sink.error()) : file.string() + " cannot be written, or not be read again"));
     }
     auto recorder = std::make_unique<replay::RunRecorder>(
         *plan.value, files.files(), std::move(*sink),
@@ -218,14 +227,13 @@ class Verifying {
                                  .on_failure = [](const std::string& what) { say("! " + what); },
                                  .story = story_without_witness});
     if (!confirmed(*plan.value, std::move(recorder))) {
-      say(
+      return tl::unexpected(
           fmt::format("internal error: the counterexample {} does not come out so in a run; please report it with the "
                       "project. Nothing is claimed of {}",
                       file.string(), judgement.requirement));
-      return false;
     }
     if (command_.explain) story_[judgement.requirement] = story_of(*plan.value, judgement);
-    return true;
+    return {};
   }
 
   // What is not as in `before`, which it becomes: of a structure the members, cut to what one reads at a glance.
@@ -279,8 +287,21 @@ class Verifying {
         out += fmt::format("    from here on the same for ever, and {} is owed:\n", judgement.requirement);
       std::string line;
       std::size_t choices = 0;
+      // What timers do comes before the tick of its period, and has a line of its own.
+      const TimePoint at_tick = TimePoint{} + plan.scenario.project.period * static_cast<std::int64_t>(tick.tick - 1);
+      TimePoint at = at_tick;
+      const auto end_line = [&] {
+        if (!line.empty()) {
+          const std::string label = at == at_tick ? fmt::format("tick {:<4}", tick.tick) : std::string();
+          out += fmt::format("    {:<9} {:>8} s  {}\n", label, shortest_decimal(seconds(at)), line);
+        }
+        line.clear();
+      };
       const auto add = [&](const std::string& what) { line += (line.empty() ? "" : ", ") + what; };
       for (const Message& message : tick.messages) {
+        if (!loop && message.time > judgement.at) break;
+        if (message.time != at) end_line();
+        at = message.time;
         if (message.name.ends_with(".choice")) {
           const Value* name = message.data.find("name");
           const std::string value = to_json(*message.data.find("value"));
@@ -303,8 +324,7 @@ class Verifying {
           add(message.name);
         }
       }
-      if (!line.empty())
-        out += fmt::format("    tick {:<4} {:>8} s  {}\n", tick.tick, shortest_decimal(seconds(tick.at)), line);
+      end_line();
     }
     if (loop) return out;
     out += fmt::format("    {:>20} s  {}\n", shortest_decimal(seconds(judgement.at)),
@@ -452,13 +472,27 @@ class Verifying {
     return out;
   }
 
+  [[nodiscard]] bool leaves_open_without_name() const {
+    const auto& choices = result_.graph.choices;
+    return std::any_of(choices.begin(), choices.end(), [](const verify::ChoicePoint& point) {
+      return point.name.empty() && (point.function == "choose" || point.function == "between");
+    });
+  }
+
+  // Of an instant that is none of a tick: on which side of that tick it is.
+  std::string_view beside_tick(std::size_t tick, TimePoint at) const {
+    const TimePoint of_tick = TimePoint{} + result_.graph.period * (static_cast<std::int64_t>(tick) - 1);
+    return at < of_tick ? "before " : at > of_tick ? "behind " : "";
+  }
+
   std::string told(const verify::Judgement& judgement) const {
     if (!judgement.error.empty()) return "ERROR    " + judgement.error;
     std::string out;
     if (judgement.finding == verify::Finding::kRefuted) {
       const Shown& shown = shown_.at(judgement.requirement);
       const std::size_t tick = judgement.path->loop ? *judgement.path->loop : judgement.path->edges.size();
-      out = fmt::format("REFUTED  tick {} ({} s)", tick, shortest_decimal(seconds(judgement.at)));
+      out = fmt::format("REFUTED  {}tick {} ({} s)", judgement.path->loop ? "" : beside_tick(tick, judgement.at), tick,
+                        shortest_decimal(seconds(judgement.at)));
       if (judgement.path->loop)
         out += fmt::format(": from here {} ticks can come again for ever", shown.loop_ticks);
       else if (judgement.state == "the mission ends")
@@ -472,6 +506,8 @@ class Verifying {
             fmt::format("\n  needs messages of one instant in another order than that of virtual time, at {} instant{}",
                         shown.orders, shown.orders == 1 ? "" : "s");
       }
+      if (judgement.path->loop && command_.fair && leaves_open_without_name())
+        out += "\n  --fair is about pick('NAME', …): of choose() and between() nothing is supposed";
       if (!judgement.avoided.empty()) {
         std::string avoided;
         for (const std::string& one : judgement.avoided) avoided += (avoided.empty() ? "" : ", ") + one;
@@ -607,6 +643,7 @@ class Verifying {
   }
 
   int code() const {
+    if (is_unshown_) return kEnvironment;
     bool refuted = false;
     bool error = false;
     bool unknown = !result_.graph.complete;
@@ -627,6 +664,7 @@ class Verifying {
   std::vector<text::ReadFile> read_;
   project::PartCache& parts_;
   verify::Verification result_;
+  bool is_unshown_ = false;  // a counterexample could not be shown
   std::map<std::string, Shown> shown_;
   std::map<std::string, std::string> story_;
 };

@@ -158,20 +158,24 @@ void add_verify(CLI::App& app, Commands& commands) {
       "explored, 124 a limit ended it and nothing is refuted, 130 interrupted. See docs/verification.md.");
   sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
   sub->add_option("--scenario", command.scenario, "A scenario whose overrides and timeline apply");
-  sub->add_option("--only", command.only, "Only these requirements or monitors")->allow_extra_args(false);
+  sub->add_option("--only", command.only, "Only this requirement or monitor; several: again for each")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   sub->add_option("--order", command.order, "Of what happens at one instant: any, or as in virtual time")
       ->check(CLI::IsMember({"any", "virtual"}))
       ->capture_default_str();
   sub->add_flag("--all-orders", command.all_orders, "Try also orders that no monitor and no part can tell apart");
   sub->add_option("--faults", command.faults,
                   "none: without the faults of `verify:`; FILE: with those of a file that is written as its `faults:`");
-  sub->add_flag("--fair", command.fair, "What is offered again and again is taken again and again");
-  sub->add_option("--ticks", command.ticks, "Stop behind so many ticks");
-  sub->add_option("--states", command.states, "Stop behind so many states");
+  sub->add_flag("--fair", command.fair,
+                "Each alternative of pick('NAME', …) that is offered again and again is taken again and again");
+  sub->add_option("--ticks", command.ticks, "Stop behind so many ticks")->check(CLI::PositiveNumber);
+  sub->add_option("--states", command.states, "Stop behind so many states")->check(CLI::PositiveNumber);
   sub->add_option("--memory", command.memory, "Stop when about so much is used, e.g. \"2 GB\"");
   sub->add_option("--time", command.time, "Stop after that time, e.g. \"30 s\"");
   sub->add_option("--out", command.out, "Folder of counterexamples (default: verify/ in the project)");
-  sub->add_option("--graph", command.graph, "Write the graph of the mission: FILE.aut (Aldebaran) or FILE.dot");
+  CLI::Option* const graph =
+      sub->add_option("--graph", command.graph, "Write the graph of the mission: FILE.aut (Aldebaran) or FILE.dot");
   CLI::Option* const runs =
       sub->add_option("--runs", command.runs, "Statistics: so many runs, drawn, instead of every behaviour")
           ->check(CLI::PositiveNumber);
@@ -201,11 +205,12 @@ void add_verify(CLI::App& app, Commands& commands) {
   CLI::Option* const against =
       sub->add_option("--against", command.against, "A recording: tell which of its replies the models do not allow");
   // One thing at a time.
-  for (CLI::Option* const one : {model, mutate, against}) {
+  for (CLI::Option* const one : {model, mutate, against, graph}) {
     for (CLI::Option* const other : {runs, at_least, split}) one->excludes(other);
   }
-  model->excludes(mutate)->excludes(against);
-  mutate->excludes(against);
+  model->excludes(mutate)->excludes(against)->excludes(graph);
+  mutate->excludes(against)->excludes(graph);
+  against->excludes(graph);
   sub->add_option("--tolerance", command.tolerance,
                   "With --against: how much earlier or later than the model a reply may be (default: the period)")
       ->needs(against);

@@ -8,6 +8,11 @@
 
 namespace sentree::cli {
 
+std::string as_percent(double share) {
+  std::string text = fmt::format("{:g}", share * 100);
+  return share < 1 && text == "100" ? fmt::format("{:.15g}", share * 100) : text;
+}
+
 std::optional<double> share(const std::string& option, const std::string& text) {
   char* end = nullptr;
   double value = std::strtod(text.c_str(), &end);

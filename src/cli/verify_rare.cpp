@@ -9,6 +9,7 @@
 #include "sentree/campaign/statistics.h"
 #include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
+#include "sentree/cli/share.h"
 #include "sentree/verify/splitting.h"
 
 namespace sentree::cli {
@@ -70,9 +71,9 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
     const auto [mean, in] = estimate(*found, sampled.confidence);
     const auto seen =
         std::count_if(found->estimates.begin(), found->estimates.end(), [](double share) { return share > 0; });
-    out += fmt::format(
-        "{:<{}}   violated with probability {:.3g}: {:.3g} to {:.3g} ({:g} %), seen in {} of {} repetitions", name,
-        width, mean, in.low, in.high, sampled.confidence * 100, seen, found->estimates.size());
+    out +=
+        fmt::format("{:<{}}   violated with probability {:.3g}: {:.3g} to {:.3g} ({} %), seen in {} of {} repetitions",
+                    name, width, mean, in.low, in.high, as_percent(sampled.confidence), seen, found->estimates.size());
     if (found->owed > 0) out += fmt::format(", still owed at the end of {} of {} runs", found->owed, found->runs);
     out += '\n';
     any = any || mean > 0;

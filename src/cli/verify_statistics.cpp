@@ -84,8 +84,8 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   for (std::size_t k = 0; k < asked.size(); ++k) {
     const campaign::Interval in = campaign::clopper_pearson(violated[k], *runs, sampled.confidence);
     const std::string& name = plan.monitors[asked[k]].name();
-    out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({:g} %)", name, width, violated[k], *runs,
-                       in.low * 100, in.high * 100, sampled.confidence * 100);
+    out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({} %)", name, width, violated[k], *runs,
+                       in.low * 100, in.high * 100, as_percent(sampled.confidence));
     if (owed[k] > 0) out += fmt::format(", still owed at the end of {}", owed[k]);
     Map one{{"name", name},
             {"verdict", violated[k] > 0 ? "refuted" : "unknown"},

@@ -1,13 +1,15 @@
 #include "sentree/mission/choice.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sentree::mission {
 namespace {
 
-// 60 is written for 60.0 too.
+// 60 is written for 60.0 too, but not 0 for -0.
 bool is_meant(const Value& alternative, const Value& given) {
-  if (alternative.is_number() && given.is_number()) return alternative.number() == given.number();
+  if (alternative.is_number() && given.is_number())
+    return alternative.number() == given.number() && std::signbit(alternative.number()) == std::signbit(given.number());
   return to_json(alternative) == to_json(given);
 }
 

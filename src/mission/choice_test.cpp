@@ -10,7 +10,7 @@ namespace sentree::mission {
 namespace {
 
 TEST(ScriptedChoice, IsTheAlternativeOfThatValueHoweverItsNumberIsWritten) {
-  const std::vector<Value> values{59.5, 60.0, 60.5, "60", true};
+  const std::vector<Value> values{59.5, 60.0, 60.5, "60", true, 0.0, -0.0, Value()};
   const Choice choice{.model = "robot",
                       .function = "between",
                       .number = 3,
@@ -28,6 +28,9 @@ TEST(ScriptedChoice, IsTheAlternativeOfThatValueHoweverItsNumberIsWritten) {
   EXPECT_EQ(chosen("60"), 3U);
   EXPECT_EQ(chosen(true), 4U);
   EXPECT_EQ(chosen(61), std::nullopt);
+  EXPECT_EQ(chosen(0.0), 5U);
+  EXPECT_EQ(chosen(-0.0), 6U);
+  EXPECT_EQ(chosen(Value()), 7U);
 }
 
 TEST(ScriptedChoice, IsTheFirstWithoutAnEntryAndNoneWhereNothingIsSaid) {

@@ -139,8 +139,12 @@ void ModelMachine::add_choices() {
     const double step = of.size() == 3 ? of[2].number() : 1.0;
     // A step that ends at `high` but for rounding belongs to it.
     const double steps = std::floor((of[1].number() - low) / step + 1e-9);
-    if (!(step > 0) || !(steps >= 0) || steps > kStepsMax)
+    if (!(step > 0) || !(steps >= 0))
       return fail("model.choice", "between(low, high, step) needs low ≤ high and a step above 0");
+    if (steps > kStepsMax)
+      return fail("model.choice",
+                  fmt::format("between(low, high, step) has more than {} steps: a greater step has fewer",
+                              static_cast<std::uint64_t>(kStepsMax)));
     Choice choice{.function = "between", .place = place(), .count = static_cast<std::uint64_t>(steps) + 1};
     choice.alternative = [low, step](std::uint64_t i) { return Value(low + step * static_cast<double>(i)); };
     const std::uint64_t count = choice.count;

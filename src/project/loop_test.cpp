@@ -83,6 +83,12 @@ TEST_F(Loop, ItsTimelineComesAgainUntilTheRunEnds) {
               ElementsAre("100 d.a is late", "200 clear 2", "300 d.a is late", "400 clear 3 again"));
 }
 
+TEST_F(Loop, OfChoicesNullIsAValue) {
+  const Scenario scenario = loaded("choices: [{model: m, number: 1, value: null}]\n");
+  EXPECT_TRUE(scenario.choices->front().value.is_null());
+  EXPECT_TRUE(loaded(scenario_text(scenario, {}, std::nullopt)).choices->front().value.is_null());
+}
+
 TEST_F(Loop, IsWrittenAsItWasRead) {
   const std::string text =
       "choices:\n  - {model: m, number: 3, value: 1, tick: 3, place: \"models/m.scxml:7\"}\n"

@@ -116,8 +116,9 @@ void read_choices(const text::YamlNode& node, Scenario& scenario, Diagnostics& d
     choice.name = reader.string("name").value_or("");
     choice.tick = static_cast<std::uint64_t>(std::max<std::int64_t>(reader.integer("tick").value_or(0), 0));
     choice.place = reader.string("place").value_or("");
-    const auto* value = reader.node("value");
-    if (value == nullptr)
+    reader.know("value");
+    // null is an alternative like any other.
+    if (const auto* value = entry.find("value"); value == nullptr)
       reader.error(entry.span, "scenario.choice", "choice needs \"value\": the alternative that comes");
     else
       choice.value = value->value();

@@ -22,6 +22,8 @@ class YamlReader {
   ~YamlReader();
 
   [[nodiscard]] const text::YamlNode* node(const std::string& key);
+  /// A key that is read otherwise.
+  void know(const std::string& key) { known_.push_back(key); }
   [[nodiscard]] std::optional<std::string> string(const std::string& key);
   [[nodiscard]] std::string required_string(const std::string& key);
   [[nodiscard]] std::optional<double> number(const std::string& key);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -22,6 +23,75 @@ std::optional<project::Intervention> fault_of(const ChoicePoint& point, const pr
   return std::nullopt;
 }
 
+using Timeline = std::vector<project::Injection>;
+
+// The entries `kept` of a timeline in which a fault that ends names the entry of the one that began: with the numbers
+// that these have in a run, where what the scenario does itself has some too.
+Timeline with_numbers(const Timeline& timeline, const project::Scenario& scenario,
+                      const std::vector<std::size_t>& kept) {
+  const std::size_t own = scenario.timeline.size();
+  std::vector<std::size_t> order = kept;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return timeline[a].at < timeline[b].at; });
+  std::uint64_t last = scenario.delays.size();
+  std::map<std::size_t, std::uint64_t> numbers;
+  for (const std::size_t entry : order) {
+    if (project::stands(timeline[entry].what)) numbers[entry] = ++last;
+  }
+  Timeline out;
+  for (const std::size_t entry : kept) {
+    out.push_back(timeline[entry]);
+    if (auto* clear = std::get_if<project::intervention::Clear>(&out.back().what); clear != nullptr && entry >= own)
+      clear->id = numbers[clear->id];
+  }
+  return out;
+}
+
+// The other way round.
+Timeline with_entries(Timeline timeline, const project::Scenario& scenario) {
+  std::vector<std::size_t> order(timeline.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return timeline[a].at < timeline[b].at; });
+  std::uint64_t last = scenario.delays.size();
+  std::map<std::uint64_t, std::size_t> entries;
+  for (const std::size_t entry : order) {
+    if (project::stands(timeline[entry].what)) entries[++last] = entry;
+  }
+  for (std::size_t entry = scenario.timeline.size(); entry < timeline.size(); ++entry) {
+    if (auto* clear = std::get_if<project::intervention::Clear>(&timeline[entry].what)) clear->id = entries[clear->id];
+  }
+  return timeline;
+}
+
+// Whether that entry ends what the other one begins.
+bool ends(const Timeline& timeline, std::size_t entry, std::size_t begun) {
+  if (const auto* clear = std::get_if<project::intervention::Clear>(&timeline[entry].what)) return clear->id == begun;
+  const auto* restart = std::get_if<project::intervention::Restart>(&timeline[entry].what);
+  const auto* kill = std::get_if<project::intervention::Kill>(&timeline[begun].what);
+  return restart != nullptr && kill != nullptr && entry > begun && restart->part == kill->part;
+}
+
+// Takes away faults with their ends, then ends alone.
+void without_faults(project::Scenario& example, const project::Scenario& scenario,
+                    const std::function<bool(const project::Scenario&)>& violates) {
+  const Timeline all = with_entries(example.timeline, scenario);
+  std::vector<std::size_t> kept(all.size());
+  std::iota(kept.begin(), kept.end(), 0U);
+  for (std::size_t entry = all.size(); entry-- > scenario.timeline.size();) {
+    std::vector<std::size_t> fewer;
+    for (const std::size_t one : kept) {
+      if (one != entry && !(one >= scenario.timeline.size() && ends(all, one, entry))) fewer.push_back(one);
+    }
+    if (fewer.size() == kept.size()) continue;
+    project::Scenario tried = example;
+    tried.timeline = with_numbers(all, scenario, fewer);
+    if (!violates(tried)) continue;
+    example = std::move(tried);
+    kept = std::move(fewer);
+  }
+}
+
 }  // namespace
 
 project::Scenario counterexample(const Graph& graph, const Judgement& judgement, const project::Scenario& scenario) {
@@ -33,15 +103,7 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
   made.verdicts[judgement.requirement] =
       judgement.path->loop || judgement.state == "the mission ends" ? "owed" : "violated";
   std::map<std::string, std::uint64_t> numbers;
-  std::map<std::string, std::uint64_t> standing;  // faults, by what they say
-  std::uint64_t last_id = 0;
-  const auto stands_now = [&](const project::Intervention& what) {
-    if (project::stands(what)) standing[to_json(Value(project::to_entry(what)))] = ++last_id;
-  };
-  // What the scenario does itself has numbers too.
-  for (const project::DelayFault& delay : scenario.delays)
-    stands_now(project::intervention::Delay{.message = delay.message, .by = delay.by});
-  auto own = scenario.timeline.begin();
+  std::map<std::string, std::size_t> standing;  // faults, by what they say: their entries in the timeline
   std::uint64_t orders = 0;
   const auto& [edges, loop] = *judgement.path;
   std::map<std::string, std::uint64_t> numbers_before;  // of the loop
@@ -52,7 +114,6 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
       orders_before = orders;
     }
     const TimePoint tick_time = TimePoint{} + graph.period * static_cast<std::int64_t>(i);
-    for (; own != scenario.timeline.end() && own->at <= tick_time; ++own) stands_now(own->what);
     for (const Made& decision : graph.decisions[graph.edges[edges[i]].made]) {
       if (decision.kind == Made::Kind::kOrder) {
         ++orders;
@@ -69,9 +130,9 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
           if (const auto* kill = std::get_if<project::intervention::Kill>(&*what))
             what = project::intervention::Restart{std::string(kill->part)};
           else
-            what = project::intervention::Clear{standing[point.value]};
+            what = project::intervention::Clear{standing[point.value]};  // a number later on
         } else {
-          stands_now(*what);
+          standing[point.value] = made.timeline.size();
         }
         made.timeline.push_back({.at = tick_time, .what = *what, .source = "scenario", .span = {}});
         continue;
@@ -89,6 +150,9 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
                                .span = {}});
     }
   }
+  std::vector<std::size_t> all(made.timeline.size());
+  std::iota(all.begin(), all.end(), 0U);
+  made.timeline = with_numbers(made.timeline, scenario, all);
   made.duration = graph.period * static_cast<std::int64_t>(edges.size());
   if (!loop) return made;
   made.duration += graph.period * static_cast<std::int64_t>((edges.size() - *loop) * (kLoopRounds - 1));
@@ -102,10 +166,11 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
   return made;
 }
 
-void simplify(project::Scenario& example, const std::function<bool(const project::Scenario&)>& violates) {
+void simplify(project::Scenario& example, const project::Scenario& scenario,
+              const std::function<bool(const project::Scenario&)>& violates) {
   // Each try is a run: a long list is left as it is.
   constexpr std::size_t kTriedMax = 200;
-  if (example.choices->size() + example.orders.size() > kTriedMax) return;
+  if (example.choices->size() + example.orders.size() + example.timeline.size() > kTriedMax) return;
   const auto without = [&](auto& list) {
     for (std::size_t i = list.size(); i-- > 0;) {
       const auto taken = list[i];
@@ -115,6 +180,7 @@ void simplify(project::Scenario& example, const std::function<bool(const project
   };
   without(example.orders);
   without(*example.choices);
+  without_faults(example, scenario, violates);
 }
 
 Result<std::vector<Told>> retell(const project::Plan& plan) {

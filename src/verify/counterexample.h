@@ -19,9 +19,11 @@ inline constexpr std::uint64_t kLoopRounds = 3;
 [[nodiscard]] project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
                                                const project::Scenario& scenario);
 
-/// Takes away orders and choices, one by one, without which `violates` still holds: what is left differs from virtual
-/// time and the first alternatives as little as can be had so.
-void simplify(project::Scenario& example, const std::function<bool(const project::Scenario&)>& violates);
+/// Takes away orders, choices and faults, one by one, without which `violates` still holds: what is left differs from
+/// virtual time, the first alternatives and the scenario that was explored as little as can be had so.
+/// @param scenario  As it was given to `counterexample`.
+void simplify(project::Scenario& example, const project::Scenario& scenario,
+              const std::function<bool(const project::Scenario&)>& violates);
 
 /// Alternatives of one choice that are told.
 inline constexpr std::uint64_t kAlternativesToldMax = 8;

@@ -485,6 +485,33 @@ std::vector<Known> known() {
                  "verify: {faults: {at_most: 1, " + kTwoFaults,
                  false,
                  answers("", "6", "e")});
+  // ---- values
+  all.push_back({"ZeroOfEitherSignIsChosen",
+                 "0 and -0 are two alternatives: at the first question 1 divided by what is chosen tells them apart.",
+                 kTwice,
+                 answers(assign("a", "choose(0, -0)"), "1 / a &lt; 0 ? 6 : 1"),
+                 "negative: never said = 6.\nother: never said = 1.\n",
+                 {{"negative", "refuted@0", {}}, {"other", "refuted@0", {}}}});
+  all.push_back({"NullIsChosen",
+                 "null is an alternative like any other.",
+                 kTwice,
+                 answers(assign("a", "choose(1, null)"), "a === null ? 6 : 1"),
+                 "nothing: never said = 6.\n",
+                 {{"nothing", "refuted@0", {}}}});
+  all.push_back({"WhatIsCountedPerTicksComesAgain",
+                 "1 at 100 ms, 2 at 200, 0 at 300, and round again: no state holds how many ticks there were.",
+                 kAgain,
+                 answers(assign("k", "(k + 1) % 3"), "k"),
+                 "two: said = 1 at most 1 times per 2 ticks.\n"
+                 "three: said = 1 at most 1 times per 3 ticks.\n"
+                 "twice: said = 1 at most 2 times per 5 ticks.\n"
+                 "twice6: said = 1 at most 2 times per 6 ticks.\n"
+                 "per_event: said = 1 at most 1 times per 2 events.\n",
+                 {{"two", "holds", {}},
+                  {"three", "refuted@0.4", {}},
+                  {"twice", "holds", {}},
+                  {"twice6", "refuted@0.7", {}},
+                  {"per_event", "holds", {}}}});
   return all;
 }
 
@@ -648,6 +675,43 @@ TEST_P(KnownVerdicts, AreWhatRunsByChanceCountTowards) {
     EXPECT_GE(violated + share(i, Came::kStillOwed), least - off(least));
   }
 }
+
+// Of two faults that may stand at a time the one that the violation needs.
+class Simplified : public KnownVerdicts {};
+TEST_P(Simplified, CounterexamplesHaveNoFaultThatIsNotNeeded) {
+  const project::Plan of = plan();
+  Asked asked;
+  asked.explore.faults = of.scenario.project.verify.faults;
+  asked.explore.faults_at_most = of.scenario.project.verify.faults_at_most;
+  const Verification found = verify(of, asked);
+  const Judgement& judgement = found.judgements.front();
+  ASSERT_EQ(judgement.finding, Finding::kRefuted);
+  project::Scenario example = counterexample(found.graph, judgement, of.scenario);
+  simplify(example, of.scenario, [&](const project::Scenario& tried) {
+    auto prepared = project::prepare(tried);
+    const auto told = retell(*prepared.value);
+    monitor::MonitorSet monitors(prepared.value->monitors, TimePoint{});
+    std::vector<monitor::MonitorSet::Decided> decided;
+    for (const Told& tick : *told) {
+      for (const Message& message : tick.messages) monitors.observe(message, decided);
+    }
+    return monitors.state(0).verdict == monitor::Verdict::kViolated;
+  });
+  ASSERT_EQ(example.timeline.size(), 1U);
+  EXPECT_TRUE(std::holds_alternative<project::intervention::Falsify>(example.timeline.front().what));
+}
+INSTANTIATE_TEST_SUITE_P(ByHand, Simplified,
+                         ::testing::Values(Known{"TwoFaults",
+                                                 "Only what d says is spoken of.",
+                                                 kBoth,
+                                                 answers("", "3"),
+                                                 "falsified: never said = 1.\n",
+                                                 {},
+                                                 "verify: {faults: {at_most: 2, any_of: [{unreachable: e.ask}, "
+                                                 "{falsify: {call: d.ask, value: 1}}]}}\n",
+                                                 false,
+                                                 answers("", "6", "e")}),
+                         [](const auto& of) { return of.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(ByHand, KnownVerdicts, ::testing::ValuesIn(known()),
                          [](const auto& of) { return of.param.name; });

@@ -228,6 +228,24 @@ TEST_F(Verify, ComparesStatesIfAskedTo) {
   EXPECT_EQ(exact.graph.nodes, verify(of, {}).graph.nodes);
 }
 
+TEST_F(Verify, RefusesAModelWhoseFunctionsKeepSomething) {
+  write("models/door.scxml", kHead + R"x(initial="there"><script>
+var next = (function () { var n = 0; return function () { n = (n + 1) % 3; return n; }; })();</script>
+<state id="there"><transition event="door.ask.request"><send type="thrift" target="door" event="ask.reply"><param
+name="result" expr="next()"/></send></transition></state></scxml>)x");
+  requirements("zero: never said = 0.\n");
+  const project::Plan of = plan();
+  for (const bool memory : {true, false}) {
+    Asked asked;
+    asked.explore.memory_of_steps = memory;
+    const Verification found = verify(of, asked);
+    ASSERT_EQ(found.errors.size(), 1U);
+    EXPECT_EQ(found.errors.front().code, "scxml.no-value-form");
+    EXPECT_THAT(found.errors.front().message, testing::HasSubstr("\"next\""));
+    EXPECT_THAT(found.errors.front().span.file, testing::HasSubstr("door.scxml"));
+  }
+}
+
 TEST_F(Verify, TriesFaults) {
   model("6");
   requirements("answers \"It answers.\": never node(Ask) in FAILURE.\n");
