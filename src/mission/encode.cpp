@@ -93,6 +93,7 @@ class Writer {
     for (const ModelState::OpenCall& open : model.open) {
       out_.number(open.id);
       out_.number(open.leaf);
+      out_.number(open.lost ? 1 : 0);
       write(*open.call, open.leaf);
       time(open.due);
     }

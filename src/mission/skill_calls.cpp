@@ -63,7 +63,7 @@ bool SkillMachine::Step::operator()(Outcome&& answered) {
   const std::string& name = called.name;
   const bool is_served = answered.outcome.ok || answered.outcome.kind == "exception";
   if (is_served && host_.fails(Failing::kLate, name)) {
-    CallOutcome late{.ok = false, .result = {}, .kind = "late", .message = "a fault: the answer comes too late"};
+    CallOutcome late{.ok = false, .result = {}, .kind = "late", .message = std::string(kMadeLate)};
     host_.deliver_at(add_saturating(host_.now(), model_.call_deadline), Rank::kMessage,
                      Finish{answered.call, std::move(late), {}});
     return false;

@@ -55,8 +55,8 @@ class Ports : public testing::Test {
   <state id="asking">
     <onentry><send type="thrift" target="s" event="ask"/><send type="thrift" target="t" event="said"/></onentry>
     <transition event="s.ask.reply" target="success"/>
-    <transition event="s.ask.error" cond="tries == 2" target="failure"/>
-    <transition event="s.ask.error" target="asking"><assign location="tries" expr="tries + 1"/></transition>
+    <transition event="error.communication" cond="tries == 2" target="failure"/>
+    <transition event="error.communication" target="asking"><assign location="tries" expr="tries + 1"/></transition>
     <transition event="halt" target="failure"/>
   </state>
   <final id="success"/>

@@ -116,6 +116,7 @@ void Run::Impl::make_models() {
         ModelActor::Surroundings{
             .publisher = publisher_,
             .scheduler = *scheduler_,
+            .faults = steering_.faults(),
             .watchdog = &watchdog_,
             .answer = [this](std::size_t leaf,
                              mission::Outcome outcome) { skills_[leaf]->take_outcome(std::move(outcome)); },

@@ -435,6 +435,15 @@ std::vector<Known> known() {
                   {"d", "holds", {}},
                   {"e", "refuted", {}}},
                  "verify: {faults: {any_of: [{late: d.ask}]}}\n"});
+  all.push_back({"LateWhenTheDeadlineIsOver",
+                 "Asked at 100 ms and answered at 120, which the fault keeps back until the call is late, at 140.",
+                 kAgain,
+                 chart("<state id=\"t\"><transition event=\"d.ask.request\"><send type=\"thrift\" target=\"d\" "
+                       "event=\"ask.reply\" delay=\"20ms\"><param name=\"result\" expr=\"3\"/></send></transition></state>"),
+                 "a: event(reply(d.ask)) or event(error(d.ask)) at least every 140 ms.\n"
+                 "b: never event(error(d.ask)).\n",
+                 {{"a", "holds", {}}, {"b", "refuted@0.14", {}}},
+                 "verify: {faults: {any_of: [{late: d.ask}]}}\n"});
   all.push_back({"AnswerHeldBack",
                  "By 30 ms, which is in time for the call.",
                  kAgain,
