@@ -48,7 +48,7 @@ class AsyncClient::Impl {
       CallError error = line_->unreachable(closed_ ? "the client has been closed"
                                                    : fmt::format("{} calls are waiting already", kAsyncCallsMax));
       lock.unlock();
-      return finish(std::move(job), tl::unexpected(std::move(error)));
+      return finish(job, tl::unexpected(std::move(error)));
     }
     const bool free = !busy_ && !sending_ && !flight_ && waiting_.empty();
     const std::shared_ptr<Link> connection = free ? line_->prepare(method, job.arguments) : nullptr;
@@ -184,7 +184,7 @@ class AsyncClient::Impl {
     // What follows half a request would be taken for its other half.
     if (std::exchange(has_rest_, false)) line_->drop();
     lock.unlock();
-    finish(std::move(job), std::move(out));
+    finish(job, std::move(out));
     lock.lock();
   }
 

@@ -218,9 +218,11 @@ class VirtualScheduler final : public Scheduler {
     if (top.rank == mission::Rank::kTick || !is_delivery(top)) return;
     std::vector<Entry*> due;
     for (Entry& entry : queue_) {
-      if (entry.when == top.when && entry.rank == top.rank && is_delivery(entry)) due.push_back(&entry);
+      if (entry.when == top.when && entry.rank != mission::Rank::kTick && is_delivery(entry)) due.push_back(&entry);
     }
-    std::sort(due.begin(), due.end(), [](const Entry* a, const Entry* b) { return a->order < b->order; });
+    std::sort(due.begin(), due.end(), [](const Entry* a, const Entry* b) {
+      return a->rank != b->rank ? a->rank < b->rank : a->order < b->order;
+    });
     // The first of each part: what is on its way to one keeps its order.
     std::vector<Entry*> first;
     for (Entry* entry : due) {
@@ -232,9 +234,17 @@ class VirtualScheduler final : public Scheduler {
     for (const Entry* entry : first) asked.push_back(&std::get<mission::Delivery>(things_[entry->thing]));
     const std::size_t which = decide_(++orders_, asked);
     if (which == 0) return;
-    // It takes the place of the first; those between move one back.
-    const auto chosen = std::find(due.begin(), due.end(), first[which]);
-    for (auto at = chosen; at != due.begin(); --at) std::swap((*chosen)->order, (*std::prev(at))->order);
+    // It takes the place of the first; those of that rank move one back.
+    Entry* const chosen = first[which];
+    std::vector<Entry*> line{chosen};
+    std::vector<std::uint64_t> orders;
+    for (Entry* entry : due) {
+      if (entry != chosen && entry->rank == top.rank) line.push_back(entry);
+    }
+    chosen->rank = top.rank;
+    for (const Entry* entry : line) orders.push_back(entry->order);
+    std::sort(orders.begin(), orders.end());
+    for (std::size_t i = 0; i < line.size(); ++i) line[i]->order = orders[i];
     std::make_heap(queue_.begin(), queue_.end(), Later());
   }
 

@@ -19,7 +19,7 @@ void due(const Queue& queue, const Same& same, std::vector<std::size_t>& at) {
   at.clear();
   const auto& first = queue.front();
   if (first.rank == Rank::kTick) return;
-  for (std::size_t i = 1; i < queue.size() && queue[i].when == first.when && queue[i].rank == first.rank; ++i) {
+  for (std::size_t i = 1; i < queue.size() && queue[i].when == first.when && queue[i].rank != Rank::kTick; ++i) {
     if (at.empty()) at.push_back(0);
     if (std::none_of(at.begin(), at.end(), [&](std::size_t earlier) { return same(earlier, i); })) at.push_back(i);
   }
