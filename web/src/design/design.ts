@@ -303,7 +303,9 @@ export class Session {
   private local: string;
   private busy: Promise<void> | null = null;
   private timer = 0;
-  private last_ms = 0;
+  private last_ms = -Infinity;
+  /** What waits belongs to the step before: nobody paused between, however long the program took. */
+  private joins = false;
   /** Gives the editor another text. */
   show: ((text: string) => void) | null = null;
 
@@ -318,6 +320,9 @@ export class Session {
   }
 
   typed(text: string): void {
+    const now = performance.now();
+    if (now - this.last_ms >= kPause_ms) this.joins = false;
+    this.last_ms = now;
     this.local = text;
     if (this.timer === 0) this.timer = window.setTimeout(() => void this.flush(), kTyping_ms);
   }
@@ -352,9 +357,8 @@ export class Session {
     const sent = this.local;
     const { places, version } = this.base;
     const splice = splice_between(places.shown, sent)!;
-    const now = performance.now();
-    const join = now - this.last_ms < kPause_ms;
-    this.last_ms = now;
+    const join = this.joins;
+    this.joins = true;
     const text = places.end_of_line === "\n" ? splice.text : splice.text.replace(/\n/g, places.end_of_line);
     try {
       await request("design_edit", { file: this.file, base: version, edits: [{ from: places.byte(splice.from), to: places.byte(splice.to), text }], cause: `type in ${this.file}`, join });
