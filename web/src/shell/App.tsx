@@ -72,7 +72,7 @@ export function App() {
   return (
     <div className="studio">
       <Header />
-      {!designs && !compares && <TravelStrip />}
+      <TravelStrip travels={!designs && !compares} />
       {!designs && !compares && <ViolationStrip />}
       {compares ? (
         <Suspense fallback={<p className="empty waiting">Comparing …</p>}>

@@ -147,7 +147,7 @@ const kPaces: readonly { label: string; hint?: string; how: Parameters<typeof re
 function Recording() {
   const is_design = useStudio((studio) => studio.hello?.design ?? false);
   const connected = useStudio((studio) => studio.phase === "open");
-  const { on_show, goes_on, outdated } = useMode((state) => state.runs);
+  const { on_show, goes_on, continues, outdated } = useMode((state) => state.runs);
   const here = is_design && connected;
   useCommand(
     ...(here && goes_on === null ? kPaces.map(({ label, how }) => ({ id: `record.${label}`, title: `Record a run of the scenario: ${label.toLowerCase()}`, group: "Design", run: () => void record(how) })) : []),
@@ -175,6 +175,11 @@ function Recording() {
         </button>
       )}
       <Refused />
+      {continues !== "" && (
+        <button className="button small" title={`With the edits the run is another one: it begins where they were applied. What was before is runs/${continues}`} data-testid="before-edits" onClick={() => void show_recording(continues)}>
+          Before the edits
+        </button>
+      )}
       {goes_on !== null && on_show !== goes_on && (
         <button className="button small" onClick={() => void show_recording(goes_on)}>
           Show the run
@@ -279,8 +284,8 @@ export function Header() {
   );
 }
 
-/** Says plainly when the page does not show the present. */
-export function TravelStrip() {
+/** Says plainly when the page has lost the program; and, where one `travels`, when it does not show the present. */
+export function TravelStrip({ travels }: { travels: boolean }) {
   const phase = useStudio((studio) => studio.phase);
   const attempt = useStudio((studio) => studio.attempt);
   const known = useStudio((studio) => studio.hello !== null);
@@ -299,7 +304,7 @@ export function TravelStrip() {
       </div>
     );
   }
-  if (!state || state.live || mode === "recording") return null;
+  if (!travels || !state || state.live || mode === "recording") return null;
   return (
     <div className="strip past" role="status" data-testid="past-strip">
       <Icon name="rewind" />
