@@ -153,7 +153,8 @@ class TreeEditor {
     if (set.value == node->attribute(set.name)) return fail("design.nothing-to-do", "it is so already");
     text::XmlEdit edit(document_);
     if (set.value && set.name == "name" && !node->attribute("name"))
-      edit.replace_text(name_place(*node), name_place(*node), fmt::format(" name=\"{}\"", text::xml_escape(*set.value)));
+      edit.replace_text(name_place(*node), name_place(*node),
+                        fmt::format(" name=\"{}\"", text::xml_escape(*set.value)));
     else if (set.value)
       edit.set_attribute(*node, set.name, *set.value);
     else

@@ -236,8 +236,9 @@ void Workspace::did(Step step, bool join) {
   redo_.clear();
   journal_due_ = true;
   // Two changes of one file become one from what was before both to what is now.
-  if (std::exchange(may_join_, true) && join && !undo_.empty() && undo_.back().name == step.name && undo_.back().changes.size() == 1 &&
-      step.changes.size() == 1 && undo_.back().changes.front().file == step.changes.front().file) {
+  if (std::exchange(may_join_, true) && join && !undo_.empty() && undo_.back().name == step.name &&
+      undo_.back().changes.size() == 1 && step.changes.size() == 1 &&
+      undo_.back().changes.front().file == step.changes.front().file) {
     FileChange& last = undo_.back().changes.front();
     const std::string& now = documents_[last.file].text;
     const auto middle = with_edits(now, step.changes.front().back);
@@ -437,8 +438,9 @@ Result<void> Workspace::write(const std::string& file, const std::string& text) 
   const mode_t mode = is_there ? before.st_mode & kPermissions : kNewFile;
   // A file beside it could take its place all the same, against the will of who protected it.
   if (is_there && ((mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0 || access(place->c_str(), W_OK) != 0))
-    return fail("file.read-only", fmt::format("{} is read-only; what is edited is kept: make it writable (chmod u+w {}), and save again", file,
-                            file),
+    return fail("file.read-only",
+                fmt::format("{} is read-only; what is edited is kept: make it writable (chmod u+w {}), and save again",
+                            file, file),
                 SourceSpan{file});
   const fs::path beside = place->parent_path() / fmt::format(".{}.part", place->filename().string());
   unlink(beside.c_str());  // what a machine that stopped has left
