@@ -150,7 +150,8 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
   project::Scenario base;
   if (varied.scenario) {
     auto scenario = project::load_scenario(*varied.scenario);
-    if (!scenario.ok() && scenario.diagnostics.front().code.starts_with("file.")) {
+    if (!scenario.ok() && scenario.diagnostics.front().code.starts_with("file.") &&
+        scenario.diagnostics.front().span.file == varied.scenario->string()) {
       // It can be mended where it is named.
       Diagnostic& why = scenario.diagnostics.front();
       why.message = fmt::format("the scenario {}: {}", why.span.file, why.message);

@@ -448,7 +448,8 @@ class ModelMachine::Step {
     });
     if (open == state_.open.end()) return;
     const bool is_served = answer.outcome.ok || answer.outcome.kind == "exception";
-    if (is_served && host_.is_made_late(fmt::format("{}.{}", answer.service, answer.method))) {
+    if (is_served && open->leaf != ServeCall::kOutside &&
+        host_.is_made_late(fmt::format("{}.{}", answer.service, answer.method))) {
       open->lost = true;
       return;
     }

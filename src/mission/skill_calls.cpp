@@ -69,7 +69,8 @@ bool SkillMachine::Step::operator()(Outcome&& answered) {
     return false;
   }
   if (answered.outcome.ok) host_.falsify(name, *called.method, answered.outcome.result);
-  const Duration delay = host_.delay_of(called.reply.text);
+  // What was not answered has no reply that could be held back.
+  const Duration delay = is_served ? host_.delay_of(called.reply.text) : Duration(0);
   if (delay == Duration(0)) return (*this)(Finish{answered.call, std::move(answered.outcome), {}});
   host_.deliver_at(add_saturating(host_.now(), delay), Rank::kMessage,
                    Finish{answered.call, std::move(answered.outcome), {}});

@@ -25,6 +25,8 @@ class Arrivals {
 
   /// @param plan  Of which leaves and deadlines are looked at; borrowed.
   explicit Arrivals(const project::Plan& plan);
+  Arrivals(const Arrivals&) = delete;
+  Arrivals& operator=(const Arrivals&) = delete;
 
   /// The observations of the recording, in order. True: it was one of these, and nothing else is to be known of it.
   bool note(const Message& message);

@@ -79,11 +79,11 @@ class AsyncClient::Impl {
     if (!waiting_.empty()) wake();
   }
 
-  void open(Deadline deadline, Done done) {
+  void open(Deadline deadline, const Done& done) {
     {
       const std::lock_guard lock(mutex_);
       if (!closed_ && waiting_.size() < kAsyncCallsMax) {
-        waiting_.push_back({nullptr, {}, deadline, std::move(done)});
+        waiting_.push_back({nullptr, {}, deadline, done});
         return wake();
       }
     }
@@ -262,7 +262,7 @@ void AsyncClient::call(const idl::Method& method, Value arguments, Deadline dead
   impl_->call(method, std::move(arguments), deadline, std::move(done));
 }
 
-void AsyncClient::open(Deadline deadline, Done done) { impl_->open(deadline, std::move(done)); }
+void AsyncClient::open(Deadline deadline, const Done& done) { impl_->open(deadline, done); }
 void AsyncClient::close() { impl_->close(); }
 void AsyncClient::end() { impl_->end(); }
 ClientCounters AsyncClient::counters() const { return impl_->counters(); }

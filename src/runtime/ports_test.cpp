@@ -29,7 +29,7 @@ class FakePort final : public ServicePort {
  public:
   FakePort(PortsSeen& told, std::string name, bool is_there)
       : told_(told), name_(std::move(name)), is_there_(is_there) {}
-  void open(std::function<void()> done) override {
+  void open(const std::function<void()>& done) override {
     told_.add("open " + name_);
     done();
   }

@@ -96,7 +96,11 @@ void Orders::want_in(const Group& group, std::vector<OpenDecision>& open) {
     for (std::size_t i = j; i-- > 0;) {
       const auto& first = group.step(i);
       const auto& second = group.step(j);
-      if (is_before(i, j)) continue;
+      if (is_before(i, j)) {
+        // By what the first put, which comes between them; but the second could have been taken before that was there.
+        if (first.part != second.part && overtakes(group, i, j)) races_.push_back(i);
+        continue;
+      }
       const bool follows = first.part == second.part || second.put_by == group.begin + i;
       if (!follows && !depends(group, i, j)) continue;
       for (std::size_t w = 0; w < row_; ++w) before_[j * row_ + w] |= before_[i * row_ + w];
