@@ -81,11 +81,17 @@ function useEntries(): Entry[] {
   }, [commands, index, designs]);
 }
 
+/** What is called so comes first, then what begins so. */
+function rank({ title }: Entry, text: string): number {
+  const [called, wanted] = [title.toLowerCase(), text.toLowerCase().trim()];
+  return called === wanted ? 0 : called.startsWith(wanted) ? 1 : 2;
+}
+
 function PaletteList() {
   const [text, set_text] = useState("");
   const [chosen, set_chosen] = useState(0);
   const entries = useEntries();
-  const found = useMemo(() => entries.filter((entry) => matches(text, `${entry.title} ${entry.group}`)).slice(0, kEntriesShownMax), [entries, text]);
+  const found = useMemo(() => entries.filter((entry) => matches(text, `${entry.title} ${entry.group}`)).sort((a, b) => rank(a, text) - rank(b, text)).slice(0, kEntriesShownMax), [entries, text]);
   const at = Math.min(chosen, found.length - 1);
   const run = (entry: Entry | undefined) => {
     if (!entry) return;
