@@ -260,17 +260,17 @@ void EcmaScriptModel::leave() {
 }
 
 Result<void> EcmaScriptModel::load_heap() {
-  const auto write_all = [&]() -> Result<void> {
+  const auto write_variables = [&]() -> Result<void> {
     const auto& variables = *session_.variables_;
     for (std::uint32_t slot = 0; slot < variables.size(); ++slot) {
       if (!variables[slot]) continue;
       if (auto written = heap_->write(slot, variables[slot]); !written) return written;
     }
-    return heap_->write_globals(*session_.globals_);
+    return {};
   };
-  if (auto written = write_all(); !written) return written;
+  if (auto written = write_variables(); !written) return written;
   unwritten_.clear();
-  if (!session_.scripts_run_ || model_.scripts.empty()) return {};
+  if (!session_.scripts_run_ || model_.scripts.empty()) return heap_->write_globals(*session_.globals_);
   // The chart's own scripts define its functions again; what they did to the data is undone.
   const Rng rng = session_.rng_;
   for (const ExpressionId script : model_.scripts) {
@@ -279,7 +279,8 @@ Result<void> EcmaScriptModel::load_heap() {
   }
   session_.rng_ = rng;
   if (auto kept = heap_->keep_functions(); !kept) return kept;
-  return write_all();
+  if (auto written = write_variables(); !written) return written;
+  return heap_->write_globals(*session_.globals_);
 }
 
 void EcmaScriptModel::finish() {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sentree/scxml/loader.h"
+#include "sentree/scxml/script_syntax.h"
 
 namespace sentree::scxml {
 
@@ -233,7 +234,59 @@ bool is_pure(std::string_view text) {
   return text.find("delete") == std::string_view::npos && text.find("new") == std::string_view::npos;
 }
 
+// Whether a script may make members that are hidden, read-only or accessors, or objects without an end of their own.
+bool makes_plain_objects(std::string_view text) {
+  constexpr std::array<std::string_view, 5> kSuspects{"Object", "Reflect", "Proxy", "__", "constructor"};
+  const auto is_suspect = [text](std::string_view word) { return text.find(word) != std::string_view::npos; };
+  if (std::none_of(kSuspects.begin(), kSuspects.end(), is_suspect) && !is_suspect("get ") && !is_suspect("set ") &&
+      !is_suspect("eval") && !is_suspect("Function") && !is_suspect("this"))
+    return true;
+  const auto tokens = script_tokens(text);
+  if (!tokens) return false;
+  for (std::size_t i = 0; i < tokens->size(); ++i) {
+    const std::string_view word = (*tokens)[i].raw;
+    const auto behind = [&](std::size_t n) {
+      return i + n < tokens->size() ? (*tokens)[i + n].raw : std::string_view();
+    };
+    if ((*tokens)[i].kind != ScriptToken::Kind::kName) {
+      // A member that is named by a text.
+      if ((*tokens)[i].kind == ScriptToken::Kind::kLiteral &&
+          (word.find("__") != std::string_view::npos || word.find("constructor") != std::string_view::npos))
+        return false;
+      continue;
+    }
+    if (word == "Object") {
+      constexpr std::array<std::string_view, 6> kHarmless{
+          "keys", "getOwnPropertyNames", "getPrototypeOf", "isFrozen", "isSealed", "isExtensible"};
+      if (behind(1) != "." || std::find(kHarmless.begin(), kHarmless.end(), behind(2)) == kHarmless.end()) return false;
+    } else if (word == "Reflect" || word == "Proxy" || word == "constructor" || word == "eval" || word == "Function" ||
+               word == "globalThis" || word.starts_with("__")) {
+      return false;
+    } else if (word == "this" && behind(1) != ".") {
+      return false;
+    } else if ((word == "get" || word == "set") && i + 1 < tokens->size() &&
+               (*tokens)[i + 1].kind != ScriptToken::Kind::kSign) {
+      return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
+
+void Loader::look_into_scripts() {
+  std::vector<std::string_view> scripts;
+  for (const ExpressionId script : model_->scripts) scripts.push_back(model_->expressions[script].text);
+  std::vector<std::string_view> others;
+  for (ExpressionId id = 0; id < model_->expressions.size(); ++id) {
+    const std::string& text = model_->expressions[id].text;
+    model_->plain_objects = model_->plain_objects && makes_plain_objects(text);
+    if (std::find(model_->scripts.begin(), model_->scripts.end(), id) == model_->scripts.end()) others.push_back(text);
+  }
+  if (scripts.empty()) return;
+  model_->functions = look_into_functions(
+      scripts, others, [this](std::string_view name) { return model_->slots.find(name) != model_->slots.end(); });
+}
 
 void Loader::compile_expressions() {
   if (model_->data_model == DataModelKind::kForeign) return;
@@ -241,6 +294,7 @@ void Loader::compile_expressions() {
     for (Expression& expression : model_->expressions) expression.native = compile_null(expression.text);
     return;
   }
+  look_into_scripts();
   const SlotLookup slots = [this](std::string_view name) -> std::optional<std::uint32_t> {
     const auto found = model_->slots.find(name);
     return found == model_->slots.end() ? std::nullopt : std::optional(found->second);

@@ -71,6 +71,7 @@ class Loader {
   void choose_data_model();
   void compute_domains();
   void compile_expressions();
+  void look_into_scripts();
   void load_children();
   void find_ambient();
   [[nodiscard]] bool is_history_default(TransitionIndex transition) const;

@@ -16,6 +16,7 @@
 #include "sentree/scxml/chart.h"
 #include "sentree/scxml/descriptors.h"
 #include "sentree/scxml/expression.h"
+#include "sentree/scxml/script_functions.h"
 #include "sentree/scxml/state_set.h"
 
 namespace sentree::scxml {
@@ -195,6 +196,8 @@ struct Model {
   std::vector<Variable> variables;  ///< By slot, document order.
   std::vector<Invoke> invokes;
   std::vector<ExpressionId> scripts;  ///< <script>s below <scxml>.
+  ScriptFunctions functions;          ///< That these leave behind.
+  bool plain_objects = true;          ///< No script has means to make objects of another kind than literals make.
   std::vector<DataItem> data;
   std::vector<SendInfo> sends;
   std::vector<std::pair<std::string, Place>> raises;

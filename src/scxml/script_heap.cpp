@@ -289,6 +289,8 @@ bool ScriptHeap::build() {
 bool ScriptHeap::reset() {
   tag = 0;
   functions_.clear();
+  lost_function_.reset();
+  kept_members_ = {};
   bool clean = true;
   const auto done = protect(kNoExpression, [&](duk_context* ctx) {
     duk_push_heapptr(ctx, global_);

@@ -113,8 +113,24 @@ class ScriptHeap {
   void* global_ = nullptr;
   void* make_dom_ = nullptr;
   std::vector<void*> compiled_;  // by ExpressionId; null: not yet
-  std::vector<std::pair<std::string, void*>> functions_;
-  std::vector<std::string> known_;  // names of native functions, which are called by their places
+  // Functions of the chart's own scripts, which are not data.
+  struct Kept {
+    std::string name;
+    void* object;
+  };
+  // What can be come to from those that may have been given members.
+  struct Members {
+    std::string text;            // all of it
+    std::vector<void*> objects;  // none twice
+  };
+  void look_at_members(duk_hthread* context, Members& members);
+  [[nodiscard]] SourceSpan place_of(std::string_view name) const;
+
+  std::vector<Kept> functions_;
+  std::optional<Diagnostic> lost_function_;  // why one of them cannot be had again
+  Members kept_members_;                     // when they were kept
+  Members members_;                          // now
+  std::vector<std::string> known_;           // names of native functions, which are called by their places
 };
 
 /// Heaps of one chart that no session uses at the moment. Thread-safe.

@@ -389,6 +389,17 @@ std::string ScriptTree::path(std::uint32_t node) const {
 
 std::optional<ScriptTree> parse_script_expression(std::string_view source) { return Parser(source).run(); }
 
+namespace {
+
+// Whether a slash behind it is a division.
+bool divides_behind(const Token& token) {
+  return token.kind == Token::Kind::kName   ? token.raw != "return" && token.raw != "typeof" && token.raw != "case"
+         : token.kind == Token::Kind::kSign ? token.raw == ")" || token.raw == "]" || token.raw == "}"
+                                            : token.kind != Token::Kind::kBad;
+}
+
+}  // namespace
+
 std::set<std::string> names_in_script(std::string_view source) {
   std::set<std::string> names;
   Lexer lexer(source);
@@ -396,11 +407,24 @@ std::set<std::string> names_in_script(std::string_view source) {
   for (Token token = lexer.next(divides); token.kind != Token::Kind::kEnd; token = lexer.next(divides)) {
     if (token.kind == Token::Kind::kBad) lexer.step();
     if (token.kind == Token::Kind::kName) names.emplace(token.raw);
-    divides = token.kind == Token::Kind::kName   ? token.raw != "return" && token.raw != "typeof" && token.raw != "case"
-              : token.kind == Token::Kind::kSign ? token.raw == ")" || token.raw == "]" || token.raw == "}"
-                                                 : token.kind != Token::Kind::kBad;
+    divides = divides_behind(token);
   }
   return names;
+}
+
+std::optional<std::vector<ScriptToken>> script_tokens(std::string_view source) {
+  std::vector<ScriptToken> tokens;
+  Lexer lexer(source);
+  bool divides = false;
+  for (Token token = lexer.next(divides); token.kind != Token::Kind::kEnd; token = lexer.next(divides)) {
+    if (token.kind == Token::Kind::kBad) return std::nullopt;
+    tokens.push_back({token.kind == Token::Kind::kName   ? ScriptToken::Kind::kName
+                      : token.kind == Token::Kind::kSign ? ScriptToken::Kind::kSign
+                                                         : ScriptToken::Kind::kLiteral,
+                      token.raw});
+    divides = divides_behind(token);
+  }
+  return tokens;
 }
 
 bool is_script_global(std::string_view name) {

@@ -56,6 +56,19 @@ struct ScriptTree {
 /// Cost: O(size).
 [[nodiscard]] std::optional<ScriptTree> parse_script_expression(std::string_view source);
 
+/// A word, a sign or a literal of a script.
+struct ScriptToken {
+  enum class Kind : std::uint8_t {
+    kName,     ///< A word of the language too.
+    kLiteral,  ///< A number, a text, a regular expression.
+    kSign,
+  };
+  Kind kind = Kind::kSign;
+  std::string_view raw;  ///< In the source.
+};
+/// The tokens of a script; nothing: something in it is none. Cost: O(size).
+[[nodiscard]] std::optional<std::vector<ScriptToken>> script_tokens(std::string_view source);
+
 /// Every identifier that a script mentions, members and words of the language included; not those in its texts and
 /// comments.
 [[nodiscard]] std::set<std::string> names_in_script(std::string_view source);

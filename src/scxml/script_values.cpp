@@ -214,8 +214,90 @@ void push_value(duk_context* ctx, const Value& value, void* make_dom) {
   }
 }
 
+namespace {
+
+// How many enumerable members an object has itself.
+duk_size_t own_members(duk_context* ctx, duk_idx_t index) {
+  duk_size_t count = 0;
+  duk_enum(ctx, index, DUK_ENUM_OWN_PROPERTIES_ONLY);
+  while (duk_next(ctx, -1, 0) != 0) {
+    duk_pop(ctx);
+    ++count;
+  }
+  duk_pop(ctx);
+  return count;
+}
+
+// Lists that are looked at by enumerating them: the interpreter knows of longer ones sooner whether they have members.
+constexpr duk_size_t kShortList = 4;
+constexpr int kDocumentNode = 9;  // `nodeType`
+
+}  // namespace
+
 void ValueReader::refuse(const char* what) {
   if (failure.empty()) failure = what;
+}
+
+void ValueReader::check_array(duk_context* ctx, int index) {
+  const duk_size_t length = duk_get_length(ctx, index);
+  if (length > kShortList) {
+    duk_inspect_value(ctx, index);
+    duk_get_prop_string(ctx, -1, "enext");
+    const bool only_items = duk_is_number(ctx, -1) != 0 && duk_get_number(ctx, -1) == 0;
+    duk_pop_2(ctx);
+    if (only_items) return;
+  }
+  if (own_members(ctx, index) > length) refuse("a list with members beside its items");
+}
+
+// What is kept of a buffer are its octets, as those of an Uint8Array.
+void ValueReader::check_buffer(duk_context* ctx, int index, std::size_t size) {
+  if (!seen.insert(duk_get_heapptr(ctx, index)).second) refuse("one object in two places");
+  duk_get_global_string(ctx, "Uint8Array");
+  duk_get_prop_string(ctx, -1, "prototype");
+  duk_get_prototype(ctx, index);
+  const bool octets = duk_is_object(ctx, index) != 0 && duk_strict_equals(ctx, -1, -2) != 0;
+  duk_pop_3(ctx);
+  if (!octets) return refuse("a buffer that is no Uint8Array");
+  duk_get_prop_string(ctx, index, "buffer");
+  duk_get_prop_string(ctx, -1, "byteLength");
+  const bool whole = duk_get_number(ctx, -1) == static_cast<double>(size);
+  const bool fresh = seen.insert(duk_get_heapptr(ctx, -2)).second;
+  duk_pop_2(ctx);
+  if (!whole || !fresh) refuse("a part of a buffer");
+}
+
+// Objects that take no more members.
+void ValueReader::check_end(duk_context* ctx, int index) {
+  duk_get_global_string(ctx, "Object");
+  duk_push_string(ctx, "isExtensible");
+  duk_dup(ctx, index);
+  duk_call_prop(ctx, -3, 1);
+  if (duk_to_boolean(ctx, -1) == 0) refuse("an object that is frozen, sealed or takes no more members");
+  duk_pop_2(ctx);
+}
+
+void ValueReader::check_members(duk_context* ctx, int index, bool global) {
+  duk_require_stack(ctx, 12);
+  index = duk_require_normalize_index(ctx, index);
+  check_end(ctx, index);
+  const bool array = duk_is_array(ctx, index) != 0;
+  duk_enum(ctx, index, DUK_ENUM_OWN_PROPERTIES_ONLY | DUK_ENUM_INCLUDE_NONENUMERABLE | DUK_ENUM_INCLUDE_SYMBOLS);
+  while (duk_next(ctx, -1, 0) != 0) {
+    const bool symbol = duk_is_symbol(ctx, -1) != 0;
+    const bool length = array && !symbol && std::strcmp(duk_get_string(ctx, -1), "length") == 0;
+    duk_get_prop_desc(ctx, index, 0);
+    bool plain = !symbol;
+    for (const char* const flag : {"writable", "enumerable", "configurable"}) {
+      duk_get_prop_string(ctx, -1, flag);
+      const bool asked = flag[0] == 'w' || (!length && !(global && flag[0] == 'c'));
+      plain = plain && (!asked || duk_to_boolean(ctx, -1) != 0);
+      duk_pop(ctx);
+    }
+    if (!plain) refuse("a member that is hidden, read-only, an accessor or a symbol");
+    duk_pop(ctx);
+  }
+  duk_pop(ctx);
 }
 
 bool ValueReader::read(duk_context* ctx, int index, Value& out, int depth) {
@@ -249,6 +331,7 @@ bool ValueReader::read_object(duk_context* ctx, int index, Value& out, int depth
   if (duk_is_buffer_data(ctx, index)) {
     duk_size_t size = 0;
     const auto* data = static_cast<const std::byte*>(duk_get_buffer_data(ctx, index, &size));
+    if (mode == Mode::kState) check_buffer(ctx, index, size);
     out = Bytes{data ? std::vector<std::byte>(data, data + size) : std::vector<std::byte>()};
     return true;
   }
@@ -269,9 +352,12 @@ bool ValueReader::read_object(duk_context* ctx, int index, Value& out, int depth
   path.push_back(identity);
   if (duk_is_array(ctx, index)) {
     out = List();
+    if (mode == Mode::kState) check_array(ctx, index);
+    if (mode == Mode::kState && !plain_objects) check_members(ctx, index);
     read_array(ctx, index, *out.as_list(), depth);
   } else if (!read_special(ctx, index, out, depth)) {
     out = Map();
+    if (mode == Mode::kState && !plain_objects) check_members(ctx, index);
     read_members(ctx, index, *out.as_map(), depth);
   }
   path.pop_back();
@@ -283,9 +369,15 @@ bool ValueReader::read_special(duk_context* ctx, int index, Value& out, int dept
   duk_get_prototype(ctx, index);
   duk_get_global_string(ctx, "Object");
   duk_get_prop_string(ctx, -1, "prototype");
-  const bool plain = duk_is_undefined(ctx, -3) || duk_strict_equals(ctx, -3, -1);
+  const bool bare = duk_is_undefined(ctx, -3) != 0;
+  const bool plain = bare || duk_strict_equals(ctx, -3, -1);
   duk_pop_3(ctx);
+  if (bare && mode == Mode::kState) refuse("an object without a prototype");
   if (plain) return false;
+  // What follows is kept as what it stands for, and nothing else that it may have been given.
+  if (mode == Mode::kState && !plain_objects) check_end(ctx, index);
+  if (mode == Mode::kState && own_members(ctx, index) != 0)
+    refuse("a date, an expression or XML with members of its own");
   duk_get_global_string(ctx, "Date");
   const bool is_date = duk_instanceof(ctx, index, -1) != 0;
   duk_get_global_string(ctx, "RegExp");
@@ -308,10 +400,18 @@ bool ValueReader::read_special(duk_context* ctx, int index, Value& out, int dept
     append_text(ctx, -1, const_cast<std::string&>(*parts[0].as_string()));
     duk_get_prop_string(ctx, index, "flags");
     append_text(ctx, -1, const_cast<std::string&>(*parts[1].as_string()));
-    duk_pop_2(ctx);
+    duk_get_prop_string(ctx, index, "lastIndex");
+    if (!(duk_is_number(ctx, -1) && duk_get_number(ctx, -1) == 0))
+      refuse("a regular expression that goes on where it has found something (lastIndex)");
+    duk_pop_3(ctx);
     return true;
   }
   if (duk_has_prop_string(ctx, index, "nodeType") && duk_has_prop_string(ctx, index, "source")) {
+    if (mode == Mode::kState) {
+      duk_get_prop_string(ctx, index, "nodeType");
+      if (duk_to_int(ctx, -1) != kDocumentNode) refuse("a part of an XML document");
+      duk_pop(ctx);
+    }
     duk_get_prop_string(ctx, index, "source");
     out = Map{{"$xml", Value("")}};
     append_text(ctx, -1, const_cast<std::string&>(*out.as_map()->find("$xml")->as_string()));
@@ -330,7 +430,8 @@ void ValueReader::read_array(duk_context* ctx, int index, List& list, int depth)
       refuse("a list that is too long");
       return;
     }
-    duk_get_prop_index(ctx, index, static_cast<duk_uarridx_t>(i));
+    if (duk_get_prop_index(ctx, index, static_cast<duk_uarridx_t>(i)) == 0 && mode == Mode::kState)
+      refuse("a list with gaps");
     list.emplace_back();
     if (!read(ctx, -1, list.back(), depth + 1) && mode == Mode::kState) list.back() = Map{{"$undefined", true}};
     duk_pop(ctx);

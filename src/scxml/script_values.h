@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -26,18 +27,25 @@ struct ValueReader {
   /// functions and undefined members, as JSON does.
   enum class Mode : std::uint8_t { kState, kMessage };
   Mode mode = Mode::kMessage;
-  std::string failure;  ///< Why something has no Value form; empty: all have.
+  bool plain_objects = false;  ///< No script had means to make objects of another kind than literals make.
+  std::string failure;         ///< Why something has no Value form; empty: all have.
   std::unordered_set<void*> seen;
   std::vector<void*> path;
 
   /// False: undefined (or a function, in a message); `out` is null then.
   bool read(duk_hthread* context, int index, Value& out, int depth = 0);
+  /// Of a state: refuses members that are hidden, read-only or accessors, and an object that takes no more.
+  /// `global`: it is the one of the session's variables, which cannot be deleted.
+  void check_members(duk_hthread* context, int index, bool global = false);
 
  private:
   bool read_object(duk_hthread* context, int index, Value& out, int depth);
   bool read_special(duk_hthread* context, int index, Value& out, int depth);
   void read_array(duk_hthread* context, int index, List& list, int depth);
   void read_members(duk_hthread* context, int index, Map& map, int depth);
+  void check_array(duk_hthread* context, int index);
+  void check_buffer(duk_hthread* context, int index, std::size_t size);
+  void check_end(duk_hthread* context, int index);
   void refuse(const char* what);
 };
 
