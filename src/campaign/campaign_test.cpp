@@ -321,7 +321,7 @@ TEST_F(Campaign, RefusesWhatCannotBeDrawn) {
   says("runs: 0\n", "runs are from 1");
   says("rums: 5\n", "did you mean \"runs\"");
   says("parameters: {deadlines.cal: {uniform: [1 s, 2 s]}}\n", "campaign.yaml:1:14: deadlines has no key \"cal\"");
-  says("parameters: {deadlines.call: {choice: [1 s, 2 s, soon]}}\n", "campaign.yaml:1:51: ");
+  says("parameters: {deadlines.call: {choice: [10 ms, 20 ms, soon]}}\n", "campaign.yaml:1:54: ");
   says("scenario: nowhere.yaml\n", "campaign.yaml:1:11: the scenario ");
 }
 

@@ -22,8 +22,7 @@ void check_alone(const project::Plan& plan, Diagnostics& diagnostics) {
                            span});
   };
   for (const project::ServiceEntry& entry : plan.scenario.project.services) {
-    if (!project::is_inside(entry.at))
-      elsewhere(fmt::format("service \"{}\"", entry.name), entry.span);
+    if (!project::is_inside(entry.at)) elsewhere(fmt::format("service \"{}\"", entry.name), entry.span);
   }
   for (const project::SkillEntry& entry : plan.scenario.project.skills) {
     if (!entry.at.empty()) elsewhere(fmt::format("skill \"{}\"", entry.leaf), entry.span);
@@ -151,7 +150,8 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
   project::Scenario base;
   if (varied.scenario) {
     auto scenario = project::load_scenario(*varied.scenario);
-    if (!scenario.ok() && scenario.diagnostics.front().code.starts_with("file.")) {
+    if (!scenario.ok() && scenario.diagnostics.front().code.starts_with("file.") &&
+        scenario.diagnostics.front().span.file == varied.scenario->string()) {
       // It can be mended where it is named.
       Diagnostic& why = scenario.diagnostics.front();
       why.message = fmt::format("the scenario {}: {}", why.span.file, why.message);
@@ -184,8 +184,8 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
     const Vary probed = probe(runner->vary_, i);
     const Drawing drawing(probed, runner->world_.get(), runner->base_.duration);
     auto drawn = scenario_of(runner->base_, probed, drawing.draw(1));
-    Diagnostics found = drawn.ok() ? project::prepare(std::move(*drawn.value), parts).diagnostics
-                                      : std::move(drawn.diagnostics);
+    Diagnostics found =
+        drawn.ok() ? project::prepare(std::move(*drawn.value), parts).diagnostics : std::move(drawn.diagnostics);
     std::copy_if(found.begin(), found.end(), std::back_inserter(loaded.diagnostics), [&](const Diagnostic& one) {
       // What a draw makes of the world may be refused, and is counted; names may not.
       return one.severity == Severity::kError && !one.code.starts_with("sim.bad-place") &&

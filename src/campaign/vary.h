@@ -65,7 +65,7 @@ struct Vary {
   std::string file;                               ///< As shown in messages; empty: nothing is varied but the seed.
   std::optional<std::filesystem::path> scenario;  ///< What every run begins with.
   SourceSpan scenario_span;
-  std::optional<text::YamlNode> changes;          ///< Its `override:`, for every run.
+  std::optional<text::YamlNode> changes;  ///< Its `override:`, for every run.
   std::optional<std::uint64_t> runs;
   std::optional<Duration> duration;
   std::vector<Parameter> parameters;

@@ -139,13 +139,23 @@ class TreeEditor {
     return done("unwrap " + shown(*node));
   }
 
+  // Where `sentree fmt` has a node's name: behind its ID, or what it is.
+  [[nodiscard]] std::size_t name_place(const XmlElement& node) const {
+    if (!node.attribute("ID")) return node.offset() + 1 + node.name().size();
+    const std::size_t value = node.attribute_value_offset("ID");
+    return source().find(source()[value - 1], value) + 1;
+  }
+
   Result<GestureResult> operator()(const SetAttribute& set) {
     const auto node = node_at(set.node);
     if (!node) return tl::unexpected(node.error());
     if (!is_name(set.name)) return fail("design.bad-name", fmt::format("\"{}\" is no name of an attribute", set.name));
     if (set.value == node->attribute(set.name)) return fail("design.nothing-to-do", "it is so already");
     text::XmlEdit edit(document_);
-    if (set.value)
+    if (set.value && set.name == "name" && !node->attribute("name"))
+      edit.replace_text(name_place(*node), name_place(*node),
+                        fmt::format(" name=\"{}\"", text::xml_escape(*set.value)));
+    else if (set.value)
       edit.set_attribute(*node, set.name, *set.value);
     else
       edit.remove_attribute(*node, set.name);

@@ -108,6 +108,15 @@ TEST(TreeEdit, SetsAnAttributeInItsQuotes) {
   EXPECT_EQ(edited(kFile, SetAttribute{element(kFile, "A"), "y", std::nullopt}), with(kFile, "   y=\"2\"", ""));
 }
 
+// As `sentree fmt` writes it, so that a file that was in canonical form stays in it.
+TEST(TreeEdit, ANodesFirstNameStandsBeforeItsPorts) {
+  const std::string file =
+      "<root BTCPP_format=\"4\"><BehaviorTree ID=\"T\"><Sequence><SubTree  ID='S&apos;' _autoremap=\"true\"/>"
+      "<Delay delay_msec=\"1\"/></Sequence></BehaviorTree></root>";
+  EXPECT_EQ(edited(file, SetAttribute{3, "name", "Again"}), with(file, "ID='S&apos;'", "ID='S&apos;' name=\"Again\""));
+  EXPECT_EQ(edited(file, SetAttribute{4, "name", "<1>"}), with(file, "<Delay", "<Delay name=\"&lt;1&gt;\""));
+}
+
 TEST(TreeEdit, TakesEveryNameThatXmlDoes) {
   EXPECT_NE(edited(kFile, SetAttribute{element(kFile, "A"), "größe-1.x", "3"}).find(" größe-1.x="), std::string::npos);
   EXPECT_EQ(edited(kFile, SetAttribute{element(kFile, "A"), "1x", "3"}), "\"1x\" is no name of an attribute");

@@ -236,8 +236,9 @@ void Workspace::did(Step step, bool join) {
   redo_.clear();
   journal_due_ = true;
   // Two changes of one file become one from what was before both to what is now.
-  if (join && !undo_.empty() && undo_.back().name == step.name && undo_.back().changes.size() == 1 &&
-      step.changes.size() == 1 && undo_.back().changes.front().file == step.changes.front().file) {
+  if (std::exchange(may_join_, true) && join && !undo_.empty() && undo_.back().name == step.name &&
+      undo_.back().changes.size() == 1 && step.changes.size() == 1 &&
+      undo_.back().changes.front().file == step.changes.front().file) {
     FileChange& last = undo_.back().changes.front();
     const std::string& now = documents_[last.file].text;
     const auto middle = with_edits(now, step.changes.front().back);
@@ -403,6 +404,7 @@ Result<std::vector<std::string>> Workspace::revert(const Step& step, bool back) 
     }
   }
   journal_due_ = true;
+  may_join_ = false;
   return files;
 }
 
@@ -432,7 +434,14 @@ Result<void> Workspace::write(const std::string& file, const std::string& text) 
   constexpr mode_t kNewFile = 0644;
   constexpr mode_t kPermissions = 07777;
   struct stat before {};
-  const mode_t mode = stat(place->c_str(), &before) == 0 ? before.st_mode & kPermissions : kNewFile;
+  const bool is_there = stat(place->c_str(), &before) == 0;
+  const mode_t mode = is_there ? before.st_mode & kPermissions : kNewFile;
+  // A file beside it could take its place all the same, against the will of who protected it.
+  if (is_there && ((mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0 || access(place->c_str(), W_OK) != 0))
+    return fail("file.read-only",
+                fmt::format("{} is read-only; what is edited is kept: make it writable (chmod u+w {}), and save again",
+                            file, file),
+                SourceSpan{file});
   const fs::path beside = place->parent_path() / fmt::format(".{}.part", place->filename().string());
   unlink(beside.c_str());  // what a machine that stopped has left
   const int descriptor = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode);
@@ -467,8 +476,9 @@ bool Workspace::take_from_disk(const std::string& file, Step& step) {
     if (found == documents_.end()) return false;
     // What is not saved stays, and comes back by saving it.
     if (found->second.is_dirty()) {
-      const bool news = !found->second.saved.empty();
+      const bool news = !found->second.saved.empty() || found->second.theirs;
       found->second.saved.clear();
+      found->second.theirs.reset();
       return news;
     }
     const std::string text = found->second.text;
@@ -483,7 +493,12 @@ bool Workspace::take_from_disk(const std::string& file, Step& step) {
     return true;
   }
   Document& document = found->second;
-  if (*there == document.saved) return false;
+  if (*there == document.saved) {
+    // Also where it was another text between: then nothing is to be chosen any more.
+    const bool news = document.theirs.has_value();
+    document.theirs.reset();
+    return news;
+  }
   if (*there == document.text) {
     document.saved = *there;
     document.theirs.reset();

@@ -136,6 +136,7 @@ class Workspace {
   std::deque<Step> undo_;
   std::vector<Step> redo_;
   bool journal_due_ = false;
+  bool may_join_ = true;  ///< False: the last step was undone since, and what is typed now is another.
 };
 
 /// Calls `visit` for each text below `folder` that `Workspace::open` would take by its name, in no order. False: there

@@ -118,6 +118,17 @@ TEST_F(WorkspaceTest, WhatOneTypesIsOneStep) {
   EXPECT_EQ(workspace.find("mission.xml")->text, read("mission.xml"));
 }
 
+TEST_F(WorkspaceTest, WhatIsTypedAfterAnUndoIsAnotherStep) {
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<a/>", "<a first/>");
+  replace(workspace, "mission.xml", "<b/>", "<b second/>");
+  ASSERT_TRUE(workspace.undo());
+  replace(workspace, "mission.xml", "<c/>", "<c third/>", true);
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_THAT(workspace.find("mission.xml")->text, testing::HasSubstr("<a first/>"));
+  EXPECT_THAT(workspace.find("mission.xml")->text, testing::Not(testing::HasSubstr("third")));
+}
+
 TEST_F(WorkspaceTest, JoinsALateEditOrRefusesIt) {
   Workspace workspace = open();
   const std::uint64_t base = workspace.find("mission.xml")->version;
@@ -179,6 +190,45 @@ TEST_F(WorkspaceTest, KeepsBothWhereBothChangedTheSame) {
   ASSERT_TRUE(workspace.resolve("mission.xml", mine));
   ASSERT_TRUE(workspace.save("mission.xml"));
   EXPECT_EQ(read("mission.xml"), mine);
+}
+
+// Another branch is checked out and the one before again; or the other editor undoes.
+TEST_F(WorkspaceTest, AConflictIsOverWhenTheDiskIsAsItWas) {
+  Workspace workspace = open();
+  const std::string before = read("mission.xml");
+  replace(workspace, "mission.xml", "<a/>", "<mine/>");
+  const std::string mine = workspace.find("mission.xml")->text;
+  write("mission.xml", "<root>\n  <theirs/>\n  <b/>\n  <c/>\n  <d/>\n</root>\n");
+  EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre("mission.xml"));
+  ASSERT_TRUE(workspace.find("mission.xml")->theirs);
+  write("mission.xml", before);
+  EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre("mission.xml"));
+  EXPECT_FALSE(workspace.find("mission.xml")->theirs);
+  EXPECT_EQ(workspace.find("mission.xml")->text, mine);
+  // Nor is there anything to choose where the other text is gone.
+  write("mission.xml", "<root>\n  <theirs/>\n  <b/>\n  <c/>\n  <d/>\n</root>\n");
+  workspace.refresh({"mission.xml"});
+  ASSERT_TRUE(workspace.find("mission.xml")->theirs);
+  fs::remove(folder_.path() / "mission.xml");
+  EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre("mission.xml"));
+  EXPECT_FALSE(workspace.find("mission.xml")->theirs);
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  EXPECT_EQ(read("mission.xml"), mine);
+}
+
+TEST_F(WorkspaceTest, AFileThatIsProtectedStaysAsItIs) {
+  const std::string before = read("mission.xml");
+  ::chmod((folder_.path() / "mission.xml").c_str(), 0444);
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<a/>", "<A/>");
+  const auto saved = workspace.save("mission.xml");
+  ASSERT_FALSE(saved);
+  EXPECT_EQ(saved.error().code, "file.read-only");
+  EXPECT_EQ(read("mission.xml"), before);
+  EXPECT_TRUE(workspace.find("mission.xml")->is_dirty());
+  ::chmod((folder_.path() / "mission.xml").c_str(), 0644);
+  EXPECT_TRUE(workspace.save("mission.xml"));
+  EXPECT_THAT(read("mission.xml"), testing::HasSubstr("<A/>"));
 }
 
 TEST_F(WorkspaceTest, FindsAgainWhatWasNotSaved) {

@@ -6,6 +6,7 @@
 
 #include "sentree/base/encoder.h"
 #include "sentree/bt/encode.h"
+#include "sentree/mission/effect.h"
 #include "sentree/project/intervention.h"
 #include "sentree/scxml/encode.h"
 
@@ -15,17 +16,14 @@ namespace {
 
 // Whether a delivery finds what it was meant for. `timers` holds those of skills and models that were seen.
 bool has_effect(const State& state, const Waiting& waiting, std::set<std::pair<bool, std::size_t>>& timers) {
-  const std::size_t part = waiting.what.leaf;
-  if (const auto* tree = std::get_if<TreeDelivery>(&waiting.what.what)) {
-    const auto* due = std::get_if<AnswerDue>(tree);
-    return due == nullptr || state.tree.leaves[due->leaf].outstanding == due->tick;
-  }
-  if (const auto* skill = std::get_if<SkillDelivery>(&waiting.what.what)) {
-    const auto* timer = std::get_if<SkillTimer>(skill);
-    return timer == nullptr || (state.skills[part].wake == timer->when && timers.emplace(false, part).second);
-  }
-  const auto* timer = std::get_if<ModelTimer>(&std::get<ModelDelivery>(waiting.what.what));
-  return timer == nullptr || (state.models[part].wake == timer->when && timers.emplace(true, part).second);
+  bool is_timer = false;
+  bool of_model = false;
+  const bool has = mission::has_effect(waiting.what, state.tree, [&](bool is_model, std::size_t part) {
+    is_timer = true;
+    of_model = is_model;
+    return is_model ? state.models[part].wake : state.skills[part].wake;
+  });
+  return has && (!is_timer || timers.emplace(of_model, waiting.what.leaf).second);
 }
 
 // Writes what a part, or something on its way, is made of.
@@ -93,6 +91,7 @@ class Writer {
     for (const ModelState::OpenCall& open : model.open) {
       out_.number(open.id);
       out_.number(open.leaf);
+      out_.number(open.lost ? 1 : 0);
       write(*open.call, open.leaf);
       time(open.due);
     }

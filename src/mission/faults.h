@@ -19,6 +19,8 @@ namespace sentree::mission {
 
 /// How a fault lets calls fail.
 enum class Failing : std::uint8_t { kUnreachable, kLate };
+/// What a call hears that a fault makes late.
+inline constexpr std::string_view kMadeLate = "a fault: the answer comes too late";
 
 /// A fault, a forced result or a breakpoint that stands.
 struct StandingIntervention {

@@ -336,7 +336,8 @@ class ModelMachine::Step {
       const ModelState::OpenCall late = state_.open.front();
       state_.open.erase(state_.open.begin());
       host_.answer(late.leaf, late.call,
-                   failed("late", fmt::format("the model {} has not answered in time", model_.name)));
+                   failed("late", late.lost ? std::string(kMadeLate)
+                                            : fmt::format("the model {} has not answered in time", model_.name)));
     }
   }
 
@@ -446,10 +447,16 @@ class ModelMachine::Step {
   // An answer to a call that is late, or that nobody made, reaches nobody.
   void answer(Answer&& answer) {
     const auto open = std::find_if(state_.open.begin(), state_.open.end(), [&](const ModelState::OpenCall& one) {
-      return one.call->service == answer.service && one.call->method == answer.method &&
+      return !one.lost && one.call->service == answer.service && one.call->method == answer.method &&
              (answer.id == 0 || one.id == answer.id);
     });
     if (open == state_.open.end()) return;
+    const bool is_served = answer.outcome.ok || answer.outcome.kind == "exception";
+    if (is_served && open->leaf != ServeCall::kOutside &&
+        host_.is_made_late(fmt::format("{}.{}", answer.service, answer.method))) {
+      open->lost = true;
+      return;
+    }
     const ModelState::OpenCall answered = *open;
     state_.open.erase(open);
     host_.answer(answered.leaf, answered.call, std::move(answer.outcome));

@@ -47,6 +47,7 @@ struct ModelState {
     Shared<Call> call;
     TimePoint due{};       ///< When it is late.
     std::uint64_t id = 0;  ///< Under which the chart knows it: the smallest number that no open call has.
+    bool lost = false;     ///< A fault has taken its answer: it is late.
     friend bool operator==(const OpenCall&, const OpenCall&) = default;
   };
 
@@ -73,6 +74,8 @@ class ModelHost {
   virtual void deliver_at(TimePoint when, Rank rank, ModelDelivery what) = 0;
   /// Which alternative comes, below `Choice::count`; nothing: the model's generator says.
   [[nodiscard]] virtual std::optional<std::uint64_t> choose(const Choice&) { return std::nullopt; }
+  /// Whether a fault makes answers of "SERVICE.METHOD" late.
+  [[nodiscard]] virtual bool is_made_late(std::string_view /*call*/) { return false; }
   /// The outcome of a call that came from `leaf`.
   virtual void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) = 0;
   /// Its chart enters a state, or takes a transition. With a memory of steps, told when a step is executed, not when it

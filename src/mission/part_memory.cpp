@@ -86,7 +86,8 @@ void PartMemory::step(Run& run, Outside& outside) {
   auto& queue = run.queue;
   const auto part_at = [&](std::size_t i) { return tables_->deliveries[queue[i].what].part; };
   detail::due(
-      queue, [&](std::size_t a, std::size_t b) { return part_at(a) == part_at(b); }, due_);
+      queue, [&](std::size_t a, std::size_t b) { return part_at(a) == part_at(b); },
+      [&](std::size_t i) { return has_effect(run, queue[i]); }, due_);
   std::size_t which = 0;
   if (!due_.empty()) {
     first_.clear();
@@ -279,6 +280,18 @@ void PartMemory::each_state(
   for (const Kept& kept : tables_->kept) visit(kept.part, *kept.state, kept.wake);
 }
 
+bool PartMemory::has_effect(const Run& run, const Run::Waiting& waiting) const {
+  const OnItsWay& delivery = tables_->deliveries[waiting.what];
+  if (delivery.timer) {
+    const auto& wake = tables_->kept[run.parts[delivery.part]].wake;
+    return wake && run.as_of[delivery.part] + *wake == add_saturating(waiting.when, *delivery.timer);
+  }
+  const auto* tree = std::get_if<TreeDelivery>(&delivery.what.what);
+  const auto* due = tree != nullptr ? std::get_if<AnswerDue>(tree) : nullptr;
+  if (due == nullptr) return true;
+  return std::get<TreeState>(*tables_->kept[run.parts.back()].state).leaves[due->leaf].outstanding == due->tick;
+}
+
 void PartMemory::settle(Run& run) {
   for (std::size_t part = 0; part < run.parts.size(); ++part) {
     run.parts[part] = aged(run.parts[part], run.now - run.as_of[part]);
@@ -286,18 +299,12 @@ void PartMemory::settle(Run& run) {
   }
   first_.clear();  // parts whose timer has been seen
   std::erase_if(run.queue, [&](const Run::Waiting& waiting) {
+    if (!has_effect(run, waiting)) return true;
     const OnItsWay& delivery = tables_->deliveries[waiting.what];
-    if (delivery.timer) {
-      const auto& wake = tables_->kept[run.parts[delivery.part]].wake;
-      const bool rings = wake && run.now + *wake == add_saturating(waiting.when, *delivery.timer);
-      if (!rings || std::find(first_.begin(), first_.end(), delivery.part) != first_.end()) return true;
-      first_.push_back(delivery.part);
-      return false;
-    }
-    const auto* tree = std::get_if<TreeDelivery>(&delivery.what.what);
-    const auto* due = tree != nullptr ? std::get_if<AnswerDue>(tree) : nullptr;
-    if (due == nullptr) return false;
-    return std::get<TreeState>(*tables_->kept[run.parts.back()].state).leaves[due->leaf].outstanding != due->tick;
+    if (!delivery.timer) return false;
+    if (std::find(first_.begin(), first_.end(), delivery.part) != first_.end()) return true;
+    first_.push_back(delivery.part);
+    return false;
   });
   for (TimePoint& time : run.not_before) {
     if (time <= run.now) time = {};

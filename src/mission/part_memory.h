@@ -174,6 +174,7 @@ class PartMemory final : private Ground {
   void pack(const Run& run, std::vector<std::uint32_t>& out);
   void unpack(std::span<const std::uint32_t> packed, TimePoint now, Run& run) const;
   /// Durations have numbers too.
+  [[nodiscard]] bool has_effect(const Run& run, const Run::Waiting& waiting) const;
   [[nodiscard]] std::uint32_t number_of(Duration duration);
 
   /// A part's state that has no canonical form; no run is right after it.

@@ -165,6 +165,7 @@ class Parts::ModelSide final : public ModelHost {
     ground->met(
         {Met::Kind::kModelTransition, static_cast<std::uint32_t>(index_), static_cast<std::uint32_t>(transition)});
   }
+  bool is_made_late(std::string_view call) override { return ground->fails(Failing::kLate, call); }
   void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) override {
     if (leaf != ServeCall::kOutside)
       ground->put(now(), Rank::kMessage, {leaf, SkillDelivery(Outcome{call, std::move(outcome)})});

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kMagic = "SRUN";
 // From 2 on a skill that was never asked for anything is null.
-constexpr std::uint64_t kVersion = 3;
+constexpr std::uint64_t kVersion = 4;
 constexpr std::size_t kHeaderSize = 4 + 3 * 8;
 /// Periods that a run may have missed in a row: more are no state of a run, and would be counted one by one.
 constexpr std::int64_t kMissedMax = 1'000'000;

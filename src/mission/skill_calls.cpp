@@ -63,13 +63,14 @@ bool SkillMachine::Step::operator()(Outcome&& answered) {
   const std::string& name = called.name;
   const bool is_served = answered.outcome.ok || answered.outcome.kind == "exception";
   if (is_served && host_.fails(Failing::kLate, name)) {
-    CallOutcome late{.ok = false, .result = {}, .kind = "late", .message = "a fault: the answer comes too late"};
+    CallOutcome late{.ok = false, .result = {}, .kind = "late", .message = std::string(kMadeLate)};
     host_.deliver_at(add_saturating(host_.now(), model_.call_deadline), Rank::kMessage,
                      Finish{answered.call, std::move(late), {}});
     return false;
   }
   if (answered.outcome.ok) host_.falsify(name, *called.method, answered.outcome.result);
-  const Duration delay = host_.delay_of(called.reply.text);
+  // What was not answered has no reply that could be held back.
+  const Duration delay = is_served ? host_.delay_of(called.reply.text) : Duration(0);
   if (delay == Duration(0)) return (*this)(Finish{answered.call, std::move(answered.outcome), {}});
   host_.deliver_at(add_saturating(host_.now(), delay), Rank::kMessage,
                    Finish{answered.call, std::move(answered.outcome), {}});

@@ -8,6 +8,7 @@
 #include "sentree/base/assert.h"
 #include "sentree/mission/choice.h"
 #include "sentree/mission/detail/due.h"
+#include "sentree/mission/effect.h"
 
 namespace sentree::mission {
 
@@ -149,8 +150,12 @@ void VirtualHost::step(State& state, Surroundings& surroundings) {
   surroundings_ = &surroundings;
   auto& queue = state.queue;
   std::vector<std::size_t> at;
+  const auto wake = [&](bool is_model, std::size_t part) {
+    return is_model ? state.models[part].wake : state.skills[part].wake;
+  };
   detail::due(
-      queue, [&](std::size_t a, std::size_t b) { return same_part(queue[a].what, queue[b].what); }, at);
+      queue, [&](std::size_t a, std::size_t b) { return same_part(queue[a].what, queue[b].what); },
+      [&](std::size_t i) { return has_effect(queue[i].what, state.tree, wake); }, at);
   std::size_t which = 0;
   if (!at.empty()) {
     std::vector<const Delivery*> first;

@@ -137,8 +137,9 @@ class PartsElsewhere final : public runtime::Elsewhere {
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());  // checked when the plan was prepared
     auto port = make_remote_port(*address, service.service, service.name, deadline);
-    SENTREE_ASSERT(port.has_value());
-    return std::move(*port);
+    if (port) return std::move(*port);
+    run_.problem(fmt::format("service {} cannot be called: {}", service.name, port.error().message));
+    return nullptr;
   }
 
   mission::CallOutcome call(const std::string& at, const idl::ServicePtr& interface, const std::string& name,

@@ -70,7 +70,9 @@ class RemoteSkill final : public RemoteLeafDriver {
                   });
   }
 
-  void halt(TimePoint /*asked*/) override { ask_halt(arguments(), std::chrono::steady_clock::now() + options_.halt_deadline); }
+  void halt(TimePoint /*asked*/) override {
+    ask_halt(arguments(), std::chrono::steady_clock::now() + options_.halt_deadline);
+  }
 
   void cancel() override {
     client_->call("cancel", arguments(), within(options_.tick_deadline), [](const rpc::Outcome&) {});

@@ -69,7 +69,7 @@ Result<Spawned> spawn(const std::string& name, const std::string& program, const
     dup2(pipes[1], STDOUT_FILENO);
     sigset_t none;
     sigemptyset(&none);
-    sigprocmask(SIG_SETMASK, &none, nullptr);
+    pthread_sigmask(SIG_SETMASK, &none, nullptr);
     // Ctrl-C in the terminal is for the run, which ends its processes in order.
     setpgid(0, 0);
     execv(program.c_str(), argv.data());

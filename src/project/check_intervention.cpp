@@ -307,8 +307,8 @@ std::optional<Diagnostic> doubt_about_number(const Scenario& scenario, const Inj
   const auto* clear = std::get_if<Clear>(&injection.what);
   if (clear == nullptr) return std::nullopt;
   const auto before = [&](const Injection& other) { return other.at <= injection.at && stands(other.what); };
-  const auto most = scenario.delays.size() + static_cast<std::size_t>(std::count_if(
-                                                 scenario.timeline.begin(), scenario.timeline.end(), before));
+  const auto most = scenario.delays.size() +
+                    static_cast<std::size_t>(std::count_if(scenario.timeline.begin(), scenario.timeline.end(), before));
   if (clear->id <= most) return std::nullopt;
   return Diagnostic{Severity::kWarning, "scenario.clear",
                     fmt::format("nothing stands as number {} by then: the timeline has {} before", clear->id,

@@ -36,8 +36,7 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
     for (const MonitorEntry& monitor : project.monitors) part(!monitor.at.empty(), monitor.span);
     for (const SkillEntry& skill : project.skills) part(!skill.at.empty(), skill.span);
     for (const ServiceEntry& service : project.services)
-      part(!is_inside(service.at) && service.at != kAnyReply,
-           service.span);
+      part(!is_inside(service.at) && service.at != kAnyReply, service.span);
     if (!elsewhere.file.empty()) {
       add(diagnostics, Severity::kError, "scenario.clock",
           "this part runs in another process, which has no virtual time; use clock: real or {real: FACTOR}", elsewhere);

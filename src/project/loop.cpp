@@ -124,13 +124,15 @@ void read_loop(const text::YamlNode& node, Scenario& scenario, Diagnostics& diag
 Result<void> unroll(Scenario& scenario) {
   std::erase_if(scenario.timeline, [](const Injection& injection) { return injection.again; });
   if (!scenario.loop) return {};
+  // As they come, in which order they are numbered.
+  std::vector<Injection> timeline = scenario.timeline;
+  std::stable_sort(timeline.begin(), timeline.end(), [](const auto& a, const auto& b) { return a.at < b.at; });
   std::vector<Injection> round;
   Standing standing(scenario);
-  for (const Injection& injection : scenario.timeline) {
+  for (const Injection& injection : timeline) {
     standing.put(injection.what);
     if (!is_before(scenario, injection)) round.push_back(injection);
   }
-  std::stable_sort(round.begin(), round.end(), [](const auto& a, const auto& b) { return a.at < b.at; });
   const TimePoint end = TimePoint{} + scenario.duration;
   const Duration length = length_of(scenario);
   for (Duration shift = length; !round.empty() && round.front().at + shift <= end; shift += length) {

@@ -54,6 +54,15 @@ std::vector<std::string> timeline(const Scenario& scenario) {
   return out;
 }
 
+TEST_F(Loop, FaultsAreNumberedAsTheyComeHoweverTheyAreWritten) {
+  Scenario scenario = loaded(
+      "duration: 500 ms\nloop: {from: 3, to: 4}\n"
+      "timeline: [{at: 300 ms, clear: 1}, {at: 250 ms, late: d.a}, {at: 200 ms, late: d.b}]\n");
+  ASSERT_TRUE(unroll(scenario));
+  EXPECT_THAT(timeline(scenario), ElementsAre("300 clear 1", "250 d.a is late", "200 d.b is late",
+                                              "400 d.b is late again", "450 d.a is late again", "500 clear 3 again"));
+}
+
 TEST_F(Loop, NumbersOfLaterRoundsAreThoseOfTheFirst) {
   const Scenario scenario = loaded("loop: {from: 4, to: 5, choices: {m: [3, 5]}, orders: [2, 2]}\n");
   ASSERT_TRUE(scenario.loop);

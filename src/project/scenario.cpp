@@ -140,7 +140,7 @@ void read_orders(const text::YamlNode& node, Scenario& scenario, Diagnostics& di
     const auto number = reader.integer("number");
     if (!number || *number < 1) {
       reader.error(entry.span, "scenario.order",
-                   "order needs \"number\": at which of the instants with messages for several parts, from 1");
+                   "order needs \"number\": which of the times at which something is due for several parts, from 1");
     }
     order.number = static_cast<std::uint64_t>(std::max<std::int64_t>(number.value_or(1), 1));
     order.first = reader.required_string("first");

@@ -25,6 +25,8 @@ class Arrivals {
 
   /// @param plan  Of which leaves and deadlines are looked at; borrowed.
   explicit Arrivals(const project::Plan& plan);
+  Arrivals(const Arrivals&) = delete;
+  Arrivals& operator=(const Arrivals&) = delete;
 
   /// The observations of the recording, in order. True: it was one of these, and nothing else is to be known of it.
   bool note(const Message& message);
@@ -56,12 +58,12 @@ class Arrivals {
   std::map<std::string, std::size_t, std::less<>> leaves_;
   Activations ticks_;
   Activations halts_;
-  std::map<std::uint64_t, Activation*> open_;                        // by call
-  std::map<std::string, Activation*, std::less<>> latest_ticks_;     // by leaf
-  std::map<std::string, Activation*, std::less<>> latest_halts_;     // likewise
-  std::map<std::string, std::vector<std::uint64_t>> published_;      // by topic or call: sequence numbers
-  std::map<std::string, std::ptrdiff_t> published_now_;              // by topic or call
-  std::map<std::size_t, std::optional<Activation>> ticking_;         // by leaf: what was last asked of it
+  std::map<std::uint64_t, Activation*> open_;                     // by call
+  std::map<std::string, Activation*, std::less<>> latest_ticks_;  // by leaf
+  std::map<std::string, Activation*, std::less<>> latest_halts_;  // likewise
+  std::map<std::string, std::vector<std::uint64_t>> published_;   // by topic or call: sequence numbers
+  std::map<std::string, std::ptrdiff_t> published_now_;           // by topic or call
+  std::map<std::size_t, std::optional<Activation>> ticking_;      // by leaf: what was last asked of it
   std::map<std::size_t, std::optional<Activation>> halting_;
   // By leaf, topic and the publication's number on it, from 1.
   std::map<std::tuple<std::size_t, std::string, std::ptrdiff_t>, TimePoint> late_topics_;

@@ -141,7 +141,8 @@ TEST_F(Replays, WhatIsWrongWithARecordedProjectIsSaidOfTheRecording) {
   const auto folder = run.extract();
   ASSERT_TRUE(folder);
   const SourceSpan place{(folder->parent_path() / "A.scxml").string(), 3, 1};
-  const Diagnostics told = run.errors_in({{Severity::kWarning, "a.b", "told then", place}, {Severity::kError, "a.c", "wrong", place}});
+  const Diagnostics told =
+      run.errors_in({{Severity::kWarning, "a.b", "told then", place}, {Severity::kError, "a.c", "wrong", place}});
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(to_string(told[0]).find(run.path() + "/"), 0U) << to_string(told[0]);
   EXPECT_TRUE(told[0].span.file.ends_with("A.scxml"));

@@ -244,7 +244,7 @@ void ActionClient::follow() {
     }
     for (const auto& [id, told] : ended) goals_.erase(id);
     lock.unlock();
-    for (auto& [id, told] : ended) publish("result", std::move(told));
+    for (const auto& [id, told] : ended) publish("result", told);
     lock.lock();
   }
 }
@@ -253,11 +253,11 @@ void ActionClient::take_feedback(const Octets& message) {
   if (message.size() < kEncapsulation + kGoalIdSize) return;
   auto feedback = type_.read_feedback(message);
   if (!feedback) return trouble(feedback.error().message);
-  publish("feedback", std::move(*feedback));
+  publish("feedback", *feedback);
 }
 
 void ActionClient::take_statuses(const Octets& message) {
-  for (Map& told : type_.read_statuses(message, statuses_)) publish("status", std::move(told));
+  for (const Map& told : type_.read_statuses(message, statuses_)) publish("status", told);
 }
 
 }  // namespace sentree::ros

@@ -73,7 +73,7 @@ class RosCaller final : public rpc::Caller {
       : node_(std::move(node)), interface_(std::move(interface)), options_(std::move(options)) {}
   ~RosCaller() override { end(); }
 
-  Result<void> open(const GraphAddress& address, const std::string& base) {
+  Result<void> begin(const GraphAddress& address, const std::string& base) {
     name_ = base;
     if (form_of(*interface_) == Form::kAction) {
       auto action = ActionClient::of(node_, interface_, base);
@@ -218,7 +218,7 @@ class RosCaller final : public rpc::Caller {
       const bool closed = closed_;
       lock.unlock();
       rpc::Outcome out = closed ? refused(CallErrorKind::kUnreachable, "the client has been closed") : make(job);
-      finish(std::move(job), std::move(out));
+      finish(job, std::move(out));
       lock.lock();
     }
   }
@@ -604,7 +604,7 @@ class Ros final : public rpc::Middleware {
     const std::string base = parsed->name_of(address.service.empty() ? options.target : address.service);
     const bool is_probe = interface->find(kProbe) != nullptr;
     auto out = std::make_unique<RosCaller>(*node, std::move(interface), std::move(options));
-    if (auto opened = out->open(*parsed, is_probe ? parsed->name : base); !opened)
+    if (auto opened = out->begin(*parsed, is_probe ? parsed->name : base); !opened)
       return tl::unexpected(std::move(opened.error()));
     out->settle();
     return std::unique_ptr<rpc::Caller>(std::move(out));

@@ -48,7 +48,7 @@ class AsyncClient::Impl {
       CallError error = line_->unreachable(closed_ ? "the client has been closed"
                                                    : fmt::format("{} calls are waiting already", kAsyncCallsMax));
       lock.unlock();
-      return finish(std::move(job), tl::unexpected(std::move(error)));
+      return finish(job, tl::unexpected(std::move(error)));
     }
     const bool free = !busy_ && !sending_ && !flight_ && waiting_.empty();
     const std::shared_ptr<Link> connection = free ? line_->prepare(method, job.arguments) : nullptr;
@@ -79,11 +79,11 @@ class AsyncClient::Impl {
     if (!waiting_.empty()) wake();
   }
 
-  void open(Deadline deadline, Done done) {
+  void open(Deadline deadline, const Done& done) {
     {
       const std::lock_guard lock(mutex_);
       if (!closed_ && waiting_.size() < kAsyncCallsMax) {
-        waiting_.push_back({nullptr, {}, deadline, std::move(done)});
+        waiting_.push_back({nullptr, {}, deadline, done});
         return wake();
       }
     }
@@ -184,7 +184,7 @@ class AsyncClient::Impl {
     // What follows half a request would be taken for its other half.
     if (std::exchange(has_rest_, false)) line_->drop();
     lock.unlock();
-    finish(std::move(job), std::move(out));
+    finish(job, std::move(out));
     lock.lock();
   }
 
@@ -262,7 +262,7 @@ void AsyncClient::call(const idl::Method& method, Value arguments, Deadline dead
   impl_->call(method, std::move(arguments), deadline, std::move(done));
 }
 
-void AsyncClient::open(Deadline deadline, Done done) { impl_->open(deadline, std::move(done)); }
+void AsyncClient::open(Deadline deadline, const Done& done) { impl_->open(deadline, done); }
 void AsyncClient::close() { impl_->close(); }
 void AsyncClient::end() { impl_->end(); }
 ClientCounters AsyncClient::counters() const { return impl_->counters(); }

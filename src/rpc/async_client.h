@@ -31,7 +31,7 @@ class AsyncClient final : public Caller {
   [[nodiscard]] const idl::Service& interface() const override;
   using Caller::call;
   void call(const idl::Method& method, Value arguments, Deadline deadline, Done done) override;
-  void open(Deadline deadline, Done done) override;
+  void open(Deadline deadline, const Done& done) override;
   void close() override;
   void end() override;
   [[nodiscard]] ClientCounters counters() const override;

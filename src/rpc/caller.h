@@ -38,7 +38,7 @@ class Caller {
 
   /// Connects now instead of with the first call; `done` as of `call`, with null once calls can be made. Calls that are
   /// made meanwhile wait behind it.
-  virtual void open(Deadline /*deadline*/, Done done) { done(Value()); }
+  virtual void open(Deadline /*deadline*/, const Done& done) { done(Value()); }
 
   /// Fails all calls, now and later, as kUnreachable. Idempotent.
   virtual void close() = 0;

@@ -32,7 +32,7 @@ class Durability::Port final : public ServicePort {
     durability_.make(leaf, call, *port_);
     return true;
   }
-  void open(std::function<void()> done) override { port_->open(std::move(done)); }
+  void open(const std::function<void()>& done) override { port_->open(done); }
   void call(const idl::Method& method, Value args, Done done) override {
     port_->call(method, std::move(args), std::move(done));
   }

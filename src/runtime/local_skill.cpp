@@ -45,6 +45,8 @@ void SkillActor::take(mission::Delivery delivery) {
   if (is_tick && took_other_ >= asked_.load()) tell_taken("tick", Map());
   if (std::holds_alternative<mission::HaltSkill>(what) && took_ >= halt_asked_.load()) tell_taken("halt", Map());
   if (const auto* timer = std::get_if<mission::SkillTimer>(&what); timer != nullptr && timer->when == state_.wake) {
+    if (const TimePoint at = timer_arrival_ ? timer_arrival_(timers_ + 1) : TimePoint{}; at > now())
+      return scheduler_.at(actor_, at, mission::Rank::kTimer, addressed(*timer));
     ++timers_;
     if (took_ >= timer->when) tell_taken("timer", {{"number", static_cast<std::int64_t>(timers_)}});
   }
@@ -165,8 +167,6 @@ void SkillActor::send(const mission::Shared<mission::Call>& call, const idl::Met
 }
 
 void SkillActor::deliver_at(TimePoint when, mission::Rank rank, mission::SkillDelivery what) {
-  if (timer_arrival_ && std::holds_alternative<mission::SkillTimer>(what))
-    when = std::max(when, timer_arrival_(timers_ + 1));
   scheduler_.at(actor_, when, rank, addressed(std::move(what)));
 }
 

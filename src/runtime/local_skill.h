@@ -135,7 +135,7 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   std::atomic<bool> given_up_ = false;
   std::string why_;  // it was given up; written before given_up_
   std::map<std::string, std::unique_ptr<ServicePort>> ports_;
-  std::mutex order_mutex_;                 // of state_.not_before
+  std::mutex order_mutex_;  // of state_.not_before
   // For the latest tick and halt, unless a fault holds it back.
   std::atomic<TimePoint> asked_ = kNever;
   std::atomic<TimePoint> halt_asked_ = kNever;

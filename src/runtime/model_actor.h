@@ -9,6 +9,7 @@
 #include "sentree/runtime/publisher.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
+#include "sentree/runtime/standing.h"
 #include "sentree/runtime/topics.h"
 #include "sentree/runtime/watchdog.h"
 
@@ -22,6 +23,7 @@ class ModelActor final : private mission::ModelHost {
   struct Surroundings {
     Publisher& publisher;
     Scheduler& scheduler;
+    StandingFaults& faults;
     Watchdog* watchdog = nullptr;
     /// Gives a skill the outcome of its call; in the model's actor.
     std::function<void(std::size_t leaf, mission::Outcome outcome)> answer;
@@ -59,6 +61,9 @@ class ModelActor final : private mission::ModelHost {
     scheduler_.at(actor_, when, rank, addressed(std::move(what)));
   }
   std::optional<std::uint64_t> choose(const mission::Choice& choice) override { return surroundings_.choose(choice); }
+  bool is_made_late(std::string_view call) override {
+    return surroundings_.faults.fails(mission::Failing::kLate, call);
+  }
   void answer(std::size_t leaf, const mission::Shared<mission::Call>& call, mission::CallOutcome outcome) override;
   void problem(const std::string& what) override { surroundings_.problem(what); }
 

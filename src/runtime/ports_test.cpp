@@ -27,8 +27,9 @@ struct PortsSeen {
 
 class FakePort final : public ServicePort {
  public:
-  FakePort(PortsSeen& told, std::string name, bool is_there) : told_(told), name_(std::move(name)), is_there_(is_there) {}
-  void open(std::function<void()> done) override {
+  FakePort(PortsSeen& told, std::string name, bool is_there)
+      : told_(told), name_(std::move(name)), is_there_(is_there) {}
+  void open(const std::function<void()>& done) override {
     told_.add("open " + name_);
     done();
   }
@@ -50,13 +51,14 @@ class Ports : public testing::Test {
  protected:
   void SetUp() override {
     put("interfaces/s.thrift", "service S { i32 ask() }\nservice T { oneway void said() }\n");
-    put("skills/Ask.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="asking">
+    put("skills/Ask.scxml",
+        R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="asking">
   <datamodel><data id="tries" expr="0"/></datamodel>
   <state id="asking">
     <onentry><send type="thrift" target="s" event="ask"/><send type="thrift" target="t" event="said"/></onentry>
     <transition event="s.ask.reply" target="success"/>
-    <transition event="s.ask.error" cond="tries == 2" target="failure"/>
-    <transition event="s.ask.error" target="asking"><assign location="tries" expr="tries + 1"/></transition>
+    <transition event="error.communication" cond="tries == 2" target="failure"/>
+    <transition event="error.communication" target="asking"><assign location="tries" expr="tries + 1"/></transition>
     <transition event="halt" target="failure"/>
   </state>
   <final id="success"/>

@@ -179,7 +179,8 @@ class RealScheduler final : public Scheduler {
     add_timer(to, {when, rank, 0, std::move(delivery)});
   }
 
-  void on_order(std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)>) override {}
+  void on_order(std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)>,
+                std::function<bool(const mission::Delivery&)>) override {}
 
   void hold(bool held) override {
     clock_.hold(held);

@@ -55,8 +55,8 @@ std::unique_ptr<ServicePort> Run::Impl::make_port(const project::ServicePlan& se
                            make_sim_port(*sim_, service.interface, service.robot));
   }
   if (service.at == "model") return steering_.guard(service.name, "", make_model_port(*model_of(service.name), leaf));
-  auto port = elsewhere_ ? elsewhere_->make_port(service, scenario_.project.deadlines.call)
-                         : std::make_unique<UnreachablePort>(service.name);
+  auto port = elsewhere_ ? elsewhere_->make_port(service, scenario_.project.deadlines.call) : nullptr;
+  if (!port) port = std::make_unique<UnreachablePort>(service.name);
   return durability_ ? durability_->guard(std::move(port)) : std::move(port);
 }
 

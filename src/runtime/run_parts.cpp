@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "sentree/base/assert.h"
+#include "sentree/mission/effect.h"
 
 namespace sentree::runtime {
 
@@ -93,10 +94,15 @@ void Run::Impl::make_durable() {
 // Those that the scenario wants among deliveries that are due at one instant.
 void Run::Impl::follow_orders() {
   if (scenario_.orders.empty()) return;
-  scheduler_->on_order([this](std::uint64_t number, std::span<const mission::Delivery* const> due) {
+  const auto decide = [this](std::uint64_t number, std::span<const mission::Delivery* const> due) {
     const auto first = mission::scripted(plan_, number, due);
     if (!first) problem(fmt::format("order {} of the scenario: nothing is due for the part that it names", number));
     return first.value_or(0);
+  };
+  scheduler_->on_order(decide, [this](const mission::Delivery& what) {
+    return mission::has_effect(what, mission_->state(), [this](bool is_model, std::size_t part) {
+      return is_model ? models_[part]->state().wake : skills_[part]->state().wake;
+    });
   });
 }
 
@@ -116,6 +122,7 @@ void Run::Impl::make_models() {
         ModelActor::Surroundings{
             .publisher = publisher_,
             .scheduler = *scheduler_,
+            .faults = steering_.faults(),
             .watchdog = &watchdog_,
             .answer = [this](std::size_t leaf,
                              mission::Outcome outcome) { skills_[leaf]->take_outcome(std::move(outcome)); },

@@ -104,7 +104,8 @@ class Scheduler : public Clock {
   /// Which of several deliveries to different parts, due at one instant, comes first: by the number of that instant,
   /// from 1, and in the order of virtual time. Nothing of it in real time. Before the run.
   virtual void on_order(
-      std::function<std::size_t(std::uint64_t number, std::span<const mission::Delivery* const> due)> decide) = 0;
+      std::function<std::size_t(std::uint64_t number, std::span<const mission::Delivery* const> due)> decide,
+      std::function<bool(const mission::Delivery&)> has_effect) = 0;
 
   /// Between two tasks, in real time while it is held and nobody else is at work: its part of the state of a run. Tasks
   /// that are no deliveries belong to who posted them and are left out.

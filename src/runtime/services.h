@@ -24,9 +24,9 @@ class ServicePort {
   /// Whether the call goes to a part of the run as data, whose outcome comes back to the skill of `leaf` as data too;
   /// else `call` makes it.
   virtual bool take(std::size_t /*leaf*/, const mission::Shared<mission::Call>& /*call*/) { return false; }
-  /// Gets ready for calls before there are any; `done` once it is, or cannot: before this returns, or later from another
-  /// thread.
-  virtual void open(std::function<void()> done) { done(); }
+  /// Gets ready for calls before there are any; `done` once it is, or cannot: before this returns, or later from
+  /// another thread.
+  virtual void open(const std::function<void()>& done) { done(); }
   /// `args` conform to the method. `done` is called once: before this returns, or later from another thread.
   virtual void call(const idl::Method& method, Value args, Done done) = 0;
 };

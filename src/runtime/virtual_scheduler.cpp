@@ -74,8 +74,10 @@ class VirtualScheduler final : public Scheduler {
     std::make_heap(queue_.begin(), queue_.end(), Later());
   }
 
-  void on_order(std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)> decide) override {
+  void on_order(std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)> decide,
+                std::function<bool(const mission::Delivery&)> has_effect) override {
     decide_ = std::move(decide);
+    has_effect_ = std::move(has_effect);
   }
 
   // In a thread of its own, so that the caller comes back even from a script that does not.
@@ -215,26 +217,40 @@ class VirtualScheduler final : public Scheduler {
   // Brings to the front what is decided to come first of the deliveries that are due now.
   void reorder() {
     const Entry& top = queue_.front();
-    if (top.rank == mission::Rank::kTick || !is_delivery(top)) return;
+    const auto may_wait = [](const Entry& entry) {
+      return entry.rank != mission::Rank::kTick && entry.rank != mission::Rank::kInjection;
+    };
+    if (!may_wait(top) || !is_delivery(top)) return;
     std::vector<Entry*> due;
     for (Entry& entry : queue_) {
-      if (entry.when == top.when && entry.rank == top.rank && is_delivery(entry)) due.push_back(&entry);
+      if (entry.when == top.when && may_wait(entry) && is_delivery(entry)) due.push_back(&entry);
     }
-    std::sort(due.begin(), due.end(), [](const Entry* a, const Entry* b) { return a->order < b->order; });
-    // The first of each part: what is on its way to one keeps its order.
+    std::sort(due.begin(), due.end(), [](const Entry* a, const Entry* b) {
+      return a->rank != b->rank ? a->rank < b->rank : a->order < b->order;
+    });
+    // The first of each part that finds what it was meant for: what is on its way to one keeps its order.
     std::vector<Entry*> first;
     for (Entry* entry : due) {
-      if (std::none_of(first.begin(), first.end(), [&](const Entry* f) { return f->actor == entry->actor; }))
+      if (due.size() > 1 &&
+          std::none_of(first.begin(), first.end(), [&](const Entry* f) { return f->actor == entry->actor; }) &&
+          has_effect_(std::get<mission::Delivery>(things_[entry->thing])))
         first.push_back(entry);
     }
     if (first.size() < 2) return;
     std::vector<const mission::Delivery*> asked;
     for (const Entry* entry : first) asked.push_back(&std::get<mission::Delivery>(things_[entry->thing]));
-    const std::size_t which = decide_(++orders_, asked);
-    if (which == 0) return;
-    // It takes the place of the first; those between move one back.
-    const auto chosen = std::find(due.begin(), due.end(), first[which]);
-    for (auto at = chosen; at != due.begin(); --at) std::swap((*chosen)->order, (*std::prev(at))->order);
+    Entry* const chosen = first[decide_(++orders_, asked)];
+    // It takes the place of what is in front; those of that rank move one back.
+    if (chosen == &queue_.front()) return;
+    std::vector<Entry*> line{chosen};
+    std::vector<std::uint64_t> orders;
+    for (Entry* entry : due) {
+      if (entry != chosen && entry->rank == top.rank) line.push_back(entry);
+    }
+    chosen->rank = top.rank;
+    for (const Entry* entry : line) orders.push_back(entry->order);
+    std::sort(orders.begin(), orders.end());
+    for (std::size_t i = 0; i < line.size(); ++i) line[i]->order = orders[i];
     std::make_heap(queue_.begin(), queue_.end(), Later());
   }
 
@@ -369,6 +385,7 @@ class VirtualScheduler final : public Scheduler {
   std::uint64_t orders_ = 0;    // instants at which an order was decided
   std::uint64_t executed_ = 0;  // the order of what is executed
   std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)> decide_;
+  std::function<bool(const mission::Delivery&)> has_effect_;
   std::atomic<bool> stopped_ = false;  // an interrupt comes from another thread
   std::optional<std::string> error_;
   std::vector<std::string> names_;

@@ -323,7 +323,7 @@ bool Conversation::advance(Request& request) {
     }
     const std::string chart = text_of(request.body, "chart");
     if (Value folded = folded_chart(composer_->subject, chart, closed); !folded.is_null())
-      answer(request.id, std::move(folded));
+      answer(request.id, folded);
     else
       refuse(request.id, fmt::format("there is no chart \"{}\"", chart));
   } else if (request.op == "transitions") {
@@ -391,7 +391,7 @@ void Conversation::steer(const Request& request) {
 void Conversation::steered(std::int64_t id, Result<Value> result) {
   --steering_;
   if (result)
-    answer(id, std::move(*result));
+    answer(id, *result);
   else
     refuse(id, result.error().message);
 }

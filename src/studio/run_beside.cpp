@@ -30,6 +30,7 @@ struct Part {
 
   const project::Plan plan;
   std::string file;
+  std::string continues;  // file of the part before; empty: none
   std::unique_ptr<Live> live = Live::beside(plan);
   RunAccess access = live->access();
   std::optional<mission::State> from;  // where it goes on
@@ -138,6 +139,7 @@ struct RunBeside::Impl {
 
   void go_on_with(Successor& successor, const std::string& before) {
     Part& next = *successor.part;
+    next.continues = before;
     runtime::RunOptions how;
     how.from = &*next.from;
     how.paused = successor.pace.paused;
@@ -268,6 +270,8 @@ Loaded<std::vector<std::string>> RunBeside::replace(project::Plan plan, std::vec
 }
 
 std::string RunBeside::file() const { return impl_->current()->file; }
+
+std::string RunBeside::continues() const { return impl_->current()->continues; }
 
 std::string RunBeside::problem() const {
   const std::lock_guard lock(impl_->mutex);

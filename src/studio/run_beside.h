@@ -46,6 +46,8 @@ class RunBeside {
   void end();
   /// The recording's name in its folder.
   [[nodiscard]] std::string file() const;
+  /// The recording of what was before the last replacement; empty: there was none.
+  [[nodiscard]] std::string continues() const;
   /// Why the recording or the run is not whole; empty: it is, so far.
   [[nodiscard]] std::string problem() const;
   /// How pages reach it, also after its end.

@@ -56,6 +56,7 @@ Value Workshop::Impl::runs() const {
   return Map{{"recordings", std::move(names)},
              {"on_show", on_show},
              {"goes_on", goes_on && beside ? Value(beside->file()) : Value()},
+             {"continues", beside && on_show == beside->file() ? beside->continues() : ""},
              {"outdated", goes_on && beside && beside_of != revision},
              {"problem", beside ? beside->problem() : ""}};
 }

@@ -99,6 +99,44 @@ std::vector<Known> known() {
     orders.expected.push_back({std::string("p") + one, "refuted@0.05", {}});
   }
   all.push_back(std::move(orders));
+  all.push_back(
+      {"AnswerAndTimerAtOneInstant",
+       "At 50 ms one leaf is answered, and the other's timer lets it ask.",
+       "<ParallelAll><Action ID=\"Later\"/><Condition ID=\"Ask\"/></ParallelAll>",
+       chart("<state id=\"t\"><transition event=\"d.ask.request\"><send type=\"thrift\" target=\"d\" "
+             "event=\"ask.reply\" delay=\"50ms\"><param name=\"result\" expr=\"6\"/></send></transition></state>"),
+       "a: event(reply(d.ask from Ask)) precedes event(request(d.ask from Later)).\n"
+       "b: event(request(d.ask from Later)) precedes event(reply(d.ask from Ask)).\n",
+       {{"a", "refuted@0.05", {}}, {"b", "refuted@0.05", {}}},
+       "deadlines: {call: 60 ms, condition: 80 ms}\n"});
+  all.push_back(
+      {"AnswerAndOwnTimerAtOneInstant",
+       "At 50 ms a leaf is answered, and gives up waiting for that.",
+       "<Action ID=\"Either\"/>",
+       chart("<state id=\"t\"><transition event=\"d.ask.request\"><send type=\"thrift\" target=\"d\" "
+             "event=\"ask.reply\" delay=\"50ms\"><param name=\"result\" expr=\"6\"/></send></transition></state>"),
+       "a: never observation(mission.status).status = FAILURE.\n"
+       "b: never observation(mission.status).status = SUCCESS.\n",
+       {{"a", "refuted@0.1", {}}, {"b", "refuted@0.1", {}}},
+       "deadlines: {call: 60 ms, condition: 80 ms}\n"});
+  // What is due for nothing any more is counted by nobody: at 100 ms and 200 ms the model's timer and the end of Z's
+  // time.
+  Known late{
+      "ThreeBehindOtherInstants",
+      "Three timers ring at 250 ms, behind instants at which the model's own timer rings.",
+      "<Sequence><Action ID=\"Later\" name=\"Z\"/><Sleep msec=\"100\"/><ParallelAll><Action ID=\"Later\" "
+      "name=\"A\"/><Action ID=\"Later\" name=\"B\"/><Action ID=\"Later\" name=\"C\"/></ParallelAll></Sequence>",
+      chart("<datamodel><data id=\"k\" expr=\"0\"/></datamodel><state id=\"t\"><onentry><send event=\"beat\" "
+            "delay=\"100ms\"/></onentry><transition event=\"beat\" target=\"t\"/><transition event=\"d.ask.request\">" +
+            assign("k", "k + 1") + reply("k") + "</transition></state>"),
+      "let x = reply(d.ask from A)\nlet y = reply(d.ask from B)\nlet z = reply(d.ask from C)\n",
+      {}};
+  for (const char* const one : {"234", "342", "432"}) {
+    late.requirements +=
+        std::string("p") + one + ": never (x = " + one[0] + " and y = " + one[1] + " and z = " + one[2] + ").\n";
+    late.expected.push_back({std::string("p") + one, "refuted@0.25", {}});
+  }
+  all.push_back(std::move(late));
   // ---- time
   all.push_back({"BoundsAreClosed",
                  "Asked at 0, 100, 200 ms …; windows and bounds are closed.",
@@ -435,6 +473,16 @@ std::vector<Known> known() {
                   {"d", "holds", {}},
                   {"e", "refuted", {}}},
                  "verify: {faults: {any_of: [{late: d.ask}]}}\n"});
+  all.push_back(
+      {"LateWhenTheDeadlineIsOver",
+       "Asked at 100 ms and answered at 120, which the fault keeps back until the call is late, at 140.",
+       kAgain,
+       chart("<state id=\"t\"><transition event=\"d.ask.request\"><send type=\"thrift\" target=\"d\" "
+             "event=\"ask.reply\" delay=\"20ms\"><param name=\"result\" expr=\"3\"/></send></transition></state>"),
+       "a: whenever event(request(d.ask)), (event(error(d.ask)) or event(reply(d.ask))) within 40 ms.\n"
+       "b: never event(error(d.ask)).\n",
+       {{"a", "holds", {}}, {"b", "refuted@0.14", {}}},
+       "verify: {faults: {any_of: [{late: d.ask}]}}\n"});
   all.push_back({"AnswerHeldBack",
                  "By 30 ms, which is in time for the call.",
                  kAgain,
@@ -543,6 +591,11 @@ class KnownVerdicts : public ::testing::TestWithParam<Known> {
                 "target=\"a\"/></state><state id=\"a\"><onentry><send type=\"thrift\" target=\"d\" event=\"ask\"/>"
                 "</onentry><transition event=\"d.ask.reply\" target=\"success\"/><transition event=\"error\" "
                 "target=\"failure\"/></state><final id=\"success\"/><final id=\"failure\"/>"));
+    write(
+        "skills/Either.scxml",
+        chart("<state id=\"w\"><onentry><send type=\"thrift\" target=\"d\" event=\"ask\"/><send event=\"go\" "
+              "delay=\"50ms\"/></onentry><transition event=\"go\" target=\"failure\"/><transition event=\"d.ask.reply "
+              "error\" target=\"success\"/></state><final id=\"success\"/><final id=\"failure\"/>"));
     write("models/m.scxml", of.model);
     const bool two = !of.other_model.empty();
     if (two) write("models/n.scxml", of.other_model);

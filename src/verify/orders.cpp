@@ -55,28 +55,27 @@ void Orders::want(const OrderedPeriod& period, std::span<const std::uint64_t> he
       continue;
     }
     heard_by_.assign(group.size * words_, 0);
-    comes_first_.assign(group.size, false);
     for (std::size_t i = 0; i < group.size; ++i) {
       for (const std::uint32_t number : group.observed(i)) {
         for (std::size_t w = 0; w < words_; ++w) heard_by_[i * words_ + w] |= hearers[number * words_ + w];
       }
-      const auto& step = group.step(i);
-      const auto puts = group.puts(i);
-      comes_first_[i] = std::any_of(puts.begin(), puts.end(), [&](const PartMemory::Trace::Put& put) {
-        return put.when == step.when && put.rank < step.rank;
-      });
     }
     want_in(group, open);
   }
 }
 
-// One of them puts what comes before all that is due with it, the other one among that.
-bool Orders::keeps_apart(const Group& group, std::size_t a, std::size_t b) const {
-  return group.step(a).rank == group.step(b).rank && (comes_first_[a] || comes_first_[b]);
+// One step puts something to the part of the other that this takes before what it has taken.
+bool Orders::overtakes(const Group& group, std::size_t a, std::size_t b) {
+  const auto& taken = group.step(b);
+  const auto puts = group.puts(a);
+  return std::any_of(puts.begin(), puts.end(), [&](const PartMemory::Trace::Put& put) {
+    return put.part == taken.part && put.when == taken.when && put.rank < taken.rank;
+  });
 }
 
 bool Orders::depends(const Group& group, std::size_t a, std::size_t b) const {
-  if (keeps_apart(group, a, b) || (group.step(a).asks_faults && group.step(b).asks_faults)) return true;
+  if (group.step(a).asks_faults && group.step(b).asks_faults) return true;
+  if (overtakes(group, a, b) || overtakes(group, b, a)) return true;
   for (std::size_t w = 0; w < words_; ++w) {
     if ((heard_by_[a * words_ + w] & heard_by_[b * words_ + w]) != 0) return true;
   }
@@ -98,16 +97,15 @@ void Orders::want_in(const Group& group, std::vector<OpenDecision>& open) {
       const auto& first = group.step(i);
       const auto& second = group.step(j);
       if (is_before(i, j)) {
-        // What comes between them since the first put it can come only with that behind the second.
-        if (first.part != second.part && keeps_apart(group, i, j)) races_.push_back(i);
+        // By what the first put, which comes between them; but the second could have been taken before that was there.
+        if (first.part != second.part && overtakes(group, i, j)) races_.push_back(i);
         continue;
       }
       const bool follows = first.part == second.part || second.put_by == group.begin + i;
       if (!follows && !depends(group, i, j)) continue;
       for (std::size_t w = 0; w < row_; ++w) before_[j * row_ + w] |= before_[i * row_ + w];
       before_[j * row_ + i / 64] |= std::uint64_t{1} << (i % 64);
-      // What is due later in rank comes later.
-      if (!follows && first.rank == second.rank) races_.push_back(i);
+      if (!follows) races_.push_back(i);
     }
     for (const std::size_t i : races_) want_for(group, i, j, open);
   }

@@ -36,7 +36,7 @@ struct OrderedPeriod {
 /// Finds the orders of steps at one instant that somebody can tell apart, in what was executed.
 ///
 /// Two steps of different parts do the same in either order, unless both put something on the same way to one part, one
-/// monitor hears of both, both ask for faults that stand, or one puts what comes before all that is due. A run stands
+/// monitor hears of both, both ask for faults that stand, or one puts what the other's part takes first. A run stands
 /// for all that differ from it only by exchanging such steps; for each pair that cannot be exchanged the other order is
 /// wanted as well (Flanagan, Godefroid 2005; source sets: Abdulla, Aronis, Jonsson, Sagonas 2014). Choices are
 /// independent of each other as long as nothing has a probability.
@@ -51,7 +51,7 @@ class Orders {
 
  private:
   struct Group;
-  [[nodiscard]] bool keeps_apart(const Group& group, std::size_t a, std::size_t b) const;
+  [[nodiscard]] static bool overtakes(const Group& group, std::size_t a, std::size_t b);
   [[nodiscard]] bool depends(const Group& group, std::size_t a, std::size_t b) const;
   void want_in(const Group& group, std::vector<OpenDecision>& open);
   void want_for(const Group& group, std::size_t first, std::size_t second, std::vector<OpenDecision>& open);
@@ -61,7 +61,6 @@ class Orders {
 
   std::size_t words_;
   std::vector<std::uint64_t> heard_by_;  // by step of the group
-  std::vector<bool> comes_first_;        // likewise: what it puts comes before all that is due with it
   std::size_t row_ = 0;
   std::vector<std::uint64_t> before_;  // by step: those that come before it in every order that is alike
   std::vector<std::size_t> races_;

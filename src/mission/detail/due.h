@@ -4,24 +4,27 @@
 #include <cstddef>
 #include <vector>
 
-#include "sentree/mission/state.h"
+#include "sentree/mission/delivery.h"
 
 namespace sentree::mission::detail {
 
-/// The places in a queue, ordered by time and rank, one of which comes next: the first delivery to each part, since
-/// what is on its way to one part keeps its order. Cost: deliveries due × parts; nothing is allocated where one alone
-/// is due.
-/// @param queue  Not empty; its entries have `when` and `rank`.
-/// @param same   Whether the entries at two places are for one part.
-/// @param at     Is filled, in the order of the queue. Empty: the first entry comes next, as ticks always do.
-template <class Queue, class Same>
-void due(const Queue& queue, const Same& same, std::vector<std::size_t>& at) {
+/// The places in a queue, ordered by time and rank, one of which comes next: the first delivery to each part that finds
+/// what it was meant for, since what is on its way to one part keeps its order. Cost: deliveries due × parts; nothing
+/// is allocated where one alone is due.
+/// @param queue    Not empty; its entries have `when` and `rank`.
+/// @param same     Whether the entries at two places are for one part.
+/// @param effects  Whether the entry at a place has an effect.
+/// @param at       Is filled, in the order of the queue. Empty: the first entry comes next, as ticks and what is done
+///                 from outside always do.
+template <class Queue, class Same, class Effects>
+void due(const Queue& queue, const Same& same, const Effects& effects, std::vector<std::size_t>& at) {
   at.clear();
   const auto& first = queue.front();
-  if (first.rank == Rank::kTick) return;
-  for (std::size_t i = 1; i < queue.size() && queue[i].when == first.when && queue[i].rank == first.rank; ++i) {
-    if (at.empty()) at.push_back(0);
-    if (std::none_of(at.begin(), at.end(), [&](std::size_t earlier) { return same(earlier, i); })) at.push_back(i);
+  const auto may_wait = [](Rank rank) { return rank != Rank::kTick && rank != Rank::kInjection; };
+  if (!may_wait(first.rank) || queue.size() < 2 || queue[1].when != first.when) return;
+  for (std::size_t i = 0; i < queue.size() && queue[i].when == first.when && may_wait(queue[i].rank); ++i) {
+    if (std::none_of(at.begin(), at.end(), [&](std::size_t earlier) { return same(earlier, i); }) && effects(i))
+      at.push_back(i);
   }
   if (at.size() == 1) at.clear();
 }

@@ -398,6 +398,7 @@ void visit_members(S& s, V&& visit) {
   visit("call", s.call);
   visit("due", s.due);
   visit("id", s.id);
+  visit("lost", s.lost);
 }
 // But `session`.
 template <class S, class V>

@@ -109,8 +109,8 @@ class RandomProject {
     for (std::uint64_t i = 0; i < states; ++i) {
       text += "<state id=\"s" + std::to_string(i) + "\"><onentry>";
       if (below(3) == 0)
-        text +=
-            "<send event=\"later\" delay=\"" + (devices_ > 1 ? "50" : number(1, 5) + pick({"0", "7", "50"})) + "ms\"/>";
+        text += "<send event=\"later\" delay=\"" +
+                (devices_ > 1 ? pick({"20", "40", "50"}) : number(1, 5) + pick({"0", "7", "50"})) + "ms\"/>";
       if (below(2) == 0) text += "<send type=\"thrift\" target=\"" + of + "\" event=\"ask\"/>";
       if (below(3) == 0)
         text += "<send type=\"thrift\" target=\"" + of + "\" event=\"put\"><param name=\"what\" expr=\"n\"/></send>";

@@ -9,6 +9,9 @@ import { interventions, text, until } from "../harness/browser.mjs";
 import { node } from "../harness/design.mjs";
 import { run } from "../harness/program.mjs";
 
+/** The robot is on its way for a quarter of an hour: on a slow machine too it is when the edits are applied. */
+const kSlowly = { "scenarios/slowly.yaml": "override:\n  world: {motion: {speed: 0.02}, battery: {initial: 100 %, drain_standing: 0 %/s}}\nduration: 2 h\n" };
+
 const pictures = process.env.SENTREE_PICTURES;
 if (pictures) mkdirSync(pictures, { recursive: true });
 
@@ -48,6 +51,11 @@ test("edits are applied to a run that is paused, or refused with all reasons", a
   await page.locator('[data-testid=tree] [aria-label^="InKitchen"]').waitFor();
   await at_work.waitFor();
   assert.equal(await text(page, "presence"), "❚❚ Paused");
+  // What was before is a run of its own, and one comes back from it.
+  await page.getByTestId("before-edits").click();
+  await page.locator('[data-testid=tree] [aria-label^="AtKitchen"]').waitFor();
+  await page.getByRole("button", { name: "Show the run" }).click();
+  await page.locator('[data-testid=tree] [aria-label^="InKitchen"]').waitFor();
   await page.getByRole("combobox", { name: "Speed of the run" }).selectOption("16");
   await page.getByTestId("pause").click();
   await until(async () => (await text(page, "presence")) !== "❚❚ Paused", "it goes on");
@@ -65,7 +73,7 @@ test("edits are applied to a run that is paused, or refused with all reasons", a
 });
 
 test("a project with errors is refused with reason and place; a run in real time goes on with the edits", async () => {
-  const { folder, program, page, close } = await open_beside("recharge", "normal");
+  const { folder, program, page, close } = await open_beside("recharge", "slowly", kSlowly);
   await begin_run(page, "In step with the clock");
   await until(async () => (await text(page, "presence")) === "● Live", "the run goes on");
   const file = join(folder, "mission.xml");

@@ -1,10 +1,14 @@
 // Runs that go on beside a project that is edited.
+import { writeFileSync } from "node:fs";
+import { join } from "node:path";
+
 import { text, until } from "./browser.mjs";
 import { copy_of, node, open_design, serve_design, settled } from "./design.mjs";
 
-/** The page of a copy of an example, with its tree and the shadow run of a scenario. */
-export async function open_beside(example, scenario) {
+/** The page of a copy of an example, with its tree and the shadow run of a scenario; `texts` are written into the copy. */
+export async function open_beside(example, scenario, texts = {}) {
   const folder = copy_of(example);
+  for (const [file, content] of Object.entries(texts)) writeFileSync(join(folder, file), content);
   const program = await serve_design(folder);
   const { page, close } = await open_design(program.url);
   await page.getByTestId("design-tree").waitFor();

@@ -16,7 +16,7 @@ export function Actions({ id, title, place, actions, offered = kActions }: { id:
     void gesture({ what: "insert_action", ...place, index: actions.length, xml }).then((done) => done && focus_field(`${id}-${actions.length}`, xml));
   };
   return (
-    <fieldset className="actions" data-actions={id}>
+    <fieldset className="executable" data-actions={id}>
       <legend>{title}</legend>
       {actions.map((xml, index) => (
         <div key={index} className="action">

@@ -15,6 +15,7 @@ import { transition_text } from "./chart_words";
 import { add_fresh_state, choose_state, choose_transition, chosen_transition, doc_of, focus_field, gesture, go_to, obstacle, refusal, useDesign } from "./design";
 import { line_start } from "./places";
 import { payload_of, play_chart, useSimulation } from "./simulate";
+import { in_turn } from "./turns";
 
 /** A transition that is being drawn, in pixels of the picture, and the state that it would lead to. */
 interface Line {
@@ -31,6 +32,19 @@ interface Carried {
   into: string | null;
   why_not: string | null;
 }
+
+/** What is done to a chart by key. */
+const kChartCommands: readonly { title: string; keys: string }[] = [
+  { title: "Add a state", keys: "Enter" },
+  { title: "Add a transition from CHOSEN", keys: "N" },
+  { title: "Choose the next state", keys: "S" },
+  { title: "Choose the next transition", keys: "T" },
+  { title: "Rename CHOSEN, or say its event", keys: "F2" },
+  { title: "What else can be done to CHOSEN", keys: "M" },
+  { title: "Hide what is inside of CHOSEN, or show it", keys: "C" },
+  { title: "Delete CHOSEN", keys: "Del" },
+];
+const kKeyNames: Readonly<Record<string, string>> = { Del: "Delete" };
 
 /** How near to its outline a state is held by its edge, on either side. */
 const kEdge_px = 7;
@@ -199,15 +213,18 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
     else void play_chart({ do: "send", event });
   };
 
+  // The same by name, for who does not know the keys.
+  const press_key = (keys: string) => {
+    svg.current?.focus();
+    svg.current?.dispatchEvent(new KeyboardEvent("keydown", { key: kKeyNames[keys] ?? keys, bubbles: true, cancelable: true }));
+  };
   const open_menu = () => {
     const box = (svg.current?.querySelector(".chosen") ?? svg.current)!.getBoundingClientRect();
     set_menu({ x: box.left + Math.min(box.width, 120), y: box.top + Math.min(box.height, 60) });
   };
   useCommand(
     { id: "design.chart", title: "Go to the chart", group: "Chart", run: () => svg.current?.focus() },
-    { id: "design.chart.new", title: "Add a state (Enter)", group: "Chart", run: () => focus_field("design-new-state") },
-    ...(chosen ? [{ id: "design.chart.transition", title: `Add a transition from ${chosen} (N)`, group: "Chart", run: () => focus_field("design-event") }] : []),
-    { id: "design.chart.menu", title: "What can be done to what is chosen in the chart (M)", group: "Chart", run: open_menu },
+    ...kChartCommands.map(({ title, keys }) => ({ id: `design.chart.${keys}`, title: title.replace("CHOSEN", chosen ?? (chosen_edge ? transition_text(chosen_edge) : "what is chosen")), group: "Chart", keys_there: [keys], run: () => press_key(keys) })),
   );
 
   return (
@@ -232,6 +249,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
           set_menu({ x: event.clientX, y: event.clientY });
         }}
         onKeyDown={(event) => {
+          if (!in_turn(event)) return;
           if (event.ctrlKey || event.metaKey || event.altKey) return;
           const remove = event.key === "Delete" || event.key === "Backspace";
           if (remove && chosen_edge) void gesture({ what: "remove_transition", transition: chosen_edge.transition });

@@ -22,6 +22,8 @@ export function Inspector() {
           <Key keys="Ctrl ↑ ↓" what="move among siblings" />
           <Key keys="W / U" what="wrap in … / unwrap" />
           <Key keys="E" what="as a tree of its own / back" />
+          <Key keys="D" what="a second one behind it" />
+          <Key keys="Ctrl C X V" what="copy, cut, paste" />
           <Key keys="F2" what="rename" />
           <Key keys="Del" what="delete" />
           <Key keys="Alt drag" what="copy" />

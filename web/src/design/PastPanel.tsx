@@ -18,7 +18,7 @@ export function PastPanel() {
   }, [past, on_show]);
   if (!past || !doc) return <p className="empty">Looking at the last runs …</p>;
   return (
-    <div className="past scroll" data-testid="past" tabIndex={0}>
+    <div className="last-runs scroll" data-testid="past" tabIndex={0}>
       <h2>In the last runs</h2>
       {past.runs.length === 0 && (
         <p className="muted">

@@ -1,4 +1,5 @@
 import { memo, useEffect, useImperativeHandle, useMemo, useRef, useState, type Ref } from "react";
+import { create } from "zustand";
 
 import { corner, Links, Outline, Texts } from "../panels/mission/TreePicture";
 import { neighbour, type Arrow } from "../panels/mission/tree";
@@ -11,10 +12,11 @@ import { to_picture } from "../picture/viewport";
 import { useCommand } from "../widgets/commands";
 import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
-import { choose, doc_of, findings_at, findings_of, gesture, obstacle, refusal, tree_of, useDesign } from "./design";
+import { choose, doc_of, findings_at, findings_of, gesture, node_now, obstacle, refusal, tree_of, useDesign, version_now } from "./design";
 import { kAnswers, play_tree, useSimulation } from "./simulate";
 import { near, slot_words, type SlotPlace } from "./slots";
 import { statuses_of, useRunStatuses } from "./run_statuses";
+import { in_turn } from "./turns";
 
 /** What is dragged: a node of the tree, or one that is to be made. */
 export type Dragged = { node: OutlineNode } | { id: string; subtree: boolean; name?: string };
@@ -40,6 +42,15 @@ interface Drag {
 
 const kDragFrom_px = 5;
 
+/** What was copied or cut, to be pasted. */
+interface Kept {
+  node: OutlineNode;
+  file: string;
+  cut: boolean;
+}
+const useKept = create<{ kept: Kept | null }>()(() => ({ kept: null }));
+const keep = (kept: Kept | null) => useKept.setState({ kept });
+
 export function gesture_for(what: Dragged, slot: { parent: number; index: number }, copy: boolean): Gesture {
   if ("node" in what) return { what: "move", node: what.node.element, parent: slot.parent, index: slot.index, ...(copy ? { copy } : {}) };
   return { what: "insert", id: what.id, ...(what.subtree ? { subtree: true } : {}), ...(what.name ? { name: what.name } : {}), parent: slot.parent, index: slot.index };
@@ -60,6 +71,13 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   const statuses = useRunStatuses(tree);
   const run_status = (node: OutlineNode) => (played ? 0 : (statuses.get(node.element) ?? 0));
   const never = useNever(tree);
+  const kept = useKept((state) => state.kept);
+  const cut = kept?.cut && kept.file === file ? node_now(kept.node)?.element : undefined;
+  const levels = useMemo(() => {
+    const found: number[] = [];
+    for (const { parent } of tree.nodes) found.push(parent < 0 ? 1 : found[parent]! + 1);
+    return found;
+  }, [tree]);
   const latest = useRef({ tree, drag });
   latest.current = { tree, drag };
   const rects = useMemo(() => new Map(tree.nodes.map(({ element }, i) => [element, tree.layout.nodes[i]!] as const)), [tree]);
@@ -71,7 +89,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     margin: 10,
     fit_max: 1.15,
     readable: { from: 0.5, scale: 0.85 },
-    focus: () => tree.layout.nodes[0] ?? null,
+    focus: () => rects.get(chosen ?? -1) ?? tree.layout.nodes[0] ?? null,
     change: ({ scale }, _size, moved) => set_lens(moved, scale),
     grab: (event) => {
       const found = event.target instanceof Element ? event.target.closest("[data-element]") : null;
@@ -91,12 +109,14 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   }, [rect, view]);
 
   const follow = useRef<((what: Dragged, event: { clientX: number; clientY: number; altKey?: boolean }) => void) | null>(null);
-  follow.current = (what, event) => {
+  const slot_under = (event: { clientX: number; clientY: number }): SlotPlace | null => {
     const at = svg.current?.getBoundingClientRect();
-    if (!at) return;
-    const { tree: now, drag: before } = latest.current;
-    const inside = event.clientX >= at.left && event.clientX <= at.right && event.clientY >= at.top && event.clientY <= at.bottom;
-    const slot = inside ? near(now, to_picture(view.view, [event.clientX - at.left, event.clientY - at.top])) : null;
+    if (!at || event.clientX < at.left || event.clientX > at.right || event.clientY < at.top || event.clientY > at.bottom) return null;
+    return near(latest.current.tree, to_picture(view.view, [event.clientX - at.left, event.clientY - at.top]));
+  };
+  follow.current = (what, event) => {
+    const { drag: before } = latest.current;
+    const slot = slot_under(event);
     const copy = event.altKey ?? false;
     const same = before?.slot?.parent === slot?.parent && before?.slot?.index === slot?.index && before?.copy === copy;
     set_drag({ what, x: event.clientX, y: event.clientY, slot, copy, why_not: same ? (before?.why_not ?? null) : null });
@@ -111,8 +131,11 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
       from_px: at_once ? 0 : kDragFrom_px,
       move: (moved) => follow.current?.(what, moved),
       drop: (dropped) => {
-        const slot = latest.current.drag?.slot;
-        if (slot) void gesture(gesture_for(what, slot, dropped.altKey));
+        // The text may have changed on the way: by another page, or another editor.
+        const slot = slot_under(dropped);
+        const now = "node" in what ? node_now(what.node) : null;
+        if (slot && "node" in what && !now) useDesign.setState({ refused: `${what.node.name || what.node.id} is not there any more` });
+        else if (slot) void gesture(gesture_for(now ? { node: now } : what, slot, dropped.altKey));
       },
       end: () => set_drag(null),
     });
@@ -125,7 +148,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     svg.current?.focus({ preventScroll: true });
     begin({ node }, event, false);
   };
-  useImperativeHandle(handle, () => ({ drag: (what, event) => begin(what, event, true), fit: () => view.fit(), focus: () => svg.current?.focus() }), [svg, view]);
+  useImperativeHandle(handle, () => ({ drag: (what, event) => begin(what, event, true), fit: () => view.fit(), focus: () => svg.current?.focus() }));
 
   // ---- keys ----
   const node_of = (element: number | null) => tree.nodes.find((node) => node.element === element) ?? null;
@@ -139,12 +162,43 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     const at = element?.getBoundingClientRect();
     ask({ title, x: (at?.left ?? 0) + 10, y: node ? (at?.bottom ?? 0) + 4 : (at?.top ?? 0) + 60, leaves, pick });
   };
-  const insert = (node: OutlineNode | null, slot: { parent: number; index: number }, title: string) =>
-    ask_at(node, title, (id, subtree) => void gesture({ what: "insert", id, ...(subtree ? { subtree } : {}), parent: slot.parent, index: slot.index }));
+  const insert = (node: OutlineNode | null, slot: { parent: number; index: number }, title: string) => {
+    const version = version_now();
+    ask_at(node, title, (id, subtree) => void gesture({ what: "insert", id, ...(subtree ? { subtree } : {}), parent: slot.parent, index: slot.index }, version));
+  };
+
+  /** Into the chosen node if it takes one more, else after it. */
+  const paste = (node: OutlineNode | null) => {
+    const { kept } = useKept.getState();
+    const say = (refused: string) => useDesign.setState({ refused });
+    if (!kept) return say("nothing is copied yet: Ctrl+C copies the chosen node");
+    if (kept.file !== file) return say(`${kept.node.name || kept.node.id} was copied in ${kept.file}, and is pasted there only; in another file its text is`);
+    const now = node_now(kept.node);
+    if (!now) return say(`${kept.node.name || kept.node.id} is not there any more`);
+    const count = node ? children_of(tree.nodes.indexOf(node)).length : 0;
+    const inside = !node || (count < node.children_max && node.element !== now.element);
+    const slot = !node ? { parent: tree.element, index: 0 } : inside || node.parent < 0 ? { parent: node.element, index: count } : { ...slot_of(node), index: slot_of(node).index + 1 };
+    void gesture({ what: "move", node: now.element, parent: slot.parent, index: slot.index, ...(kept.cut ? {} : { copy: true }) }).then((done) => done && kept.cut && keep(null));
+  };
+  const duplicate = (node: OutlineNode) => {
+    if (node.parent < 0) return useDesign.setState({ refused: "the root has no siblings" });
+    const { parent, index } = slot_of(node);
+    void gesture({ what: "move", node: node.element, parent, index: index + 1, copy: true });
+  };
 
   const key = (event: React.KeyboardEvent) => {
+    if (!in_turn(event)) return;
     const node = node_of(chosen);
     if (event.ctrlKey || event.metaKey) {
+      const letter = event.key.toLowerCase();
+      if (["c", "x", "v"].includes(letter) && !event.shiftKey) {
+        if (letter === "v") paste(node);
+        else if (node) keep({ node, file: file ?? "", cut: letter === "x" });
+        else return;
+        event.preventDefault();
+        event.stopPropagation();
+        return;
+      }
       if (!node || !["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight"].includes(event.key)) return;
       const { parent, index } = slot_of(node);
       void gesture({ what: "move", node: node.element, parent, index: event.key === "ArrowUp" || event.key === "ArrowLeft" ? index - 1 : index + 2 }).then(() => svg.current?.focus());
@@ -174,9 +228,10 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     else if (!node) {
       if (!view.key(event, true)) return;
     } else if (event.key === "Delete" || event.key === "Backspace") void gesture({ what: "delete", node: node.element });
-    else if (event.key === "w" || event.key === "W") ask_at(node, `Wrap ${node.name || node.id} in`, (id) => void gesture({ what: "wrap", node: node.element, id }), false);
+    else if (event.key === "w" || event.key === "W") ask_at(node, `Wrap ${node.name || node.id} in`, (id) => void gesture({ what: "wrap", node: (node_now(node) ?? node).element, id }), false);
     else if (event.key === "u" || event.key === "U") void gesture({ what: "unwrap", node: node.element });
     else if (event.key === "e" || event.key === "E") void extract(node);
+    else if (event.key === "d" || event.key === "D") duplicate(node);
     else if (event.key === "F2") document.getElementById("design-name")?.focus();
     else if (!view.key(event, false)) return;
     event.preventDefault();
@@ -190,8 +245,14 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   };
   const chosen_node = node_of(chosen);
   const called = chosen_node ? chosen_node.name || chosen_node.id : "";
-  const of_node = kNodeCommands.map(({ title, keys, key: name, held }) => ({ id: `design.tree.${keys}`, title: `${title.replace("NODE", called)} (${keys})`, group: "Tree", run: () => press_key(name, held) }));
-  useCommand({ id: "design.tree", title: "Go to the tree", group: "Tree", run: () => svg.current?.focus() }, ...(chosen_node ? of_node : []));
+  const of_node = kNodeCommands.map(({ title, keys, key: name, held }) => ({
+    id: `design.tree.${keys}`,
+    title: title.replace("NODE", called || "the chosen node"),
+    group: "Tree",
+    keys_there: [keys],
+    run: () => (chosen_node ? press_key(name, held) : useDesign.setState({ refused: "choose a node first" })),
+  }));
+  useCommand({ id: "design.tree", title: "Go to the tree", group: "Tree", run: () => svg.current?.focus() }, ...of_node);
 
   return (
     <>
@@ -214,7 +275,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         <g ref={group}>
           <Links layout={tree.layout} />
           {tree.nodes.map((node, i) => (
-            <NodeView key={node.element} said={said.get(node.from) ?? ""} run={run_status(node)} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} near={is_near(i, node.parent, chosen_at, chosen_parent)} never={never.has(node.element)} findings={findings} faded={drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy} />
+            <NodeView key={node.element} said={said.get(node.from) ?? ""} run={run_status(node)} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} near={is_near(i, node.parent, chosen_at, chosen_parent)} never={never.has(node.element)} findings={findings} level={levels[i]!} faded={(drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy) || node.element === cut} />
           ))}
           {tree.nodes.length === 0 && <circle className="slot" cx={30} cy={30} r={9} />}
           <Played tree={tree} />
@@ -243,6 +304,10 @@ const kNodeCommands: readonly { title: string; keys: string; key: string; held?:
   { title: "Wrap NODE in another node", keys: "W", key: "w" },
   { title: "Put the children of NODE in its place", keys: "U", key: "u" },
   { title: "Make a tree of its own of NODE, or of a SubTree its tree in its place", keys: "E", key: "e" },
+  { title: "A second NODE behind it", keys: "D", key: "d" },
+  { title: "Copy NODE", keys: "Ctrl+C", key: "c", held: { ctrlKey: true } },
+  { title: "Cut NODE, to paste it elsewhere", keys: "Ctrl+X", key: "x", held: { ctrlKey: true } },
+  { title: "Paste into NODE, or after it", keys: "Ctrl+V", key: "v", held: { ctrlKey: true } },
   { title: "Rename NODE", keys: "F2", key: "F2" },
   { title: "Delete NODE", keys: "Del", key: "Delete" },
 ];
@@ -349,11 +414,13 @@ interface NodeProps {
   near: boolean;
   never: boolean;
   faded: boolean;
+  /** How deep it is: the root is at 1. */
+  level: number;
   findings: readonly Finding[];
 }
 
 const NodeView = memo(
-  function NodeView({ said: played, run, node, drawn, chosen, near, never, faded, findings }: NodeProps) {
+  function NodeView({ said: played, run, node, drawn, chosen, near, never, faded, level, findings }: NodeProps) {
     const wrong = findings_at(findings, node);
     const errors = wrong.filter(({ severity }) => severity === "error").length;
     const called = node.name || node.id;
@@ -371,6 +438,7 @@ const NodeView = memo(
         className={["node", word === "failure" && node.kind === "condition" ? "no" : word, chosen ? "chosen" : near ? "near" : "", faded ? "faded" : "", node.known ? "" : "unknown", never ? "never-ticked" : ""].filter(Boolean).join(" ")}
         role="treeitem"
         aria-label={said}
+        aria-level={level}
         aria-selected={chosen}
       >
         <title>{said}</title>
@@ -394,5 +462,5 @@ const NodeView = memo(
     );
   },
   (a, b) =>
-    a.said === b.said && a.run === b.run && a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.near === b.near && a.never === b.never && a.faded === b.faded && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
+    a.said === b.said && a.run === b.run && a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.near === b.near && a.never === b.never && a.faded === b.faded && a.level === b.level && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
 );

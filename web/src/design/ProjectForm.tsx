@@ -255,7 +255,7 @@ function Deadlines({ root, text }: Part) {
     <section aria-label="Deadlines">
       <h3>Deadlines</h3>
       <p className="muted">call &lt; condition &lt; budget; a period of the mission is {duration_like(period, "ms")}.</p>
-      <div className="nest" role="group" aria-label="How the deadlines nest">
+      <div className="deadline-nest" role="group" aria-label="How the deadlines nest">
         {bars.map(({ name, says, is_written, time_ns }, i) => {
           const inner = bars[i - 1];
           const broken = inner !== undefined && inner.time_ns >= time_ns;

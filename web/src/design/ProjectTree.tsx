@@ -1,6 +1,7 @@
 import { useState } from "react";
 
 import type { DesignFile, FileKind } from "../protocol/types";
+import { useCommand } from "../widgets/commands";
 import { Icon } from "../widgets/Icon";
 import { add_part, open_file, useDesign, type PartKind, kNoFiles } from "./design";
 import { show_recording, useMode } from "./mode";
@@ -19,6 +20,7 @@ const kGroups: readonly { title: string; kinds: readonly FileKind[]; part: PartK
 export function ProjectTree() {
   const files = useDesign((state) => state.summary?.files ?? kNoFiles);
   const [adding, set_adding] = useState<PartKind | null>(null);
+  useCommand(...kGroups.flatMap(({ part }) => (part ? [{ id: `design.add.${part}`, title: `Add a ${part}`, group: "Design", run: () => set_adding(part) }] : [])));
   return (
     <nav className="project-tree scroll" aria-label="Project">
       {kGroups.map(({ title, kinds, part }) => {

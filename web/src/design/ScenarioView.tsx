@@ -8,10 +8,12 @@ import { follow_pointer } from "../picture/drag";
 import { wheel_factor } from "../picture/viewport";
 import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
-import { choose_scenario, doc_of, findings_of, gesture, go_to, kNoFiles, obstacle, useDesign, type Doc } from "./design";
+import { useCommand } from "../widgets/commands";
+import { choose_scenario, doc_of, findings_of, gesture, go_to, kNoFiles, obstacle, useDesign, version_now, type Doc } from "./design";
 import { EntryRows } from "./EntryRows";
 import { kKindHints, kKinds, names_of, new_injection, scenario_of, useScenario, type Injection, type InjectionKind, type ScenarioText } from "./scenario";
 import { ChoiceField, set_value, ValueField } from "./settings";
+import { in_turn } from "./turns";
 import { useRoom } from "./use_room";
 import { duration_like, entry, typed_text, type YamlValue } from "./yaml_places";
 
@@ -27,6 +29,17 @@ const kGrid_ns = 1e8;
 const kFineGrid_ns = 1e6;
 /** Shown without a duration. */
 const kSpan_ns = 60e9;
+
+/** What is done to a scenario by key. */
+const kAxisCommands: readonly { title: string; keys: string; key: string; held?: KeyboardEventInit }[] = [
+  { title: "Choose the next entry", keys: "↓", key: "ArrowDown" },
+  { title: "Choose the entry before", keys: "↑", key: "ArrowUp" },
+  { title: "The chosen entry 0.1 s later", keys: "→", key: "ArrowRight" },
+  { title: "The chosen entry 0.1 s earlier", keys: "←", key: "ArrowLeft" },
+  { title: "The chosen entry 1 s later", keys: "Shift+→", key: "ArrowRight", held: { shiftKey: true } },
+  { title: "The chosen entry 1 s earlier", keys: "Shift+←", key: "ArrowLeft", held: { shiftKey: true } },
+  { title: "Delete the chosen entry", keys: "Del", key: "Delete" },
+];
 
 type Drag = { what: "entry"; i: number; time_ns: number } | { what: "end"; time_ns: number } | { what: "new"; kind: InjectionKind; time_ns: number; inside: boolean };
 
@@ -87,7 +100,7 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
     const value = i === null ? undefined : injections[i]?.value;
     if (value) go_to(doc.places.byte(value.from));
   };
-  const move = ({ i, at, time_ns }: Injection, to_ns: number) => (to_ns === time_ns ? Promise.resolve(true) : set_value(["timeline", i, "at"], duration_like(to_ns, at?.text ?? "s")));
+  const move = ({ i, at, time_ns }: Injection, to_ns: number, meant_of?: number) => (to_ns === time_ns ? Promise.resolve(true) : set_value(["timeline", i, "at"], duration_like(to_ns, at?.text ?? "s"), meant_of));
   const remove = (i: number) => {
     useScenario.setState({ chosen: null });
     void gesture({ what: "yaml_remove", path: ["timeline", i] });
@@ -97,6 +110,7 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
     const index = later < 0 ? injections.length : later;
     void gesture({ what: "yaml_insert", path: ["timeline"], index, value: { at: duration_like(time_ns, "s"), ...new_injection(kind) } }).then((done) => done && useScenario.setState({ chosen: index }));
   };
+  const insert_now = (kind: InjectionKind) => insert(kind, Math.min(Math.round((now ?? 0) / kGrid_ns) * kGrid_ns, end));
   const follow = (event: React.PointerEvent, start: (time_ns: number, moved: PointerEvent) => Drag, drop: (dragged: Drag) => void) =>
     follow_pointer(event, {
       from_px: kDragFrom_px,
@@ -116,7 +130,8 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
     svg.current?.focus({ preventScroll: true });
     if (injection) {
       choose(injection.i);
-      follow(event, (time_ns) => ({ what: "entry", i: injection.i, time_ns }), ({ time_ns }) => void move(injection, time_ns));
+      const version = version_now();
+      follow(event, (time_ns) => ({ what: "entry", i: injection.i, time_ns }), ({ time_ns }) => void move(injection, time_ns, version));
     } else if (target?.closest("[data-end]")) {
       follow(event, (time_ns) => ({ what: "end", time_ns: Math.max(time_ns, kGrid_ns) }), ({ time_ns }) => void set_value(["duration"], duration_like(time_ns, scenario?.duration?.text ?? "s")));
     } else {
@@ -139,6 +154,7 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
     }
   };
   const key = (event: React.KeyboardEvent) => {
+    if (!in_turn(event)) return;
     if (event.ctrlKey || event.metaKey) return;
     const injection = chosen === null ? undefined : injections[chosen];
     const step = event.altKey ? kFineGrid_ns : event.shiftKey ? 10 * kGrid_ns : kGrid_ns;
@@ -152,6 +168,16 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
     event.preventDefault();
     event.stopPropagation();
   };
+
+  const press_key = (name: string, held: KeyboardEventInit = {}) => {
+    svg.current?.focus();
+    svg.current?.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true, ...held }));
+  };
+  useCommand(
+    { id: "design.scenario", title: "Go to the scenario’s time axis", group: "Scenario", run: () => svg.current?.focus() },
+    ...kKinds.map((kind) => ({ id: `design.scenario.${kind}`, title: `Add to the scenario: ${kind}`, group: "Scenario", run: () => insert_now(kind) })),
+    ...kAxisCommands.map(({ title, keys, key: name, held }) => ({ id: `design.scenario.${keys}`, title, group: "Scenario", keys_there: [keys], run: () => press_key(name, held) })),
+  );
 
   const rows = injections.length + (drag?.what === "new" && drag.inside ? 1 : 0);
   const height = Math.max(kAxis_px + Math.max(rows, 1) * kRow_px + 8, (room?.height ?? 0) - 4);
@@ -178,7 +204,7 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
                 (dragged) => dragged.what === "new" && dragged.inside && insert(kind, dragged.time_ns),
               );
             }}
-            onClick={() => insert(kind, Math.min(Math.round((now ?? 0) / kGrid_ns) * kGrid_ns, end))}
+            onClick={() => insert_now(kind)}
           >
             {kind}
           </button>

@@ -9,9 +9,11 @@ import { to_picture } from "../picture/viewport";
 import { plan_image } from "../panels/map/floor_plan";
 import type { Point, Rect } from "../protocol/types";
 import { useStudio } from "../store/store";
+import { useCommand } from "../widgets/commands";
 import { useTheme } from "../widgets/theme";
 import { edit_text, findings_of, go_to, rename_place, useDesign, type Doc } from "./design";
 import { places_of, type Spot } from "./world_places";
+import { in_turn } from "./turns";
 import { angle_of, angle_text, metres_text, number_of, type YamlValue } from "./yaml_places";
 
 /** Of the picture, per metre. */
@@ -23,6 +25,13 @@ const kDragFrom_px = 3;
 
 /** Where a spot is in the text. */
 const still = (spot: Spot, heading: boolean): Drag => ({ id: spot.id, heading, x: number_of(spot.x)!, y: number_of(spot.y)!, angle: angle_of(spot.heading ?? undefined) ?? 0, radius: number_of(spot.radius) ?? 0 });
+
+/** What is done on the map by key. */
+const kMapCommands: readonly { title: string; keys: string; key: string }[] = [
+  { title: "Choose the next place", keys: "S", key: "s" },
+  { title: "Rename the chosen place wherever it is named", keys: "F2", key: "F2" },
+  ...(["→", "←", "↑", "↓"] as const).map((keys, i) => ({ title: `Move the chosen place ${["right", "left", "up", "down"][i]!}`, keys, key: `Arrow${["Right", "Left", "Up", "Down"][i]!}` })),
+];
 
 interface Drag {
   id: string;
@@ -188,7 +197,23 @@ export default function WorldView({ doc }: { doc: Doc }) {
     const changed = edits.filter((one) => text.slice(one.from, one.to) !== one.text);
     return changed.length > 0 ? edit_text(doc.file, text, changed, `${to.heading ? "turn" : spot.radius ? "change" : "move"} ${spot.name}`) : Promise.resolve();
   };
+  const next_spot = (step: number) => {
+    if (all.length === 0) return;
+    const at = all.findIndex(({ id }) => id === chosen);
+    const next = all.at((at + (at < 0 && step < 0 ? 0 : step)) % all.length)!;
+    set_chosen(next.id);
+    go_to(doc_byte(next.x.from));
+  };
+  const press_key = (name: string) => {
+    svg.current?.focus();
+    svg.current?.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true }));
+  };
+  useCommand(
+    { id: "design.world", title: "Go to the map that is edited", group: "World", run: () => svg.current?.focus() },
+    ...kMapCommands.map(({ title, keys, key }) => ({ id: `design.world.${keys}`, title, group: "World", keys_there: [keys], run: () => press_key(key) })),
+  );
   const by_key = (event: React.KeyboardEvent) => {
+    if (!in_turn(event)) return;
     const spot = all.find(({ id }) => id === chosen);
     if (event.ctrlKey || event.metaKey) return;
     const step = event.altKey ? 0.01 : event.shiftKey ? 0.5 : 0.05;
@@ -197,6 +222,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
       const from = still(spot, false);
       void write(spot, { ...from, x: from.x + dx!, y: from.y + dy!, radius: Math.max(from.radius + dx! + dy!, step) });
     }
+    else if (event.key === "s" || event.key === "S") next_spot(event.shiftKey ? -1 : 1);
     else if (event.key === "Escape") set_chosen(null);
     else if (event.key === "F2" && spot?.place) set_renamed(spot.place);
     else if (event.altKey || !view.key(event, spot === undefined)) return;

@@ -5,6 +5,7 @@ import { useEdit } from "../store/edit";
 import { note, on_design, request, type DesignMessage } from "../store/store";
 import { take_runs, useMode } from "./mode";
 import { Places, splice_between } from "./places";
+import { under_way_with } from "./turns";
 
 /** A file as the page has it. */
 export interface Doc extends DesignDocument {
@@ -303,7 +304,9 @@ export class Session {
   private local: string;
   private busy: Promise<void> | null = null;
   private timer = 0;
-  private last_ms = 0;
+  private last_ms = -Infinity;
+  /** What waits belongs to the step before: nobody paused between, however long the program took. */
+  private joins = false;
   /** Gives the editor another text. */
   show: ((text: string) => void) | null = null;
 
@@ -318,6 +321,9 @@ export class Session {
   }
 
   typed(text: string): void {
+    const now = performance.now();
+    if (now - this.last_ms >= kPause_ms) this.joins = false;
+    this.last_ms = now;
     this.local = text;
     if (this.timer === 0) this.timer = window.setTimeout(() => void this.flush(), kTyping_ms);
   }
@@ -352,9 +358,8 @@ export class Session {
     const sent = this.local;
     const { places, version } = this.base;
     const splice = splice_between(places.shown, sent)!;
-    const now = performance.now();
-    const join = now - this.last_ms < kPause_ms;
-    this.last_ms = now;
+    const join = this.joins;
+    this.joins = true;
     const text = places.end_of_line === "\n" ? splice.text : splice.text.replace(/\n/g, places.end_of_line);
     try {
       await request("design_edit", { file: this.file, base: version, edits: [{ from: places.byte(splice.from), to: places.byte(splice.to), text }], cause: `type in ${this.file}`, join });
@@ -386,8 +391,10 @@ async function flush_all(): Promise<void> {
 /** Does something that may be refused; then the reason is shown and the value is null. Else what was refused before is forgotten, if `forgets`. */
 async function attempt<T>(what: () => Promise<T>, forgets = true): Promise<T | null> {
   try {
-    await flush_all();
-    const value = await what();
+    const value = await under_way_with(async () => {
+      await flush_all();
+      return what();
+    });
     if (forgets) useDesign.setState({ refused: null });
     return value;
   } catch (error) {
@@ -399,21 +406,44 @@ async function attempt<T>(what: () => Promise<T>, forgets = true): Promise<T | n
 /** The open file's text cannot be read: why its picture cannot be edited. */
 export function obstacle(state: DesignState): string | null {
   const doc = doc_of(state);
-  if (!doc?.error) return null;
-  return `line ${doc.error.line}: ${doc.error.message}; mend the text first`;
+  return doc && unreadable(doc);
+}
+const unreadable = ({ error }: Doc) => (error ? `line ${error.line}: ${error.message}; mend the text first` : null);
+
+const kChanged = "the text has changed meanwhile; try again";
+
+/** The node in the text as it is now: where it was, or the only one that is called so. Null: there is none. */
+export function node_now(node: OutlineNode): OutlineNode | null {
+  const same = (doc_of(useDesign.getState())?.trees ?? []).flatMap(({ nodes }) => nodes).filter((one) => key_of(one) === key_of(node));
+  return same.find(({ element }) => element === node.element) ?? (same.length === 1 ? same[0]! : null);
 }
 
-/** A gesture on the open file; chooses the node that it made or moved. */
-export async function gesture(wanted: Gesture): Promise<boolean> {
+/** What a gesture names by number, so that it is never done to what has got that number meanwhile. */
+function named_by_number(wanted: Gesture, doc: Doc): string {
+  if ("path" in wanted || "transition" in wanted || "index" in wanted && !("parent" in wanted)) return String(doc.version);
+  const trees = doc.trees ?? [];
+  const name = (element: number) => {
+    const node = trees.flatMap(({ nodes }) => nodes).find((one) => one.element === element);
+    return node ? key_of(node) : (trees.find((tree) => tree.element === element)?.id ?? "");
+  };
+  return [...("node" in wanted ? [name(wanted.node)] : []), ...("parent" in wanted ? [name(wanted.parent)] : [])].join("\n");
+}
+
+/** Of the open file: what a gesture is meant of that is begun now and done later. */
+export const version_now = (): number => doc_of(useDesign.getState())?.version ?? 0;
+
+/** A gesture on the open file; chooses the node that it made or moved. `meant_of`: the version that it was begun with. */
+export async function gesture(wanted: Gesture, meant_of = version_now()): Promise<boolean> {
+  const meant = doc_of(useDesign.getState());
   const done = await attempt(async () => {
-    const state = useDesign.getState();
-    const doc = doc_of(state);
+    const doc = meant && useDesign.getState().docs[meant.file];
     if (!doc) throw new Error("no file is open");
-    const why_not = obstacle(state);
+    const why_not = unreadable(doc);
     if (why_not) throw new Error(why_not);
+    if (meant_of !== meant.version || named_by_number(wanted, meant) !== named_by_number(wanted, doc)) throw new Error(kChanged);
     return request("design_gesture", { file: doc.file, base: doc.version, gesture: wanted });
   });
-  if (done?.at !== undefined && !/^(?:delete|remove_.*|yaml_remove)$/.test(wanted.what)) go_to(done.at);
+  if (done?.at !== undefined && useDesign.getState().file === meant?.file && !/^(?:delete|remove_.*|yaml_remove)$/.test(wanted.what)) go_to(done.at);
   return done !== null;
 }
 
@@ -500,7 +530,7 @@ export async function edit_text(file: string, text: string, edits: readonly { fr
   await attempt(async () => {
     const doc = useDesign.getState().docs[file];
     if (!doc) throw new Error("no file is open");
-    if (doc.places.shown !== text) throw new Error("the text has changed meanwhile; try again");
+    if (doc.places.shown !== text) throw new Error(kChanged);
     const bytes = edits.map((edit) => ({ from: doc.places.byte(edit.from), to: doc.places.byte(edit.to), text: edit.text }));
     await request("design_edit", { file, base: doc.version, edits: bytes, cause });
   });

@@ -15,7 +15,7 @@ interface Refusals {
 }
 
 /** What the page of a project that is edited shows: its files, or how it goes; which run that is, and which file is open, or is to be opened first. */
-export const useMode = create<{ mode: "design" | "run"; file: string | null; runs: Runs; refused: Refusals | null }>()(() => ({ mode: "design", file: null, runs: { recordings: [], on_show: "", goes_on: null, outdated: false, problem: "" }, refused: null }));
+export const useMode = create<{ mode: "design" | "run"; file: string | null; runs: Runs; refused: Refusals | null }>()(() => ({ mode: "design", file: null, runs: { recordings: [], on_show: "", goes_on: null, continues: "", outdated: false, problem: "" }, refused: null }));
 
 export function take_runs(runs: Runs): void {
   const before = useMode.getState().runs;

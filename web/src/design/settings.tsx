@@ -8,8 +8,8 @@ import { data_in } from "./yaml_places";
 export type YamlPath = (string | number)[];
 
 /** Writes one value of the open file; null takes it away. */
-export function set_value(path: YamlPath, value: Data | null): Promise<boolean> {
-  return gesture(value === null ? { what: "yaml_remove", path } : { what: "yaml_set", path, value });
+export function set_value(path: YamlPath, value: Data | null, meant_of?: number): Promise<boolean> {
+  return gesture(value === null ? { what: "yaml_remove", path } : { what: "yaml_set", path, value }, meant_of);
 }
 
 interface FieldProps {

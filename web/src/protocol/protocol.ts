@@ -289,6 +289,7 @@ export const Design = object({
     recordings: Type.Array(string(), { description: "In runs/, the newest first" }),
     on_show: Type.String({ description: "The recording that pages are shown; empty: the shadow run" }),
     goes_on: or_null(Type.String({ description: "The recording of the run that goes on and is steered" })),
+    continues: Type.String({ description: "While that run is on show: the recording of what was before the last edits that were applied; empty: none were" }),
     outdated: Type.Boolean({ description: "The run that goes on runs other texts than those that are edited now" }),
     problem: Type.String({ description: "Why the last of these runs, or its recording, is not whole; empty: it is" }),
   }),

@@ -1,16 +1,15 @@
 import { lazy, Suspense, useEffect } from "react";
 
-import { useMode } from "../design/mode";
 import { panels } from "../panels/registry";
 import { useStudio } from "../store/store";
-import { handle_key, useCommand } from "../widgets/commands";
+import { handle_key, useCommand, useCommands } from "../widgets/commands";
 import { follow_address } from "./address";
 import { Header, TravelStrip } from "./Header";
 import { Help } from "./Help";
-import { go_to_panel, reset_layout, toggle_maximised, useLayout } from "../widgets/layout";
+import { reset_layout, toggle_maximised, useLayout } from "../widgets/layout";
 import { Notes } from "./Notes";
 import { Confirm } from "../widgets/Confirm";
-import { Palette } from "./Palette";
+import { go_to, Palette, useDesigns } from "./Palette";
 import { ArrangementName } from "./Panels";
 import { useRunCommands } from "../widgets/run_commands";
 import { toggle_theme } from "../widgets/theme";
@@ -32,14 +31,14 @@ function focused_panel() {
 export function App() {
   const known = useStudio((studio) => studio.index !== null && studio.state !== null);
   const title = useStudio((studio) => studio.hello?.title);
-  const is_design = useStudio((studio) => studio.hello?.design ?? false);
-  const designs = useMode(({ mode }) => mode === "design") && is_design;
+  const designs = useDesigns();
   const compares = useStudio((studio) => studio.hello?.compare ?? false);
   useEffect(() => {
     window.addEventListener("keydown", handle_key);
     return () => window.removeEventListener("keydown", handle_key);
   }, []);
   useEffect(() => follow_address(), []);
+  useEffect(() => useCommands.setState({ space_pauses: !designs }), [designs]);
   useEffect(() => {
     document.title = compares ? "Differences – Sentree Studio" : title ? `${title} – Sentree Studio` : "Sentree Studio";
   }, [title, compares]);
@@ -49,26 +48,31 @@ export function App() {
       id: `panel.${panel.id}`,
       title: `Go to ${panel.title}`,
       group: "Page",
-      keys: [panel.key],
-      run: () => go_to_panel(panel.id),
+      // Where one designs, digits and letters are for what is edited.
+      ...(designs ? {} : { keys: [panel.key] }),
+      run: () => go_to(panel.id),
     })),
-    {
-      id: "panel.fill",
-      title: "Let the panel fill the page, and back",
-      group: "Page",
-      keys: ["X"],
-      run: () => {
-        const id = focused_panel() ?? useLayout.getState().maximised;
-        if (id) toggle_maximised(id);
-      },
-    },
-    { id: "theme", title: "Light or dark", group: "Page", keys: ["D"], run: toggle_theme },
-    { id: "layout.reset", title: "Reset the layout", group: "Page", run: reset_layout },
+    { id: "theme", title: "Light or dark", group: "Page", ...(designs ? {} : { keys: ["D"] }), run: toggle_theme },
+    ...(designs
+      ? []
+      : [
+          {
+            id: "panel.fill",
+            title: "Let the panel fill the page, and back",
+            group: "Page",
+            keys: ["X"],
+            run: () => {
+              const id = focused_panel() ?? useLayout.getState().maximised;
+              if (id) toggle_maximised(id);
+            },
+          },
+          { id: "layout.reset", title: "Reset the layout", group: "Page", run: reset_layout },
+        ]),
   );
   return (
     <div className="studio">
       <Header />
-      {!designs && !compares && <TravelStrip />}
+      <TravelStrip travels={!designs && !compares} />
       {!designs && !compares && <ViolationStrip />}
       {compares ? (
         <Suspense fallback={<p className="empty waiting">Comparing …</p>}>

@@ -3,6 +3,7 @@ import { useStudio } from "../store/store";
 import { go_live } from "../store/time_travel";
 import { ask, retry } from "../store/store";
 import { clock_text, duration_text } from "../draw/format";
+import { useCommand } from "../widgets/commands";
 import { Dialog } from "../widgets/Dialog";
 import { Icon, type IconName } from "../widgets/Icon";
 import { MenuButton } from "../picture/PictureTools";
@@ -135,11 +136,24 @@ function ModeSwitch() {
   );
 }
 
+const kPaces: readonly { label: string; hint?: string; how: Parameters<typeof record>[0] }[] = [
+  { label: "In step with the clock", hint: "1×", how: {} },
+  { label: "Four times as fast", hint: "4×", how: { factor: 4 } },
+  { label: "Sixteen times as fast", hint: "16×", how: { factor: 16 } },
+  { label: "In real time, with threads", how: { real_time: true } },
+];
+
 /** A run beside the project: begun, steered and recorded from here. */
 function Recording() {
   const is_design = useStudio((studio) => studio.hello?.design ?? false);
   const connected = useStudio((studio) => studio.phase === "open");
-  const { on_show, goes_on, outdated } = useMode((state) => state.runs);
+  const { on_show, goes_on, continues, outdated } = useMode((state) => state.runs);
+  const here = is_design && connected;
+  useCommand(
+    ...(here && goes_on === null ? kPaces.map(({ label, how }) => ({ id: `record.${label}`, title: `Record a run of the scenario: ${label.toLowerCase()}`, group: "Design", run: () => void record(how) })) : []),
+    ...(here && goes_on !== null && outdated ? [{ id: "record.apply", title: "Apply the edits to the run that goes on", group: "Design", run: () => void apply_edits() }] : []),
+    ...(here && on_show !== "" ? [{ id: "record.shadow", title: "Show the shadow run again", group: "Design", run: () => void show_recording("") }] : []),
+  );
   if (!is_design || !connected) return null;
   return (
     <>
@@ -148,12 +162,7 @@ function Recording() {
           label="Record a run of the scenario, steered by hand"
           text="Record"
           data_view="recording"
-          entries={[
-            { label: "In step with the clock", hint: "1×", run: () => void record({}) },
-            { label: "Four times as fast", hint: "4×", run: () => void record({ factor: 4 }) },
-            { label: "Sixteen times as fast", hint: "16×", run: () => void record({ factor: 16 }) },
-            { label: "In real time, with threads", run: () => void record({ real_time: true }) },
-          ]}
+          entries={kPaces.map(({ label, hint, how }) => ({ label, ...(hint ? { hint } : {}), run: () => void record(how) }))}
         />
       ) : (
         <span className="presence recording" role="status" title={`runs/${goes_on}`} data-testid="records">
@@ -166,6 +175,11 @@ function Recording() {
         </button>
       )}
       <Refused />
+      {continues !== "" && (
+        <button className="button small" title={`With the edits the run is another one: it begins where they were applied. What was before is runs/${continues}`} data-testid="before-edits" onClick={() => void show_recording(continues)}>
+          Before the edits
+        </button>
+      )}
       {goes_on !== null && on_show !== goes_on && (
         <button className="button small" onClick={() => void show_recording(goes_on)}>
           Show the run
@@ -260,7 +274,7 @@ export function Header() {
         <Icon name="search" />
         Find <kbd className="kbd">Ctrl K</kbd>
       </button>
-      <button className="button" onClick={toggle_theme} title="Light or dark (D)">
+      <button className="button" onClick={toggle_theme} title={designs ? "Light or dark" : "Light or dark (D)"}>
         {dark ? "Light" : "Dark"}
       </button>
       <button className="button" onClick={open_help} title="Help and keys (?)">
@@ -270,8 +284,8 @@ export function Header() {
   );
 }
 
-/** Says plainly when the page does not show the present. */
-export function TravelStrip() {
+/** Says plainly when the page has lost the program; and, where one `travels`, when it does not show the present. */
+export function TravelStrip({ travels }: { travels: boolean }) {
   const phase = useStudio((studio) => studio.phase);
   const attempt = useStudio((studio) => studio.attempt);
   const known = useStudio((studio) => studio.hello !== null);
@@ -290,7 +304,7 @@ export function TravelStrip() {
       </div>
     );
   }
-  if (!state || state.live || mode === "recording") return null;
+  if (!travels || !state || state.live || mode === "recording") return null;
   return (
     <div className="strip past" role="status" data-testid="past-strip">
       <Icon name="rewind" />

@@ -9,7 +9,7 @@ const useHelp = create<{ open: boolean }>()(() => ({ open: false }));
 export const open_help = () => useHelp.setState({ open: true });
 const close = () => useHelp.setState({ open: false });
 
-/** All commands with keys, by group. */
+/** All commands with keys, by group: first those of what is on show. */
 export function Help() {
   const open = useHelp((help) => help.open);
   const commands = useCommands((all) => all.commands);
@@ -17,9 +17,9 @@ export function Help() {
   useCommand({ id: "help", title: "Help and keys", group: "Page", keys: ["?"], run: open_help });
   if (!open) return null;
   const groups = new Map<string, Command[]>();
-  for (const command of commands.values()) {
-    if (command.keys) groups.set(command.group, [...(groups.get(command.group) ?? []), command]);
-  }
+  // What a picture takes itself is of what one looks at.
+  const listed = [...commands.values()].filter(({ keys, keys_there }) => keys ?? keys_there);
+  for (const command of listed.sort((a, b) => Number(b.keys_there !== undefined) - Number(a.keys_there !== undefined))) groups.set(command.group, [...(groups.get(command.group) ?? []), command]);
   return (
     <Dialog label="Help and keys" className="help" close={close}>
       <header className="dialog-bar">
@@ -38,7 +38,7 @@ export function Help() {
                   <div key={command.id} className="help-line">
                     <dt>{command.title}</dt>
                     <dd>
-                      {command.keys?.map((key) => (
+                      {(command.keys ?? command.keys_there)?.map((key) => (
                         <kbd key={key} className="kbd">
                           {key}
                         </kbd>

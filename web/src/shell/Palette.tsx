@@ -1,6 +1,7 @@
 import { useMemo, useState } from "react";
 import { create } from "zustand";
 
+import { useEdit } from "../store/edit";
 import { select, useStudio } from "../store/store";
 import { useMode } from "../design/mode";
 import { useCommand, useCommands } from "../widgets/commands";
@@ -23,23 +24,31 @@ interface Entry {
 }
 
 /** A panel of the run, also from the files of a project that is edited. */
-function go_to(panel: Parameters<typeof go_to_panel>[0]): void {
+export function go_to(panel: Parameters<typeof go_to_panel>[0]): void {
   useMode.setState({ mode: "run" });
   // Not before its panels are there.
   setTimeout(() => go_to_panel(panel));
 }
 
+/** Whether the project's files are on show. What is found then is shown in them. */
+export function useDesigns(): boolean {
+  const is_design = useStudio((studio) => studio.hello?.design ?? false);
+  return useMode(({ mode }) => mode === "design") && is_design;
+}
+
 function useEntries(): Entry[] {
   const commands = useCommands((all) => all.commands);
   const index = useStudio((studio) => studio.index);
+  const designs = useDesigns();
   return useMemo(() => {
-    const entries: Entry[] = [...commands.values()].filter((command) => command.id !== "palette");
+    const entries: Entry[] = [...commands.values()].filter((command) => command.id !== "palette").map((command) => ({ ...command, keys: command.keys ?? command.keys_there }));
     for (const node of index?.model.tree.nodes ?? []) {
       entries.push({
         id: `node.${node.id}`,
         title: node.name || node.type,
         group: `Node · ${node.type}`,
         run: () => {
+          if (designs) return useEdit.setState({ wanted: { node: { id: node.type, name: node.name || node.type } } });
           select({ node: node.id, ...(node.leaf === null ? {} : { chart: node.leaf }) });
           go_to("mission");
         },
@@ -51,6 +60,7 @@ function useEntries(): Entry[] {
         title: chart.name,
         group: chart.kind === "skill" ? "Skill" : "Chart of a monitor",
         run: () => {
+          if (designs && chart.file !== "") return useEdit.setState({ wanted: { file: chart.file, state: "" } });
           select({ chart: chart.id });
           go_to("charts");
         },
@@ -68,14 +78,20 @@ function useEntries(): Entry[] {
       });
     }
     return entries;
-  }, [commands, index]);
+  }, [commands, index, designs]);
+}
+
+/** What is called so comes first, then what begins so. */
+function rank({ title }: Entry, text: string): number {
+  const [called, wanted] = [title.toLowerCase(), text.toLowerCase().trim()];
+  return called === wanted ? 0 : called.startsWith(wanted) ? 1 : 2;
 }
 
 function PaletteList() {
   const [text, set_text] = useState("");
   const [chosen, set_chosen] = useState(0);
   const entries = useEntries();
-  const found = useMemo(() => entries.filter((entry) => matches(text, `${entry.title} ${entry.group}`)).slice(0, kEntriesShownMax), [entries, text]);
+  const found = useMemo(() => entries.filter((entry) => matches(text, `${entry.title} ${entry.group}`)).sort((a, b) => rank(a, text) - rank(b, text)).slice(0, kEntriesShownMax), [entries, text]);
   const at = Math.min(chosen, found.length - 1);
   const run = (entry: Entry | undefined) => {
     if (!entry) return;

@@ -9,16 +9,18 @@ export interface Command {
   group: string;
   /** As `key_text` writes them: "Space", "Shift+N", "Ctrl+K". */
   keys?: readonly string[];
+  /** What it is where its own part of the page has the focus, which takes these keys itself. */
+  keys_there?: readonly string[];
   run(): void;
 }
 
-export const useCommands = create<{ commands: ReadonlyMap<string, Command> }>()(() => ({ commands: new Map() }));
+export const useCommands = create<{ commands: ReadonlyMap<string, Command>; /** Also where a button has the focus. */ space_pauses: boolean }>()(() => ({ commands: new Map(), space_pauses: true }));
 
 /** Offers `commands` while the calling component is shown; the last one rendered runs. */
 export function useCommand(...commands: Command[]): void {
   const latest = useRef(commands);
   latest.current = commands;
-  const identity = commands.map((command) => `${command.id}|${command.title}|${command.keys?.join(" ")}`).join("\n");
+  const identity = commands.map((command) => `${command.id}|${command.title}|${command.keys?.join(" ")}|${command.keys_there?.join(" ")}`).join("\n");
   useEffect(() => {
     const offered = latest.current.map((command, index) => ({ ...command, run: () => latest.current[index]?.run() }));
     useCommands.setState(({ commands: old }) => {
@@ -69,10 +71,11 @@ function takes_back(target: EventTarget | null, keys: string): boolean {
 }
 const kTakingBack: readonly string[] = ["Ctrl+Z", "Ctrl+Shift+Z", "Ctrl+Y"];
 
-/** Enter presses the button that has the focus; Space, which pauses, only what it alone can press. */
+/** Enter presses the button that has the focus; Space, which pauses, only what it alone can press. While one designs nothing is to be paused at once. */
 function presses(event: KeyboardEvent): boolean {
   if (!(event.target instanceof HTMLElement)) return false;
-  if (event.target.closest("dialog, [role=menu]")) return event.key === " " || event.key === "Enter";
+  const { space_pauses } = useCommands.getState();
+  if (event.target.closest("dialog, [role=menu]") || (!space_pauses && event.target.closest("button, summary, select"))) return event.key === " " || event.key === "Enter";
   if (event.key === " ") return event.target instanceof HTMLInputElement && ["checkbox", "radio"].includes(event.target.type);
   return event.key === "Enter" && event.target.closest("button, a, summary, [role=button], [role=option], [role=treeitem], input") !== null;
 }

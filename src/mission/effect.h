@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <variant>
+
+#include "sentree/mission/state.h"
+
+namespace sentree::mission {
+
+/// Whether a delivery finds what it was meant for: not a timer that has been set anew, nor the end of a leaf's time
+/// when the leaf has answered.
+/// @param wake  Of a model or a skill (bool), by its number: when its timer rings.
+template <class Wake>
+bool has_effect(const Delivery& what, const TreeState& tree, const Wake& wake) {
+  if (const auto* to_tree = std::get_if<TreeDelivery>(&what.what)) {
+    const auto* due = std::get_if<AnswerDue>(to_tree);
+    return due == nullptr || tree.leaves[due->leaf].outstanding == due->tick;
+  }
+  if (const auto* to_skill = std::get_if<SkillDelivery>(&what.what)) {
+    const auto* timer = std::get_if<SkillTimer>(to_skill);
+    return timer == nullptr || wake(false, what.leaf) == timer->when;
+  }
+  const auto* timer = std::get_if<ModelTimer>(&std::get<ModelDelivery>(what.what));
+  return timer == nullptr || wake(true, what.leaf) == timer->when;
+}
+
+}  // namespace sentree::mission
