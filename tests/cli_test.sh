@@ -265,8 +265,13 @@ offered=$(PATH=${sentree%/*}:$PATH bash -c 'source <(sentree completion bash)
   COMP_LINE="sentree run examples/recharge --scenario=nor" COMP_POINT=${#COMP_LINE} && _sentree 2>/dev/null && echo "${COMPREPLY[*]}"')
 [[ $offered == normal ]] || { echo "✗ bash offers \"$offered\" instead of \"normal\"" && failures=$((failures + 1)); }
 
-expect 0 'unix sockets' "$sentree" doctor
-expect 0 'certificates: none' "$sentree" doctor
+# It finds fault with a machine that is busy, as this one may be.
+cat >"$work/doctor" <<EOF
+said=\$("$sentree" doctor 2>&1) && code=0 || code=\$?
+echo "\$said" && [[ \$code == 0 || (\$code == 4 && \$said == *"the machine is busy"*) ]]
+EOF
+expect 0 'unix sockets' bash "$work/doctor"
+expect 0 'certificates: none' bash "$work/doctor"
 expect 4 'there is no certificate .*SENTREE_TLS_CERTIFICATE' env SENTREE_TLS_AUTHORITY=ca.pem "$sentree" doctor
 
 # Two robots in one world.
