@@ -37,6 +37,7 @@ struct Shown {
   std::size_t choices = 0;
   std::size_t loop_ticks = 0;
   std::size_t orders = 0;
+  std::map<std::string, std::size_t> faults = {};  // in words, and how often each comes
 };
 
 std::string grouped(std::uint64_t number) {
@@ -210,6 +211,8 @@ class Verifying {
     for (const std::string& name : violated) example.verdicts.try_emplace(name, "violated");
     shown.choices = example.choices->size();
     shown.orders = example.orders.size();
+    for (std::size_t i = plan_.scenario.timeline.size(); i < example.timeline.size(); ++i)
+      ++shown.faults[project::describe(example.timeline[i].what)];
     shown.scenario = file.string();
     shown.recording = fs::path(file).replace_extension(".mcap").string();
     const text::ReadLog files;
@@ -422,9 +425,11 @@ class Verifying {
     std::size_t times = 0;
   };
 
-  // In the order of their first.
-  std::vector<Chosen> chosen(const verify::Path& path) const {
+  // In the order of their first; of faults those that the scenario still has.
+  std::vector<Chosen> chosen(const verify::Judgement& judgement) const {
+    const verify::Path& path = *judgement.path;
     const verify::Graph& graph = result_.graph;
+    std::map<std::string, std::size_t> faults = shown_.at(judgement.requirement).faults;
     std::vector<Chosen> all;
     for (const std::uint32_t edge : path.edges) {
       for (const verify::Made& made : graph.decisions[graph.edges[edge].made]) {
@@ -434,6 +439,10 @@ class Verifying {
         const std::string name = is_fault ? point.function : point.model + (point.name.empty() ? "" : "." + point.name);
         const std::string& place = graph.places[made.place];
         const std::string& value = is_fault ? point.name : point.value;
+        if (is_fault && point.function == "fault" && !path.loop && faults[value]-- == 0) {
+          faults[value] = 0;
+          continue;
+        }
         auto one = std::find_if(all.begin(), all.end(),
                                 [&](const Chosen& known) { return known.name == name && known.place == place; });
         if (one == all.end()) one = all.insert(all.end(), {name, place, {}, 0});
@@ -460,9 +469,9 @@ class Verifying {
     return all.size() > kShownMax ? out + ", …" : out;
   }
 
-  List chosen_value(const verify::Path& path) const {
+  List chosen_value(const verify::Judgement& judgement) const {
     List out;
-    for (const Chosen& one : chosen(path)) {
+    for (const Chosen& one : chosen(judgement)) {
       List values;
       for (const std::string& value : one.values) values.emplace_back(value);
       Map entry{{"name", one.name}, {"values", std::move(values)}, {"times", static_cast<std::int64_t>(one.times)}};
@@ -500,7 +509,7 @@ class Verifying {
       else
         out += judgement.observation.empty() ? ": time passed" : ": " + judgement.observation;
       out += fmt::format("   {} .mcap", shown.scenario);
-      if (const std::string what = text_of(chosen(*judgement.path)); !what.empty()) out += "\n  chosen: " + what;
+      if (const std::string what = text_of(chosen(judgement)); !what.empty()) out += "\n  chosen: " + what;
       if (shown.orders > 0) {
         out +=
             fmt::format("\n  needs messages of one instant in another order than that of virtual time, at {} instant{}",
@@ -576,7 +585,7 @@ class Verifying {
         Map example{{"scenario", shown.scenario},
                     {"recording", shown.recording},
                     {"choices", static_cast<std::int64_t>(shown.choices)},
-                    {"chosen", chosen_value(*judgement.path)},
+                    {"chosen", chosen_value(judgement)},
                     {"orders", static_cast<std::int64_t>(shown.orders)}};
         if (judgement.path->loop) {
           example["loop"] = Map{{"from", static_cast<std::int64_t>(*judgement.path->loop)},
