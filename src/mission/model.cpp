@@ -9,6 +9,7 @@
 #include "sentree/base/diagnostic.h"
 #include "sentree/base/rng.h"
 #include "sentree/idl/conform.h"
+#include "sentree/mission/faults.h"
 #include "sentree/scxml/step.h"
 
 namespace sentree::mission {
