@@ -45,6 +45,8 @@ struct CallOutcome {
   Value result;      ///< If ok. Else, of an exception that the interface declares: its fields, under its name.
   std::string kind;  ///< Else: exception, unreachable, late, protocol, arguments or vetoed.
   std::string message;
+  /// Somebody has answered, if only by an exception.
+  [[nodiscard]] bool is_served() const { return ok || kind == "exception"; }
   friend bool operator==(const CallOutcome&, const CallOutcome&) = default;
 };
 

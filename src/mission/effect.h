@@ -7,11 +7,15 @@
 
 namespace sentree::mission {
 
+/// Whether deliveries of that rank to different parts may change places at one instant: a tick comes when nothing else
+/// is due, and what is done from outside comes first.
+[[nodiscard]] constexpr bool may_change_places(Rank rank) { return rank != Rank::kTick && rank != Rank::kInjection; }
+
 /// Whether a delivery finds what it was meant for: not a timer that has been set anew, nor the end of a leaf's time
 /// when the leaf has answered.
 /// @param wake  Of a model or a skill (bool), by its number: when its timer rings.
 template <class Wake>
-bool has_effect(const Delivery& what, const TreeState& tree, const Wake& wake) {
+[[nodiscard]] bool has_effect(const Delivery& what, const TreeState& tree, const Wake& wake) {
   if (const auto* to_tree = std::get_if<TreeDelivery>(&what.what)) {
     const auto* due = std::get_if<AnswerDue>(to_tree);
     return due == nullptr || tree.leaves[due->leaf].outstanding == due->tick;

@@ -452,8 +452,7 @@ class ModelMachine::Step {
              (answer.id == 0 || one.id == answer.id);
     });
     if (open == state_.open.end()) return;
-    const bool is_served = answer.outcome.ok || answer.outcome.kind == "exception";
-    if (is_served && open->leaf != ServeCall::kOutside &&
+    if (answer.outcome.is_served() && open->leaf != ServeCall::kOutside &&
         host_.is_made_late(fmt::format("{}.{}", answer.service, answer.method))) {
       open->lost = true;
       return;

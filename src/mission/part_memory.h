@@ -173,8 +173,9 @@ class PartMemory final : private Ground {
   /// A settled run as numbers, with times relative to now: equal for runs that behave alike from here on. Appends.
   void pack(const Run& run, std::vector<std::uint32_t>& out);
   void unpack(std::span<const std::uint32_t> packed, TimePoint now, Run& run) const;
-  /// Durations have numbers too.
+  /// As `mission::has_effect`.
   [[nodiscard]] bool has_effect(const Run& run, const Run::Waiting& waiting) const;
+  /// Durations have numbers too.
   [[nodiscard]] std::uint32_t number_of(Duration duration);
 
   /// A part's state that has no canonical form; no run is right after it.

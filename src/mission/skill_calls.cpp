@@ -61,7 +61,7 @@ bool SkillMachine::Step::operator()(Outcome&& answered) {
   const Called& called = machine_.called(*answered.call);
   if (answered.outcome.ok && called.method->oneway) return false;
   const std::string& name = called.name;
-  const bool is_served = answered.outcome.ok || answered.outcome.kind == "exception";
+  const bool is_served = answered.outcome.is_served();
   if (is_served && host_.fails(Failing::kLate, name)) {
     CallOutcome late{.ok = false, .result = {}, .kind = "late", .message = std::string(kMadeLate)};
     host_.deliver_at(add_saturating(host_.now(), model_.call_deadline), Rank::kMessage,

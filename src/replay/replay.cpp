@@ -101,7 +101,7 @@ class Replay {
       now_behaviour_.observe(message);
       tick_ = message.tick;
       if (recorded_.is_virtual()) note_request(message);
-      if (message.kind == MessageKind::kRequest) arrivals_->published(message);
+      if (!recorded_.is_virtual() && message.kind == MessageKind::kRequest) arrivals_->published(message);
     });
     if (!recorded_.is_virtual()) {
       options.arrival = [this](std::size_t leaf, Arrivals::LeafMessage what) {

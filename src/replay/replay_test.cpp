@@ -93,6 +93,10 @@ class Replays : public ::testing::Test {
     return all;
   }
 
+  void put_tree(const std::string& nodes) {
+    put("tree.xml", "<root BTCPP_format=\"4\" main_tree_to_execute=\"T\"><BehaviorTree ID=\"T\">" + nodes +
+                        "</BehaviorTree></root>");
+  }
   // Its mission succeeds if the topic reaches the leaf between the second and the third tick.
   void put_listener() {
     put("interfaces/t.thrift", "service T { oneway void said() }\n");
@@ -110,9 +114,7 @@ class Replays : public ::testing::Test {
   <final id="success"/>
   <final id="failure"/>
 </scxml>)");
-    put("tree.xml", R"(<root BTCPP_format="4" main_tree_to_execute="T">
-  <BehaviorTree ID="T"><Action ID="Hear"/></BehaviorTree>
-</root>)");
+    put_tree(R"(<Action ID="Hear"/>)");
     put("sentree.yaml", R"(mission: {file: tree.xml, rate: 10 Hz}
 services:
   t: {interface: t.thrift/T, at: topics}
@@ -208,9 +210,7 @@ TEST_F(Replays, WhatALeafTookFirstItTakesFirstAgain) {
   <final id="success"/>
   <final id="failure"/>
 </scxml>)");
-  put("tree.xml", R"(<root BTCPP_format="4" main_tree_to_execute="T">
-  <BehaviorTree ID="T"><Action ID="Ask"/></BehaviorTree>
-</root>)");
+  put_tree(R"(<Action ID="Ask"/>)");
   put("sentree.yaml", R"(mission: {file: tree.xml, rate: 10 Hz}
 services:
   s: {interface: s.thrift/S, at: "tcp://127.0.0.1:1"}
@@ -267,8 +267,7 @@ TEST_F(Replays, ATimerThatRangLateRingsThenAgain) {
   <final id="success"/>
   <final id="failure"/>
 </scxml>)");
-  put("tree.xml", R"(<root BTCPP_format="4" main_tree_to_execute="T">
-  <BehaviorTree ID="T">
+  put_tree(R"(
     <Sequence>
       <Script code="n := 0"/>
       <ReactiveSequence>
@@ -276,8 +275,7 @@ TEST_F(Replays, ATimerThatRangLateRingsThenAgain) {
         <Action ID="Wait" go="{go}"/>
       </ReactiveSequence>
     </Sequence>
-  </BehaviorTree>
-</root>)");
+  )");
   put("sentree.yaml", "mission: {file: tree.xml, rate: 10 Hz}\n");
   // It is due between the second and the third tick, and rings between the third and the fourth.
   record_options_.timer_arrival = [](std::size_t, std::uint64_t) { return TimePoint(std::chrono::milliseconds(250)); };
@@ -296,9 +294,7 @@ TEST_F(Replays, AHaltIsTakenBehindWhatWasTakenBeforeIt) {
   </state>
   <final id="failure"/>
 </scxml>)");
-  put("tree.xml", R"(<root BTCPP_format="4" main_tree_to_execute="T">
-  <BehaviorTree ID="T"><Timeout msec="150"><Action ID="Wait"/></Timeout></BehaviorTree>
-</root>)");
+  put_tree(R"(<Timeout msec="150"><Action ID="Wait"/></Timeout>)");
   put("sentree.yaml", R"(mission: {file: tree.xml, rate: 10 Hz}
 services:
   t: {interface: t.thrift/T, at: topics}

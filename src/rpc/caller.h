@@ -36,8 +36,8 @@ class Caller {
   /// By name; an unknown one is kArguments with the nearest name.
   void call(std::string_view method, Value arguments, Deadline deadline, Done done);
 
-  /// Connects now instead of with the first call; `done` as of `call`, with null once calls can be made. Calls that are
-  /// made meanwhile wait behind it.
+  /// Connects now instead of with the first call; `done` as of `call`, with null once calls can be made, else why not
+  /// (kUnreachable, kLate). Calls that are made meanwhile wait behind it, until `deadline` at most. Not counted.
   virtual void open(Deadline /*deadline*/, const Done& done) { done(Value()); }
 
   /// Fails all calls, now and later, as kUnreachable. Idempotent.

@@ -80,7 +80,7 @@ class Elsewhere {
   /// `kHere` is never the answer. Errors: as of `make_leaf`.
   [[nodiscard]] virtual Result<std::unique_ptr<mission::ChartElsewhere>> make_chart(std::size_t leaf) = 0;
   /// Reaches a service at its address, which the plan has checked; calls have `deadline` [wall time]. The outcome of
-  /// one that nobody serves is kind unreachable.
+  /// one that nobody serves is kind unreachable. Null: none can be made, which is told as a problem.
   [[nodiscard]] virtual std::unique_ptr<ServicePort> make_port(const project::ServicePlan& service,
                                                                Duration deadline) = 0;
   /// One call, which waits for its outcome, at most `patience` [wall time].

@@ -102,7 +102,8 @@ class Scheduler : public Clock {
   }
 
   /// Which of several deliveries to different parts, due at one instant, comes first: by the number of that instant,
-  /// from 1, and in the order of virtual time. Nothing of it in real time. Before the run.
+  /// from 1, and in the order of virtual time. Those without an effect (`mission::has_effect`) are not asked about.
+  /// Nothing of it in real time. Before the run.
   virtual void on_order(
       std::function<std::size_t(std::uint64_t number, std::span<const mission::Delivery* const> due)> decide,
       std::function<bool(const mission::Delivery&)> has_effect) = 0;

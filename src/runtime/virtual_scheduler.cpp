@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "sentree/mission/effect.h"
 #include "sentree/mission/instant.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/watchdog.h"
@@ -217,22 +218,19 @@ class VirtualScheduler final : public Scheduler {
   // Brings to the front what is decided to come first of the deliveries that are due now.
   void reorder() {
     const Entry& top = queue_.front();
-    const auto may_wait = [](const Entry& entry) {
-      return entry.rank != mission::Rank::kTick && entry.rank != mission::Rank::kInjection;
-    };
-    if (!may_wait(top) || !is_delivery(top)) return;
+    if (!mission::may_change_places(top.rank) || !is_delivery(top)) return;
     std::vector<Entry*> due;
     for (Entry& entry : queue_) {
-      if (entry.when == top.when && may_wait(entry) && is_delivery(entry)) due.push_back(&entry);
+      if (entry.when == top.when && mission::may_change_places(entry.rank) && is_delivery(entry)) due.push_back(&entry);
     }
+    if (due.size() < 2) return;
     std::sort(due.begin(), due.end(), [](const Entry* a, const Entry* b) {
       return a->rank != b->rank ? a->rank < b->rank : a->order < b->order;
     });
     // The first of each part that finds what it was meant for: what is on its way to one keeps its order.
     std::vector<Entry*> first;
     for (Entry* entry : due) {
-      if (due.size() > 1 &&
-          std::none_of(first.begin(), first.end(), [&](const Entry* f) { return f->actor == entry->actor; }) &&
+      if (std::none_of(first.begin(), first.end(), [&](const Entry* f) { return f->actor == entry->actor; }) &&
           has_effect_(std::get<mission::Delivery>(things_[entry->thing])))
         first.push_back(entry);
     }

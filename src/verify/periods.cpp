@@ -156,11 +156,11 @@ std::uint64_t Periods::decide_choice(const mission::Choice& choice) {
     SourceSpan span;
     if (colon != std::string::npos)
       span = {choice.place.substr(0, colon), std::atoi(choice.place.c_str() + colon + 1), 1, 0};
-    error_ = Diagnostic{
-        Severity::kError, "verify.choice",
-        fmt::format("{}: {}() leaves {} alternatives open; at most {} can be tried{}", choice.model, choice.function,
-                    choice.count, kAlternativesMax, choice.function == "between" ? ": take a greater step" : ""),
-        std::move(span)};
+    error_ = Diagnostic{Severity::kError, "verify.choice",
+                        fmt::format("{}: {}() leaves {} alternatives open; at most {} can be tried{}", choice.model,
+                                    choice.function, choice.count, kAlternativesMax,
+                                    std::string_view(choice.function) == "between" ? ": take a greater step" : ""),
+                        std::move(span)};
     return 0;
   }
   const bool is_drawn = static_cast<bool>(choice.probability);

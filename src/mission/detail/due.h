@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "sentree/mission/delivery.h"
+#include "sentree/mission/effect.h"
 
 namespace sentree::mission::detail {
 
@@ -20,9 +20,8 @@ template <class Queue, class Same, class Effects>
 void due(const Queue& queue, const Same& same, const Effects& effects, std::vector<std::size_t>& at) {
   at.clear();
   const auto& first = queue.front();
-  const auto may_wait = [](Rank rank) { return rank != Rank::kTick && rank != Rank::kInjection; };
-  if (!may_wait(first.rank) || queue.size() < 2 || queue[1].when != first.when) return;
-  for (std::size_t i = 0; i < queue.size() && queue[i].when == first.when && may_wait(queue[i].rank); ++i) {
+  if (!may_change_places(first.rank) || queue.size() < 2 || queue[1].when != first.when) return;
+  for (std::size_t i = 0; i < queue.size() && queue[i].when == first.when && may_change_places(queue[i].rank); ++i) {
     if (std::none_of(at.begin(), at.end(), [&](std::size_t earlier) { return same(earlier, i); }) && effects(i))
       at.push_back(i);
   }
