@@ -194,14 +194,15 @@ duration: 60 min
         simulator = self.simulator(number)
         run = None
         try:
-            killed, driven = 0, False
+            killed, driven, resumes = 0, False, False
             run = self.start("run", self.scenario, "--durable", "--verbose",
                              *(["--processes"] if self.in_processes else []))
             while True:
                 # A moment is a number of lines that the run has printed, so that slow machines are killed alike; as
-                # often among the first hundred as among the last thousands.
+                # often among the first hundred as among the last thousands. Every other one comes once the run has gone on.
                 until = int(8000 ** self.random.random()) if killed < kills else None
-                code, text, plugged = self.follow(run, until)
+                code, text, plugged = self.follow(run, until, goes_on=resumes and killed % 2 == 1)
+                resumes = False
                 if code == INVALID and killed and self.is_over(text):
                     # It was killed when all had been said.
                     code, text = 0, self.last_words()
@@ -217,7 +218,7 @@ duration: 60 min
                 if not driven:
                     driven = self.drives_on()
                 survivors = self.left if self.in_processes else set()
-                run = self.start("run", "--resume", "--verbose")
+                run, resumes = self.start("run", "--resume", "--verbose"), True
                 if survivors:
                     self.found_again += survivors <= set(self.parts())
             if code not in (0, 1) or "mission SUCCESS" not in text:
@@ -326,11 +327,13 @@ duration: 60 min
                     process.kill()
                     process.wait()
 
-    def follow(self, run, until):
-        """Reads what the run prints, and plugs the robot in when it waits for that. (None, …): it has printed so many lines."""
+    def follow(self, run, until, goes_on=False):
+        """Reads what the run prints, and plugs the robot in when it waits for that. (None, …): it has printed so many lines,
+        of which only those count that follow its going on, if that is to be waited for."""
         lines, tail, plugged = 0, [], False
         for line in run.stdout:
-            lines += 1
+            goes_on = goes_on and "mission.resumed" not in line
+            lines += not goes_on
             tail = tail[-60:] + [line]
             self.told_set_back += "the machine's clock was set back" in line
             self.told_slow = self.told_slow or "does not keep up with its journal: the disk takes 2" in line

@@ -107,7 +107,6 @@ test("names of all kinds stand in the text as they are, in the tree as they are 
     await page.keyboard.press("Enter");
     await until(async () => (await page.locator("[data-testid=design-tree] [data-element]").nth(3 + i).getAttribute("data-name")) === name, `it is called ${name}`);
   }
-  await settled(page).catch(() => undefined);
   await page.keyboard.press("Control+s");
   await until(async () => (await page.locator("[data-dirty=true]").count()) === 0, "all is saved");
   const saved = readFileSync(file, "utf8");
