@@ -24,7 +24,7 @@ test("the whole tree is visible and readable on every screen, and nothing seriou
       const nodes = [...document.querySelectorAll("[data-testid=design-tree] [data-element]")];
       const inside = ({ left, right, top, bottom }) => left >= frame.left - 1 && right <= frame.right + 1 && top >= frame.top - 1 && bottom <= frame.bottom + 1;
       const sizes = nodes.flatMap((element) =>
-        [...element.querySelectorAll("text.name")].map((text) => {
+        [...element.querySelectorAll("text.name, text.detail")].map((text) => {
           const { a, b } = text.getScreenCTM();
           return parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b);
         }),
@@ -36,9 +36,9 @@ test("the whole tree is visible and readable on every screen, and nothing seriou
     await page.locator(".code").waitFor({ state: "detached" });
     const alone = await look();
     if (pictures) await page.screenshot({ path: join(pictures, `design-picture-${width}.png`) });
-    console.log(`# ${width}×${height}: names of at least ${alone.least.toFixed(1)} px, with the text ${beside.least.toFixed(1)} px`);
+    console.log(`# ${width}×${height}: texts of at least ${alone.least.toFixed(1)} px, with the text ${beside.least.toFixed(1)} px`);
     assert.deepEqual([beside.inside, alone.inside], [13, 13], `at ${width}×${height}`);
-    assert.ok(alone.least >= 10 && beside.least >= 10, `names at ${width}×${height}`);
+    assert.ok(alone.least >= 10 && beside.least >= 10, `texts at ${width}×${height}`);
     await page.getByRole("button", { name: "Both", exact: true }).click();
     await page.locator(".code").waitFor();
     assert.deepEqual(await serious(page), [], `axe at ${width}×${height}`);

@@ -39,7 +39,7 @@ const names = (page) =>
       const { a, b } = text.getScreenCTM();
       return parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b);
     };
-    const texts = [...document.querySelectorAll("[data-testid=tree] [data-node] > text.name")];
+    const texts = [...document.querySelectorAll("[data-testid=tree] [data-node] > :is(text.name, text.detail)")].filter((text) => size(text) > 0);
     const boxes = texts.map((text) => ({ said: text.textContent, node: text.parentElement, box: text.getBoundingClientRect() }));
     const over = boxes.flatMap((one, i) =>
       boxes.slice(i + 1).flatMap((other) => {
@@ -48,7 +48,7 @@ const names = (page) =>
         return apart || one.node === other.node ? [] : [`${one.said} / ${other.said}`];
       }),
     );
-    const near = texts.filter((text) => text.parentElement.classList.contains("near")).map(size);
+    const near = texts.filter((text) => text.matches(".near > .name")).map(size);
     return { near: Math.min(...near), all: Math.min(...texts.map(size)), over };
   });
 
@@ -80,7 +80,7 @@ test("at a violation the tree, the stage and the chosen text keep their size on 
     // Those around it, and that they lie over none of the others.
     const { near, all, over } = await names(page);
     console.log(`# ${width}×${height}: stage ${(100 * share).toFixed(1)} %, chosen ${name.toFixed(1)} px, around it ${near.toFixed(1)} px, all at least ${all.toFixed(1)} px`);
-    assert.ok(all >= kAll_px, `names have ${all.toFixed(1)} px at ${width}×${height}`);
+    assert.ok(all >= kAll_px, `texts have ${all.toFixed(1)} px at ${width}×${height}`);
     assert.ok(near >= kReadable_px, `names around the chosen one have ${near.toFixed(1)} px at ${width}×${height}`);
     const states = await page.evaluate(() =>
       [...document.querySelectorAll("[data-testid=chart] text.name")].map((text) => {
