@@ -53,6 +53,7 @@ std::string models_text(const std::vector<verify::MadeModel>& made) {
   for (const verify::MadeModel& model : made) {
     out += model.file + "\n";
     for (const std::string& line : model.tried) out += fmt::format("  {}\n", line);
+    if (model.unsure) out += fmt::format("  that is not all: {}\n", to_string(*model.unsure));
   }
   out += "to use them, in sentree.yaml:\nmodels:\n";
   for (const verify::MadeModel& model : made)
@@ -701,6 +702,7 @@ int verify(const VerifyCommand& command) {
       verify::add_models(scenario, *plan.value, command.model ? folder / "models" : out / "any", command.model);
   if (!any) {
     say(to_string(any.error()));
+    if (command.json) print(to_json(Value(Map{{"errors", to_value(Diagnostics{any.error()})}})) + "\n");
     return kInvalidInput;
   }
   if (command.model) {

@@ -13,6 +13,7 @@
 #include "sentree/text/xml.h"
 #include "sentree/text/yaml_node_edit.h"
 #include "sentree/verify/distinctions.h"
+#include "sentree/verify/reply_flow.h"
 
 namespace sentree::verify {
 
@@ -45,6 +46,7 @@ class Writer {
         "at once. Varied is what the mission looks at:\n",
         service_);
     for (const std::string& line : out_.tried) out_.chart += fmt::format("    {}\n", comment(line));
+    if (uses_.trouble) out_.chart += fmt::format("  That is not all: {}\n", comment(to_string(*uses_.trouble)));
     out_.chart += fmt::format(
         "  In a folder verify/any it is written anew each time. In models/, where the option model of sentree verify "
         "puts one to "
@@ -137,6 +139,7 @@ class Writer {
   std::string record(const idl::Struct& type, const std::string& path, int depth) {
     std::string out = "({";
     if (depth >= kReplyNestingMax) return out + "})";
+    if (type.kind == idl::StructKind::kUnion) return one_of(type, path, depth);
     for (const idl::Field& field : type.fields) {
       const bool is_recursive = depth > 0 && !field.when_absent && field.type->kind == idl::Kind::kStruct;
       if (field.requiredness == idl::Requiredness::kOptional && (is_recursive || !mentioned(field, depth))) continue;
@@ -146,9 +149,32 @@ class Writer {
       if (may_be_absent && uses_.absent.contains(field.name))
         made = fmt::format("{} ? {} : undefined", picked(inner + " is there", {"true", "false"}), made);
       out += fmt::format("{}{}: {}", out.size() == 2 ? "" : ", ", field.name, made);
-      if (type.kind == idl::StructKind::kUnion) break;  // exactly one is set
     }
     return out + "})";
+  }
+
+  // Of a union: exactly one member, each that somebody names, or one that nobody does.
+  std::string one_of(const idl::Struct& type, const std::string& path, int depth) {
+    std::vector<const idl::Field*> members;
+    const idl::Field* other = nullptr;
+    for (const idl::Field& field : type.fields) {
+      const bool is_deep = depth + 1 >= kReplyNestingMax && field.type->kind == idl::Kind::kStruct;
+      if (!is_deep && mentioned(field, depth))
+        members.push_back(&field);
+      else if (other == nullptr)
+        other = &field;
+    }
+    if (other != nullptr) members.push_back(other);
+    std::string out = "({})";
+    for (auto member = members.rbegin(); member != members.rend(); ++member) {
+      const std::string inner = fmt::format("{}.{}", path, (*member)->name);
+      const std::string made = fmt::format("({{{}: {}}})", (*member)->name,
+                                           value(*(*member)->type, (*member)->name, inner, depth + 1, *member));
+      out = member == members.rbegin()
+                ? made
+                : fmt::format("({} ? {} : {})", picked(inner + " is set", {"true", "false"}), made, out);
+    }
+    return out;
   }
 
   bool mentioned(const idl::Field& field, int depth) const {
@@ -170,11 +196,18 @@ class Writer {
       case idl::Kind::kI8: return {-128, 127};
       case idl::Kind::kI16: return {-32'768, 32'767};
       case idl::Kind::kI32: return {-2'147'483'648.0, 2'147'483'647.0};
-      // Of which a script knows no more exactly.
-      case idl::Kind::kI64: return {-9'007'199'254'740'991.0, 9'007'199'254'740'991.0};
+      // The greatest below 2^63 that a script knows.
+      case idl::Kind::kI64: return {-9'223'372'036'854'775'808.0, 9'223'372'036'854'774'784.0};
       default: return {-std::numeric_limits<double>::max(), std::numeric_limits<double>::max()};
     }
   }
+
+  // The next whole numbers that a script knows.
+  static double below(double number) {
+    const double next = std::ceil(number) - 1;
+    return next < number ? next : std::nextafter(number, -std::numeric_limits<double>::infinity());
+  }
+  static double above(double number) { return 0.0 - below(-number); }
 
   std::vector<std::string> numbers(const idl::Type& type, const std::string& name, const idl::Field* field) const {
     const auto found = uses_.numbers.find(name);
@@ -196,8 +229,8 @@ class Writer {
       if (!is_whole || number == std::floor(number)) values.insert(number);
     };
     const double step = is_whole || at.size() < 2 ? 1 : std::max(1e-9, (at.back() - at.front()) / 2);
-    add(is_whole ? std::ceil(at.front()) - 1 : at.front() - step);
-    add(is_whole ? std::floor(at.back()) + 1 : at.back() + step);
+    add(is_whole ? below(at.front()) : at.front() - step);
+    add(is_whole ? above(at.back()) : at.back() + step);
     if (field != nullptr && field->min) add(*field->min);
     if (field != nullptr && field->max) add(*field->max);
     for (std::size_t i = 0; i < at.size(); ++i) {
@@ -208,7 +241,7 @@ class Writer {
       if (const double rounded = std::round(between * 1e6) / 1e6; rounded > at[i] && rounded < at[i + 1])
         between = rounded;
       add(is_whole ? std::floor(between) : between);
-      if (is_whole) add(std::floor(at[i]) + 1);
+      if (is_whole) add(above(at[i]));
     }
     std::vector<std::string> out;
     for (const double number : values) out.push_back(plain_decimal(number));
@@ -241,8 +274,8 @@ class Writer {
 Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service) {
   std::vector<const idl::Method*> methods;
   const Distinctions uses = distinctions(plan, service, &methods);
-  if (uses.trouble) return tl::unexpected(*uses.trouble);
   AnyReply out;
+  out.unsure = uses.trouble;
   if (const auto trouble = Writer(service, uses, out)(methods)) return tl::unexpected(*trouble);
   return out;
 }
@@ -259,6 +292,10 @@ Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const pro
     if (service.at == "topics" || is_modelled(service.name)) continue;
     auto reply = any_reply(plan, service.name);
     if (!reply) return tl::unexpected(reply.error());
+    if (reply->unsure && !keeps) {
+      reply->unsure->message += ". Write a model of the service; sentree verify --model writes one to begin with";
+      return tl::unexpected(*reply->unsure);
+    }
     const std::filesystem::path file = folder / (service.name + ".scxml");
     std::error_code error;
     if (keeps && std::filesystem::exists(file, error) && text::read_file(file) != reply->chart) {
@@ -271,7 +308,8 @@ Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const pro
     const auto absolute = std::filesystem::absolute(file, error);
     const std::string path =
         std::filesystem::relative(absolute, std::filesystem::absolute(scenario.project.folder, error), error).string();
-    made.push_back({.service = service.name, .file = path, .tried = std::move(reply->tried)});
+    made.push_back(
+        {.service = service.name, .file = path, .tried = std::move(reply->tried), .unsure = std::move(reply->unsure)});
   }
   for (const MadeModel& model : made) {
     project::ModelEntry entry;

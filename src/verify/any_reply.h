@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ inline constexpr std::size_t kReplyValuesMax = 40;
 struct AnyReply {
   std::string chart;               ///< An SCXML document.
   std::vector<std::string> tried;  ///< What is varied, a line each: "getBatteryState.percentage: 0, 0.1, 0.2, 0.3".
+  /// Why that is not all that the mission tells apart: verify.any-reply, at a use that is no comparison with constants.
+  std::optional<Diagnostic> unsure;
 };
 
 /// Writes a model of a service that nobody models, from its interface and from what the mission makes of its replies.
@@ -26,19 +29,20 @@ struct AnyReply {
 /// compared with, and one other. Everything else has one value: what nothing looks at changes nothing. A method that
 /// throws may do so.
 ///
-/// Error: verify.any-reply, if a value is compared with what is no constant, or with too many.
+/// Error: verify.any-reply, if a value is compared with too many constants.
 [[nodiscard]] Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service);
 
 struct MadeModel {
   std::string service;
   std::string file;  ///< Relative to the project's folder.
   std::vector<std::string> tried;
+  std::optional<Diagnostic> unsure;  ///< As of its AnyReply.
 };
 
 /// Writes a model for each service of the scenario that has none, FOLDER/SERVICE.scxml, and makes the scenario use it;
 /// written down, it does so too.
 /// @param plan  Of the scenario as it is.
-/// @param keeps  Files that are there are somebody's: one that says something else is an error.
+/// @param keeps  They are to be edited: one that is unsure is no error, but a file that is there and says something else.
 /// Errors: those of `any_reply`; verify.any-reply; those of writing.
 [[nodiscard]] Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const project::Plan& plan,
                                                         const std::filesystem::path& folder, bool keeps = false);

@@ -8,6 +8,8 @@
 
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/script_syntax.h"
+#include "sentree/verify/mission_flow.h"
+#include "sentree/verify/reply_flow.h"
 
 namespace sentree::verify {
 
@@ -16,19 +18,11 @@ namespace {
 using scxml::ScriptTree;
 using Node = scxml::ScriptNode::Kind;
 
-// Variables that are followed from a comparison to what was assigned to them.
-constexpr int kFollowedMax = 8;
-
 double inverse(const std::string& sign, double result, double known, bool known_is_left) {
   if (sign == "+") return result - known;
   if (sign == "-") return known_is_left ? known - result : result + known;
   if (sign == "*") return result / known;
   return known_is_left ? known / result : result * known;
-}
-
-bool is_comparison(const std::string& sign) {
-  return sign == "<" || sign == ">" || sign == "<=" || sign == ">=" || sign == "==" || sign == "===" || sign == "!=" ||
-         sign == "!==";
 }
 
 std::set<double> numbers_in(const Value& value) {
@@ -50,123 +44,102 @@ void add_fields(const idl::Type& type, int depth, std::set<std::string>& fields)
   }
 }
 
+std::set<idl::Kind> kinds_of(const idl::Type& type) {
+  std::set<idl::Kind> kinds{type.kind};
+  const idl::Type* inner = type.element;
+  for (int depth = 0; inner != nullptr && depth < kReplyNestingMax; ++depth, inner = inner->element)
+    kinds.insert(inner->kind);
+  return kinds;
+}
+
+void add_kinds(const idl::Type& type, int depth, std::map<std::string, std::set<idl::Kind>>& members) {
+  if (type.element != nullptr && depth < kReplyNestingMax) add_kinds(*type.element, depth + 1, members);
+  if (type.kind != idl::Kind::kStruct || depth >= kReplyNestingMax) return;
+  for (const idl::Field& field : type.structure->fields) {
+    const bool is_new = !members.contains(field.name);
+    members[field.name].merge(kinds_of(*field.type));
+    if (is_new || depth < 2) add_kinds(*field.type, depth + 1, members);
+  }
+}
+
 // What is known of a chart before it begins.
 struct Given {
   std::map<std::string, std::set<double>> numbers;
   std::map<std::string, std::set<std::string>> texts;
-  std::set<std::string> fields;  // of interfaces
-  std::string service;           // whose replies are looked at
-  bool strict = false;           // what is no comparison with constants is an error
+  std::set<std::string> open;  // what they hold is not known
 };
 
 // One chart's comparisons.
 class Comparisons {
  public:
-  Comparisons(const scxml::Chart& chart, Given given, Distinctions& uses)
-      : model_(chart.model()), chart_(chart), given_(std::move(given)), uses_(uses) {
-    for (const scxml::Expression& expression : model_.expressions) {
+  /// @param place  Of what the chart was written from; nothing: it has places of its own.
+  Comparisons(const ReplyFlow& flow, Given given, Distinctions& uses, std::optional<SourceSpan> place = std::nullopt)
+      : flow_(flow), given_(std::move(given)), uses_(uses), place_(std::move(place)) {
+    for (const scxml::Expression& expression : expressions()) {
       for (const std::string& name : scxml::names_in_script(expression.text)) uses_.names.insert(name);
-      trees_.push_back(scxml::parse_script_expression(expression.text));
-      if (!trees_.back()) continue;
-      for (const scxml::ScriptNode& node : trees_.back()->nodes) {
-        if (node.kind == Node::kText) uses_.words.insert(node.text);
-      }
     }
-    for (const scxml::Variable& variable : model_.variables) {
-      if (variable.expr != scxml::kNoExpression) assigned_[variable.id].push_back(variable.expr);
-    }
-    for (const scxml::StateCode& state : model_.state_code) {
-      for (const scxml::Block& block : state.onentry) look_for_assignments(block);
-      for (const scxml::Block& block : state.onexit) look_for_assignments(block);
-    }
-    for (const scxml::TransitionCode& transition : model_.transition_code) look_for_assignments(transition.content);
-    for (std::size_t i = 0; i < model_.transition_code.size(); ++i) {
-      const scxml::TransitionCode& transition = model_.transition_code[i];
-      conditions_.insert(transition.condition);
-      if (!is_of_others(chart_.transitions()[i].events)) continue;
-      others_.insert(transition.condition);
-      leave_out(transition.content);
+    for (const ReplyFlow::Use& use : flow_.uses()) {
+      if (use.role == ReplyFlow::Role::kCondition) conditions_.insert(use.expression);
     }
   }
 
-  void operator()() {
-    for (std::size_t i = 0; i < trees_.size(); ++i) {
-      if (!trees_[i]) continue;
-      expression_ = i;
-      const auto id = static_cast<scxml::ExpressionId>(i);
-      is_looked_at_ = given_.strict && !others_.contains(id);
-      if (conditions_.contains(id)) truth(trees_[i]->root());
-      for (const scxml::ScriptNode& node : trees_[i]->nodes) {
-        if (node.kind == Node::kUnary && node.text == "!") truth(node.operands[0]);
-        if (node.kind == Node::kConditional) truth(node.operands[0]);
-        if (node.kind == Node::kMember && node.text == "exception") exception(*trees_[i], node);
-        if (node.kind != Node::kBinary) continue;
-        if (node.text == "&&" || node.text == "||") {
-          truth(node.operands[0]);
-        } else if (is_comparison(node.text)) {
-          compare(node);
-        } else if (node.text == "in") {
-          look_for_member(node);
-        }
-      }
+  /// @param looked_at  Arguments of calls that somebody looks at.
+  void operator()(const std::set<std::string>& looked_at) {
+    for (std::size_t i = 0; i < flow_.size(); ++i) {
+      expression_ = static_cast<scxml::ExpressionId>(i);
+      if (const auto& tree = flow_.tree(expression_)) look(*tree);
+    }
+    if (uses_.trouble) return;
+    if (const auto unknown = unknown_use(flow_, looked_at)) {
+      expression_ = unknown->expression;
+      const auto& tree = flow_.tree(expression_);
+      give_up(tree ? &*tree : nullptr, unknown->why);
     }
   }
 
  private:
-  // Events of other services only, so that no reply of this one is in them.
-  bool is_of_others(const std::vector<std::string>& events) const {
-    const std::string own = given_.service + ".";
-    return !events.empty() && std::all_of(events.begin(), events.end(), [&](const std::string& event) {
-      return event.ends_with(".reply") && !event.starts_with(own);
-    });
-  }
-  void leave_out(const scxml::Block& block) {
-    for (const scxml::Action& action : block) {
-      if (const auto* assign = std::get_if<scxml::Assign>(&action.what)) {
-        others_.insert(assign->expr);
-      } else if (const auto* branches = std::get_if<scxml::If>(&action.what)) {
-        for (const scxml::If::Branch& branch : branches->branches) {
-          others_.insert(branch.condition);
-          leave_out(branch.body);
-        }
+  const std::vector<scxml::Expression>& expressions() const { return flow_.chart().model().expressions; }
+
+  void look(const ScriptTree& tree) {
+    if (conditions_.contains(expression_)) truth(tree.root());
+    for (const scxml::ScriptNode& node : tree.nodes) {
+      if (node.kind == Node::kText) uses_.words.insert(node.text);
+      if (node.kind == Node::kUnary && node.text == "!") truth(node.operands[0]);
+      if (node.kind == Node::kConditional) truth(node.operands[0]);
+      if (node.kind == Node::kMember && node.text == "exception") exception(tree, node);
+      if (node.kind != Node::kBinary) continue;
+      if (node.text == "&&" || node.text == "||") {
+        truth(node.operands[0]);
+      } else if (is_comparison(node.text)) {
+        compare(node);
+      } else if (node.text == "in") {
+        look_for_member(node);
       }
     }
   }
 
-  // Whether a part of an expression is made of a reply.
-  bool is_of_reply(const ScriptTree& tree, std::uint32_t id, int depth) const {
-    const scxml::ScriptNode& node = tree.at(id);
-    if (node.kind == Node::kMember && (tree.path(id) + ".").starts_with("_event.data.result.")) return true;
-    if (node.kind == Node::kName) return depth > 0 && is_variable_of_reply(node.text, depth - 1);
-    return std::any_of(node.operands.begin(), node.operands.end(),
-                       [&](std::uint32_t operand) { return is_of_reply(tree, operand, depth); });
+  // What a part of an expression that is made of a reply tells apart is not known.
+  void give_up(const ScriptTree& tree, std::uint32_t id, const std::string& why) {
+    if (!uses_.trouble && flow_.is_of_reply(tree, id)) give_up(&tree, why);
   }
-  bool is_variable_of_reply(const std::string& name, int depth) const {
-    const auto found = assigned_.find(name);
-    return found != assigned_.end() &&
-           std::any_of(found->second.begin(), found->second.end(), [&](scxml::ExpressionId expression) {
-             return trees_[expression] && !others_.contains(expression) &&
-                    is_of_reply(*trees_[expression], trees_[expression]->root(), depth);
-           });
-  }
-  // What it tells apart is not known.
-  void give_up(const ScriptTree& tree, std::uint32_t id, int depth, const std::string& why) {
-    if (!is_looked_at_ || uses_.trouble || !is_of_reply(tree, id, depth)) return;
+  void give_up(const ScriptTree* tree, const std::string& why) {
     std::string what;
-    for (std::uint32_t node = 0; node <= id && what.empty(); ++node) {
-      if (tree.path(node).starts_with("_event.data.result") && is_of_reply(tree, node, 0)) what = tree.path(node);
+    for (std::uint32_t node = 0; tree != nullptr && node < tree->nodes.size() && what.empty(); ++node) {
+      if (flow_.is_direct(*tree, node)) what = tree->path(node);
     }
     uses_.trouble = Diagnostic{
         Severity::kError, "verify.any-reply",
         fmt::format("{} {}, so that which of its values are told apart is not known: only comparisons with constants, "
-                    "after + - * / by constants, tell that. Write a model of the service",
+                    "after + - * / by constants, tell that",
                     what.empty() ? "a reply" : what, why),
-        chart_.span(model_.expressions[expression_].place)};
+        place()};
   }
+  SourceSpan place() const { return place_ ? *place_ : flow_.chart().span(expressions()[expression_].place); }
+  const ScriptTree& here() const { return *flow_.tree(expression_); }
 
   // What is wanted to be true or false: numbers are unless they are 0, texts unless they are empty.
   void truth(std::uint32_t id) {
-    const ScriptTree& tree = *trees_[expression_];
+    const ScriptTree& tree = here();
     const scxml::ScriptNode& node = tree.at(id);
     if (node.kind == Node::kBinary && (is_comparison(node.text) || node.text == "in" || node.text == "instanceof"))
       return;
@@ -180,360 +153,330 @@ class Comparisons {
       return;
     }
     if (node.kind == Node::kUnary && node.text == "!") return;
-    if (!is_of_reply(tree, id, kFollowedMax)) return;
-    for (const std::string& name : sources(tree, id, kFollowedMax)) {
+    if (!flow_.is_of_reply(tree, id)) return;
+    if (flow_.is_far(tree, id)) give_up(tree, id, kIsFar);
+    for (const std::string& name : flow_.sources(tree, id)) {
       uses_.texts[name].insert("");
       uses_.absent.insert(name);
     }
-    equal(tree, id, 0, kFollowedMax);
-  }
-
-  void look_for_assignments(const scxml::Block& block) {
-    for (const scxml::Action& action : block) {
-      if (const auto* assign = std::get_if<scxml::Assign>(&action.what)) {
-        if (assign->expr != scxml::kNoExpression && assign->location != scxml::kNoExpression)
-          assigned_[model_.expressions[assign->location].text].push_back(assign->expr);
-      } else if (const auto* branches = std::get_if<scxml::If>(&action.what)) {
-        for (const scxml::If::Branch& branch : branches->branches) {
-          conditions_.insert(branch.condition);
-          look_for_assignments(branch.body);
-        }
-      } else if (const auto* foreach = std::get_if<scxml::Foreach>(&action.what)) {
-        look_for_assignments(*foreach->body);
-      }
-    }
-  }
-
-  // Whether it is what a reply holds, as it is.
-  bool is_plain(const ScriptTree& tree, std::uint32_t id, int depth) const {
-    const scxml::ScriptNode& node = tree.at(id);
-    if (node.kind == Node::kMember || !is_of_reply(tree, id, depth)) return true;
-    if (node.kind == Node::kConditional)
-      return is_plain(tree, node.operands[1], depth) && is_plain(tree, node.operands[2], depth);
-    if (node.kind != Node::kName) return false;
-    const auto found = assigned_.find(node.text);
-    return found == assigned_.end() || depth == 0 ||
-           std::all_of(found->second.begin(), found->second.end(), [&](scxml::ExpressionId expression) {
-             return !trees_[expression] || is_plain(*trees_[expression], trees_[expression]->root(), depth - 1);
-           });
+    equal(tree, id, 0);
   }
 
   // 'member' in value
   void look_for_member(const scxml::ScriptNode& in) {
-    const ScriptTree& tree = *trees_[expression_];
+    const ScriptTree& tree = here();
     const std::set<std::string> members = text_constants(tree, in.operands[0]);
     uses_.absent.insert(members.begin(), members.end());
     uses_.names.insert(members.begin(), members.end());
-    if (members.empty()) give_up(tree, in.operands[1], kFollowedMax, "is looked into for members without a name");
+    if (members.empty()) give_up(tree, in.operands[1], "is looked into for members without a name");
   }
 
   // Any reply throws nothing that holds anything.
   void exception(const ScriptTree& tree, const scxml::ScriptNode& member) {
-    if (!given_.strict || uses_.trouble || tree.path(member.operands[0]) != "_event.data") return;
+    if (uses_.trouble || tree.path(member.operands[0]) != "_event.data") return;
     uses_.trouble = Diagnostic{Severity::kError, "verify.any-reply",
                                "_event.data.exception is looked at, and which of its values are told apart is not "
-                               "known. Write a model of the service",
-                               chart_.span(model_.expressions[expression_].place)};
+                               "known",
+                               place()};
   }
 
   void compare(const scxml::ScriptNode& comparison) {
     const std::uint32_t left = comparison.operands[0];
     const std::uint32_t right = comparison.operands[1];
-    const bool is_order = comparison.text.front() == '<' || comparison.text.front() == '>';
-    const ScriptTree& tree = *trees_[expression_];
-    for (const auto& [value, constant] : {std::pair(left, right), std::pair(right, left)}) {
-      if (tree.at(constant).kind == Node::kNothing) {
-        const auto names = sources(tree, value, kFollowedMax);
-        uses_.absent.insert(names.begin(), names.end());
-        continue;
-      }
-      if (tree.at(value).kind == Node::kUnary && tree.at(value).text == "typeof") {
-        // Types are the interface's, but for what is not there.
-        const auto names = sources(tree, tree.at(value).operands[0], kFollowedMax);
-        uses_.absent.insert(names.begin(), names.end());
-        continue;
-      }
-      const std::set<std::string> texts = text_constants(tree, constant);
-      const bool is_text = std::any_of(texts.begin(), texts.end(),
-                                       [](const std::string& text) { return numbers_in(Value(text)).empty(); });
-      if (is_text && is_order) give_up(tree, value, kFollowedMax, "is ordered as a text");
-      if (is_text && !is_plain(tree, value, kFollowedMax))
-        give_up(tree, value, kFollowedMax, "is changed before it is compared with a text");
-      for (const std::string& text : texts) {
-        for (const std::string& name : sources(tree, value, kFollowedMax)) uses_.texts[name].insert(text);
-        for (const double number : numbers_in(Value(text))) equal(tree, value, number, kFollowedMax);
-      }
-      const std::set<double> numbers = constants(tree, constant, kFollowedMax);
-      for (const double number : numbers) equal(tree, value, number, kFollowedMax);
-      const bool is_known = !texts.empty() || !numbers.empty() || tree.at(constant).kind == Node::kTruth;
-      // What is handed back is that value or another one.
-      const bool is_handed = !is_order && tree.path(constant).starts_with("_event.data.args.");
-      const bool is_alike = is_handed || is_of_reply(tree, constant, kFollowedMax);
-      if (!is_known && is_alike && is_of_reply(tree, value, kFollowedMax)) {
-        const auto names = sources(tree, value, kFollowedMax);
-        uses_.several.insert(names.begin(), names.end());
-      }
-      if (!is_known && !is_alike) give_up(tree, value, kFollowedMax, "is compared with what is no constant");
-    }
+    compare(comparison.text, left, right);
+    compare(comparison.text, right, left);
     // Two values that are both of replies: no constant tells them apart.
-    const auto of_reply = [&](std::uint32_t node) {
-      return constants(tree, node, kFollowedMax).empty() && tree.at(node).kind == Node::kMember &&
-             tree.path(node).starts_with("_event.data.result");
-    };
-    if (of_reply(left) && of_reply(right) && !uses_.trouble) {
-      const scxml::Expression& expression = model_.expressions[expression_];
+    const ScriptTree& tree = here();
+    if (flow_.is_direct(tree, left) && flow_.is_direct(tree, right) && !uses_.trouble) {
       uses_.trouble = Diagnostic{Severity::kError, "verify.any-reply",
                                  fmt::format("{} is compared with {}, which is no constant; which of their values "
-                                             "differ cannot be told. Write a model of the service",
+                                             "differ cannot be told",
                                              tree.path(left), tree.path(right)),
-                                 chart_.span(expression.place)};
+                                 place()};
+    }
+  }
+  void compare(const std::string& sign, std::uint32_t value, std::uint32_t other) {
+    const ScriptTree& tree = here();
+    if (flow_.is_far(tree, value)) give_up(tree, value, kIsFar);
+    const bool is_type = tree.at(value).kind == Node::kUnary && tree.at(value).text == "typeof";
+    if (is_type || tree.at(other).kind == Node::kNothing) {
+      // Types are the interface's, but for what is not there.
+      const auto names = flow_.sources(tree, is_type ? tree.at(value).operands[0] : value);
+      uses_.absent.insert(names.begin(), names.end());
+      return;
+    }
+    const bool is_order = sign.front() == '<' || sign.front() == '>';
+    const std::set<std::string> texts = text_constants(tree, other);
+    const bool is_text = std::any_of(texts.begin(), texts.end(),
+                                     [](const std::string& text) { return numbers_in(Value(text)).empty(); });
+    if (is_text && is_order) give_up(tree, value, "is ordered as a text");
+    if (is_text && !flow_.is_plain(tree, value)) give_up(tree, value, "is changed before it is compared with a text");
+    for (const std::string& text : texts) equal(tree, value, text);
+    const std::set<double> numbers = constants(tree, other);
+    for (const double number : numbers) equal(tree, value, number);
+    if (!texts.empty() || !numbers.empty() || tree.at(other).kind == Node::kTruth) return;
+    // What is handed back is that value or another one.
+    const bool is_handed = !is_order && tree.path(other).starts_with("_event.data.args.");
+    if (!is_handed && !is_alike(tree, value, other))
+      return give_up(tree, value, "is compared with what is no constant");
+    if (!flow_.is_of_reply(tree, value)) return;
+    const auto names = flow_.sources(tree, value);
+    uses_.several.insert(names.begin(), names.end());
+    std::set<std::string> seen;
+    equal_first(tree, value, tree, other, seen);
+  }
+  // A variable that is what a reply was may also be what it was before the first one.
+  void equal_first(const ScriptTree& tree, std::uint32_t value, const ScriptTree& in, std::uint32_t id,
+                   std::set<std::string>& seen) {
+    const scxml::ScriptNode& node = in.at(id);
+    if (node.kind == Node::kConditional) {
+      equal_first(tree, value, in, node.operands[1], seen);
+      equal_first(tree, value, in, node.operands[2], seen);
+    } else if (node.kind == Node::kName && flow_.is_of_reply(in, id)) {
+      if (!seen.insert(node.text).second) return;
+      for (const scxml::ExpressionId one : flow_.assigned(node.text)) {
+        if (flow_.tree(one)) equal_first(tree, value, *flow_.tree(one), flow_.tree(one)->root(), seen);
+      }
+    } else {
+      for (const std::string& text : text_constants(in, id)) equal(tree, value, text);
+      for (const double number : constants(in, id)) equal(tree, value, number);
+    }
+  }
+  // Both are what replies hold under one name, and nothing else.
+  bool is_alike(const ScriptTree& tree, std::uint32_t a, std::uint32_t b) const {
+    return flow_.is_of_reply(tree, b) && flow_.is_plain(tree, a) && flow_.is_plain(tree, b) &&
+           flow_.sources(tree, a) == flow_.sources(tree, b);
+  }
+
+  // Whether the numbers and texts that it can be are those that are written.
+  bool is_constant(const ScriptTree& tree, std::uint32_t id, std::set<std::string>& seen) const {
+    const scxml::ScriptNode& node = tree.at(id);
+    switch (node.kind) {
+      case Node::kNumber:
+      case Node::kText:
+      case Node::kTruth:
+      case Node::kNothing: return true;
+      case Node::kName: {
+        if (given_.open.contains(node.text) || flow_.is_scripted(node.text) || flow_.is_of_reply(tree, id) ||
+            !seen.insert(node.text).second)
+          return false;
+        const auto& all = flow_.assigned(node.text);
+        const bool is_known = std::all_of(all.begin(), all.end(), [&](scxml::ExpressionId one) {
+          return flow_.tree(one) && is_constant(*flow_.tree(one), flow_.tree(one)->root(), seen);
+        });
+        seen.erase(node.text);
+        return is_known && (!all.empty() || given_.numbers.contains(node.text) || given_.texts.contains(node.text));
+      }
+      case Node::kConditional:
+        return is_constant(tree, node.operands[1], seen) && is_constant(tree, node.operands[2], seen);
+      case Node::kCall:
+        return std::all_of(node.operands.begin() + 1, node.operands.end(),
+                           [&](std::uint32_t one) { return is_constant(tree, one, seen); });
+      case Node::kUnary:
+      case Node::kBinary:
+        return std::all_of(node.operands.begin(), node.operands.end(),
+                           [&](std::uint32_t one) { return is_constant(tree, one, seen); });
+      default: return false;
     }
   }
 
   // The numbers that a part of an expression can be, if it is made of constants only.
-  std::set<double> constants(const ScriptTree& tree, std::uint32_t id, int depth) const {
+  std::set<double> constants(const ScriptTree& tree, std::uint32_t id) const {
+    std::set<std::string> seen;
+    return is_constant(tree, id, seen) ? values(tree, id) : std::set<double>();
+  }
+  std::set<double> values(const ScriptTree& tree, std::uint32_t id) const {
     const scxml::ScriptNode& node = tree.at(id);
     if (node.kind == Node::kNumber) return {node.number};
-    if (node.kind == Node::kName) {
-      const auto given = given_.numbers.find(node.text);
-      if (given != given_.numbers.end()) return given->second;
-      const auto found = assigned_.find(node.text);
-      if (found == assigned_.end() || depth == 0) return {};
-      std::set<double> all;
-      for (const scxml::ExpressionId expression : found->second) {
-        if (!trees_[expression]) continue;
-        const auto some = constants(*trees_[expression], trees_[expression]->root(), depth - 1);
-        all.insert(some.begin(), some.end());
-      }
-      return all;
-    }
-    if (node.kind == Node::kUnary && node.text == "-") {
-      std::set<double> all;
-      for (const double number : constants(tree, node.operands[0], depth)) all.insert(-number);
-      return all;
-    }
-    if (node.kind == Node::kCall) return constants_of_call(tree, node, depth);
-    if (node.kind != Node::kBinary) return {};
     std::set<double> all;
-    for (const double a : constants(tree, node.operands[0], depth)) {
-      for (const double b : constants(tree, node.operands[1], depth)) {
-        if (node.text == "+") all.insert(a + b);
-        if (node.text == "-") all.insert(a - b);
-        if (node.text == "*") all.insert(a * b);
-        if (node.text == "/" && b != 0) all.insert(a / b);
+    if (node.kind == Node::kName) {
+      if (const auto given = given_.numbers.find(node.text); given != given_.numbers.end()) all = given->second;
+      for (const scxml::ExpressionId expression : flow_.assigned(node.text))
+        all.merge(values(*flow_.tree(expression), flow_.tree(expression)->root()));
+    } else if (node.kind == Node::kConditional) {
+      all = values(tree, node.operands[1]);
+      all.merge(values(tree, node.operands[2]));
+    } else if (node.kind == Node::kUnary && node.text == "-") {
+      for (const double number : values(tree, node.operands[0])) all.insert(-number);
+    } else if (node.kind == Node::kCall) {
+      return values_of_call(tree, node);
+    } else if (node.kind == Node::kBinary) {
+      for (const double a : values(tree, node.operands[0])) {
+        for (const double b : values(tree, node.operands[1])) {
+          if (node.text == "+") all.insert(a + b);
+          if (node.text == "-") all.insert(a - b);
+          if (node.text == "*") all.insert(a * b);
+          if (node.text == "/" && b != 0) all.insert(a / b);
+        }
       }
     }
     return all;
   }
 
   // Of functions of which it is known.
-  std::set<double> constants_of_call(const ScriptTree& tree, const scxml::ScriptNode& node, int depth) const {
+  std::set<double> values_of_call(const ScriptTree& tree, const scxml::ScriptNode& node) const {
     const std::string function = tree.path(node.operands[0]);
     if (function != "Math.min" && function != "Math.max") return {};
     std::set<double> all;
     for (std::size_t i = 1; i < node.operands.size(); ++i) {
-      const auto some = constants(tree, node.operands[i], depth);
+      auto some = values(tree, node.operands[i]);
       if (some.empty()) return {};
-      all.insert(some.begin(), some.end());  // one of them
+      all.merge(some);  // one of them
     }
     return all;
   }
   std::set<std::string> text_constants(const ScriptTree& tree, std::uint32_t id) const {
+    std::set<std::string> seen;
+    return is_constant(tree, id, seen) ? texts(tree, id) : std::set<std::string>();
+  }
+  std::set<std::string> texts(const ScriptTree& tree, std::uint32_t id) const {
     const scxml::ScriptNode& node = tree.at(id);
     if (node.kind == Node::kText) return {node.text};
-    const auto given = node.kind == Node::kName ? given_.texts.find(node.text) : given_.texts.end();
-    return given != given_.texts.end() ? given->second : std::set<std::string>();
+    std::set<std::string> all;
+    if (node.kind == Node::kConditional) {
+      all = texts(tree, node.operands[1]);
+      all.merge(texts(tree, node.operands[2]));
+    } else if (node.kind == Node::kName) {
+      if (const auto given = given_.texts.find(node.text); given != given_.texts.end()) all = given->second;
+      for (const scxml::ExpressionId expression : flow_.assigned(node.text))
+        all.merge(texts(*flow_.tree(expression), flow_.tree(expression)->root()));
+    }
+    return all;
   }
 
+  void equal(const ScriptTree& tree, std::uint32_t id, const std::string& text) {
+    for (const std::string& name : flow_.sources(tree, id)) uses_.texts[name].insert(text);
+    for (const double number : numbers_in(Value(text))) equal(tree, id, number);
+  }
   // A part of an expression tells apart what is below, at and above `number`: so what it is made of does at others.
-  void equal(const ScriptTree& tree, std::uint32_t id, double number, int depth) {
+  void equal(const ScriptTree& tree, std::uint32_t id, double number) {
     const scxml::ScriptNode& node = tree.at(id);
     if (!std::isfinite(number)) return;
     if (node.kind == Node::kMember) {
       uses_.numbers[node.text].insert(number);
-      if (node.text != "result" && !given_.fields.contains(node.text))
-        give_up(tree, id, depth, fmt::format("has its {} looked at", node.text));
     } else if (node.kind == Node::kName) {
-      const auto found = assigned_.find(node.text);
-      if (found == assigned_.end() || depth == 0) return;
-      for (const scxml::ExpressionId expression : found->second) {
-        if (trees_[expression]) equal(*trees_[expression], trees_[expression]->root(), number, depth - 1);
-      }
+      equal_variable(tree, id, number);
     } else if (node.kind == Node::kUnary && node.text == "-") {
-      equal(tree, node.operands[0], -number, depth);
+      equal(tree, node.operands[0], -number);
     } else if (node.kind == Node::kBinary &&
                (node.text == "+" || node.text == "-" || node.text == "*" || node.text == "/")) {
-      const std::set<double> left = constants(tree, node.operands[0], depth);
-      const std::set<double> right = constants(tree, node.operands[1], depth);
-      for (const double known : left) equal(tree, node.operands[1], inverse(node.text, number, known, true), depth);
-      for (const double known : right) equal(tree, node.operands[0], inverse(node.text, number, known, false), depth);
+      const std::set<double> left = constants(tree, node.operands[0]);
+      const std::set<double> right = constants(tree, node.operands[1]);
+      for (const double known : left) equal(tree, node.operands[1], inverse(node.text, number, known, true));
+      for (const double known : right) equal(tree, node.operands[0], inverse(node.text, number, known, false));
       if (left.empty() && right.empty())
-        give_up(tree, id, depth, fmt::format("is compared after {} with what is no constant", node.text));
+        give_up(tree, id, fmt::format("is compared after {} with what is no constant", node.text));
     } else if (node.kind == Node::kConditional) {
-      equal(tree, node.operands[1], number, depth);
-      equal(tree, node.operands[2], number, depth);
+      equal(tree, node.operands[1], number);
+      equal(tree, node.operands[2], number);
     } else if (node.kind == Node::kCall) {
-      equal_call(tree, id, number, depth);
+      equal_call(tree, id, number);
     } else if (node.kind == Node::kUnary && node.text == "+") {
-      equal(tree, node.operands[0], number, depth);
+      equal(tree, node.operands[0], number);
     } else if (node.kind == Node::kBinary && (node.text == "||" || node.text == "&&")) {
       // The second one, or the first one, which is looked at by itself.
-      equal(tree, node.operands[0], number, depth);
-      equal(tree, node.operands[1], number, depth);
-    } else if (node.kind == Node::kUnary || node.kind == Node::kBinary || node.kind == Node::kIndex) {
-      const bool is_truth = node.text == "!" || is_comparison(node.text);
-      if (!is_truth)
-        give_up(tree, id, depth, node.kind == Node::kIndex ? "chooses by an index" : "is compared after " + node.text);
+      equal(tree, node.operands[0], number);
+      equal(tree, node.operands[1], number);
+    } else if (node.kind == Node::kIndex) {
+      give_up(tree, id, "chooses by an index");
+    } else if (node.kind == Node::kUnary || node.kind == Node::kBinary) {
+      give_up(tree, id, "is compared after " + node.text);
     }
   }
 
-  void equal_call(const ScriptTree& tree, std::uint32_t id, double number, int depth) {
+  void equal_variable(const ScriptTree& tree, std::uint32_t id, double number) {
+    const std::string& variable = tree.at(id).text;
+    auto& before = followed_[variable];
+    if (std::find(before.begin(), before.end(), number) != before.end()) return;
+    if (!before.empty()) return give_up(tree, id, "is computed from what it was before");
+    before.push_back(number);
+    for (const scxml::ExpressionId expression : flow_.assigned(variable)) {
+      if (flow_.tree(expression)) equal(*flow_.tree(expression), flow_.tree(expression)->root(), number);
+    }
+    before.pop_back();
+  }
+
+  void equal_call(const ScriptTree& tree, std::uint32_t id, double number) {
     const scxml::ScriptNode& node = tree.at(id);
     const scxml::ScriptNode& callee = tree.at(node.operands[0]);
     const std::string function = tree.path(node.operands[0]);
     // [a, b].indexOf(value)
     if (callee.kind == Node::kMember && callee.text == "indexOf" && node.operands.size() == 2 &&
         tree.at(callee.operands[0]).kind == Node::kList) {
+      if (!flow_.is_of_reply(tree, node.operands[1])) return;
+      if (flow_.is_far(tree, node.operands[1])) give_up(tree, id, kIsFar);
       for (const std::uint32_t one : tree.at(callee.operands[0]).operands) {
-        for (const std::string& text : text_constants(tree, one)) {
-          for (const std::string& name : sources(tree, node.operands[1], depth)) uses_.texts[name].insert(text);
+        const auto texts = text_constants(tree, one);
+        const auto numbers = constants(tree, one);
+        if (texts.empty() && numbers.empty()) give_up(tree, id, "is looked for among what is no constant");
+        if (!texts.empty() && !flow_.is_plain(tree, node.operands[1]))
+          give_up(tree, id, "is changed before it is compared with a text");
+        for (const std::string& text : texts) {
+          for (const std::string& name : flow_.sources(tree, node.operands[1])) uses_.texts[name].insert(text);
         }
-        for (const double constant : constants(tree, one, depth)) equal(tree, node.operands[1], constant, depth);
+        for (const double constant : numbers) equal(tree, node.operands[1], constant);
       }
       return;
     }
-    // Those that grow with what they are given, or fall with it, and not by more.
-    static const std::set<std::string> kSteady{"Math.min",   "Math.max", "Math.floor", "Math.ceil",
-                                               "Math.round", "Math.abs", "Number"};
-    if (!kSteady.contains(function))
-      give_up(tree, id, depth, fmt::format("is given to {}()", function.empty() ? "a function" : function));
+    if (!is_steady(function)) give_up(tree, id, "is given to " + (function.empty() ? "a function" : function + "()"));
     for (std::size_t i = 1; i < node.operands.size(); ++i) {
-      equal(tree, node.operands[i], number, depth);
-      if (function == "Math.abs") equal(tree, node.operands[i], -number, depth);
+      equal(tree, node.operands[i], number);
+      if (function == "Math.abs") equal(tree, node.operands[i], -number);
     }
   }
 
-  // The names under which what a part of an expression holds was read.
-  std::set<std::string> sources(const ScriptTree& tree, std::uint32_t id, int depth) const {
-    const scxml::ScriptNode& node = tree.at(id);
-    if (node.kind == Node::kMember) return {node.text};
-    std::set<std::string> all;
-    if (node.kind != Node::kName || depth == 0) return all;
-    if (const auto found = assigned_.find(node.text); found != assigned_.end()) {
-      for (const scxml::ExpressionId expression : found->second) {
-        if (!trees_[expression]) continue;
-        const auto some = sources(*trees_[expression], trees_[expression]->root(), depth - 1);
-        all.insert(some.begin(), some.end());
-      }
-    }
-    return all;
-  }
+  static constexpr const char* kIsFar = "comes through the blackboard from another leaf and is compared";
 
-  const scxml::Model& model_;
-  const scxml::Chart& chart_;
+  const ReplyFlow& flow_;
   Given given_;
   Distinctions& uses_;
-  std::vector<std::optional<ScriptTree>> trees_;  // by expression
-  std::map<std::string, std::vector<scxml::ExpressionId>> assigned_;
+  std::optional<SourceSpan> place_;
   std::set<scxml::ExpressionId> conditions_;
-  std::set<scxml::ExpressionId> others_;  // of transitions for events of other services
-  std::size_t expression_ = 0;
-  bool is_looked_at_ = false;
+  std::map<std::string, std::vector<double>> followed_;  // variables on the way from a comparison to a reply
+  scxml::ExpressionId expression_ = 0;
 };
 
-// Looks at one reply.
-class Looking {
- public:
-  Looking(const Distinctions& distinctions, bool exact, Look& out)
-      : known_(distinctions), exact_(exact || distinctions.trouble), out_(out) {}
+// What is known of a skill before it begins: constants of the project, and ports that are written down.
+Given given_of(const project::Plan& plan, const project::LeafPlan& leaf) {
+  Given given;
+  for (const project::SkillConstant& constant : leaf.constants) {
+    given.numbers[constant.id] = numbers_in(constant.value);
+    if (constant.value.as_string() != nullptr) given.texts[constant.id] = {*constant.value.as_string()};
+  }
+  for (const bt::PortFact& port : plan.tree.ports(leaf.node)) {
+    const std::string name(port.name);
+    if (port.text.find('{') != std::string_view::npos) {
+      given.open.insert(name);
+      continue;
+    }
+    given.texts[name] = {std::string(port.text)};
+    if (const auto numbers = numbers_in(Value(std::string(port.text))); !numbers.empty()) given.numbers[name] = numbers;
+  }
+  return given;
+}
 
-  // @param name  Under which expressions read it. Nothing: it is not looked at.
-  std::optional<Value> operator()(const idl::Type& type, const Value& value, const std::string& name,
-                                  const std::string& path, int depth) {
-    const bool named = exact_ || name == "result" || known_.names.contains(name);
-    switch (type.kind) {
-      case idl::Kind::kVoid:
-      case idl::Kind::kBinary: return std::nullopt;
-      case idl::Kind::kStruct: return record(*type.structure, value, path, depth);
-      case idl::Kind::kList:
-      case idl::Kind::kSet: return items(type, value, name, path, depth);
-      case idl::Kind::kMap: return named ? shown(path, value, value) : std::nullopt;
-      case idl::Kind::kBool: return named ? shown(path, value, value) : std::nullopt;
-      case idl::Kind::kEnum:
-        if (!named) return std::nullopt;
-        return shown(path, value, exact_ || known_.words.contains(std::string(value.text())) ? value : Value());
-      case idl::Kind::kString: {
-        if (!named) return std::nullopt;
-        const auto texts = known_.texts.find(name);
-        if (exact_) return shown(path, value, value);
-        if (texts == known_.texts.end()) return hand(name, value);
-        return shown(path, value, texts->second.contains(std::string(value.text())) ? value : Value());
-      }
-      case idl::Kind::kI8:
-      case idl::Kind::kI16:
-      case idl::Kind::kI32:
-      case idl::Kind::kI64:
-      case idl::Kind::kDouble: {
-        if (!named) return std::nullopt;
-        if (exact_ || !value.is_number()) return shown(path, value, value);
-        const auto numbers = known_.numbers.find(name);
-        if (numbers == known_.numbers.end()) return hand(name, value);
-        return shown(path, value, Value(place(numbers->second, value.number())));
+// Arguments of calls of which somebody makes something; those that are only compared with what they may be are left
+// out.
+void add_arguments(const scxml::Chart& chart, std::set<std::string>& looked_at) {
+  for (const scxml::Expression& expression : chart.model().expressions) {
+    const auto tree = scxml::parse_script_expression(expression.text);
+    if (!tree) continue;
+    std::set<std::uint32_t> handed;
+    for (const scxml::ScriptNode& node : tree->nodes) {
+      const bool is_equality = node.kind == Node::kBinary && (node.text == "===" || node.text == "!==");
+      if (!is_equality) continue;
+      for (const auto& [one, other] :
+           {std::pair(node.operands[0], node.operands[1]), std::pair(node.operands[1], node.operands[0])}) {
+        const Node kind = tree->at(other).kind;
+        if (kind != Node::kNumber && kind != Node::kText) handed.insert(one);
       }
     }
-    return std::nullopt;
-  }
-
- private:
-  // 2 i: the i-th constant itself; 2 i + 1: between it and the one below. What is as near as rounding is the constant.
-  static std::int64_t place(const std::set<double>& constants, double number) {
-    std::int64_t below = 0;
-    for (const double constant : constants) {
-      if (std::abs(number - constant) <= 1e-9 * std::max(1.0, std::abs(constant))) return 2 * below;
-      if (number < constant) break;
-      ++below;
+    for (std::uint32_t id = 0; id < tree->nodes.size(); ++id) {
+      const std::string path = tree->path(id);
+      if (path.starts_with("_event.data.args.") && !handed.contains(id)) looked_at.insert(tree->at(id).text);
     }
-    return 2 * below - 1;
   }
-
-  std::optional<Value> shown(const std::string& path, const Value& value, Value alike) {
-    out_.shown.emplace_back(path, value);
-    return alike;
-  }
-  std::optional<Value> hand(const std::string& name, const Value& value) {
-    out_.handed.emplace_back(name, value);
-    return std::nullopt;
-  }
-
-  std::optional<Value> record(const idl::Struct& type, const Value& value, const std::string& path, int depth) {
-    Map alike;
-    if (depth >= kReplyNestingMax) return std::nullopt;
-    for (const idl::Field& field : type.fields) {
-      const Value* const member = value.find(field.name);
-      if (member == nullptr) continue;
-      const std::string inner = path == "result" ? field.name : fmt::format("{}.{}", path, field.name);
-      if (auto seen = (*this)(*field.type, *member, field.name, inner, depth + 1)) alike.append(field.name, *seen);
-    }
-    return Value(std::move(alike));
-  }
-
-  std::optional<Value> items(const idl::Type& type, const Value& value, const std::string& name,
-                             const std::string& path, int depth) {
-    const List* const list = value.as_list();
-    if (list == nullptr || depth >= kReplyNestingMax) return std::nullopt;
-    if (!exact_ && name != "result" && !known_.names.contains(name)) return std::nullopt;
-    List alike;
-    for (std::size_t i = 0; i < list->size(); ++i) {
-      auto seen = (*this)(*type.element, (*list)[i], name, fmt::format("{}[{}]", path, i), depth + 1);
-      alike.push_back(seen ? std::move(*seen) : Value());
-    }
-    return Value(std::move(alike));
-  }
-
-  const Distinctions& known_;
-  bool exact_;
-  Look& out_;
-};
+}
 
 }  // namespace
 
@@ -541,40 +484,41 @@ Distinctions distinctions(const project::Plan& plan, const std::string& service,
                           std::vector<const idl::Method*>* methods) {
   const idl::Service& interface = *plan.services.at(service).service;
   Distinctions uses;
-  Given nothing;
-  nothing.service = service;
-  nothing.strict = true;
+  ReplyTypes types;
   for (const auto& [name, of] : plan.services) {
-    for (const idl::Method* method : of.service->methods) add_fields(*method->result, 0, nothing.fields);
+    for (const idl::Method* method : of.service->methods) add_fields(*method->result, 0, types.fields);
   }
-  for (const project::LeafPlan& leaf : plan.leaves) {
-    if (!leaf.chart) continue;
-    bool calls = false;
-    for (const scxml::SendInfo& send : leaf.chart->sends()) {
+  for (const idl::Method* method : interface.methods) {
+    types.results[method->name] = kinds_of(*method->result);
+    add_kinds(*method->result, 0, types.members);
+  }
+  std::set<std::string> looked_at;
+  for (const monitor::Model& monitor : plan.monitors) add_arguments(monitor.chart(), looked_at);
+  for (const project::ModelPlan& model : plan.models) {
+    // What is handed back to the service itself means what it said.
+    if (std::find(model.serves.begin(), model.serves.end(), service) == model.serves.end())
+      add_arguments(model.chart, looked_at);
+  }
+  std::vector<bool> calls(plan.leaves.size());
+  for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
+    if (!plan.leaves[leaf].chart) continue;
+    for (const scxml::SendInfo& send : plan.leaves[leaf].chart->sends()) {
       // What an expression names may be any method of it.
       if (send.type != "thrift" || (send.target && *send.target != service)) continue;
-      calls = true;
+      calls[leaf] = true;
       for (const idl::Method* method : interface.methods) {
         if ((send.event && *send.event != method->name) || method->oneway) continue;
         if (methods == nullptr || std::find(methods->begin(), methods->end(), method) != methods->end()) continue;
         methods->push_back(method);
       }
     }
-    if (!calls) continue;
-    Given given = nothing;
-    for (const project::SkillConstant& constant : leaf.constants) {
-      given.numbers[constant.id] = numbers_in(constant.value);
-      if (constant.value.as_string() != nullptr) given.texts[constant.id] = {*constant.value.as_string()};
-    }
-    for (const bt::PortFact& port : plan.tree.ports(leaf.node)) {
-      const std::string name(port.name);
-      if (port.text.find('{') != std::string_view::npos) continue;
-      given.texts[name] = {std::string(port.text)};
-      if (const auto numbers = numbers_in(Value(std::string(port.text))); !numbers.empty())
-        given.numbers[name] = numbers;
-    }
-    Comparisons(*leaf.chart, std::move(given), uses)();
   }
+  const MissionFlow mission(plan, service, types, calls);
+  for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
+    if (const ReplyFlow* const flow = mission.of(leaf))
+      Comparisons(*flow, given_of(plan, plan.leaves[leaf]), uses)(looked_at);
+  }
+  if (!uses.trouble) uses.trouble = mission.trouble();
   for (bt::NodeId node = 0; node < plan.tree.size(); ++node) {
     for (const bt::PortFact& port : plan.tree.ports(node)) {
       for (const std::string& word : scxml::names_in_script(port.text)) uses.words.insert(word);
@@ -588,18 +532,11 @@ Distinctions distinctions(const project::Plan& plan, const std::string& service,
     }
   }
   for (const monitor::Model& monitor : plan.monitors) {
-    Given given = nothing;
-    given.strict = monitor.origin() == nullptr;
-    Comparisons(monitor.chart(), std::move(given), uses)();
+    std::optional<SourceSpan> place;
+    if (monitor.origin() != nullptr) place = monitor.origin()->requirement.span;
+    Comparisons(ReplyFlow(monitor.chart(), service, types, {}, {}), {}, uses, place)(looked_at);
   }
   return uses;
-}
-
-Look look(const Distinctions& distinctions, const idl::Method& method, const Value& result, bool exact) {
-  Look out;
-  if (auto alike = Looking(distinctions, exact, out)(*method.result, result, "result", "result", 0))
-    out.alike = std::move(*alike);
-  return out;
 }
 
 }  // namespace sentree::verify

@@ -25,9 +25,6 @@ struct Distinctions {
   std::optional<Diagnostic> trouble;
 };
 
-/// Structures inside structures of a reply that are looked into.
-inline constexpr int kReplyNestingMax = 16;
-
 /// Reads the charts of all skills that call the service, the tree and all monitors.
 /// @param methods  Gets those of the service that some skill calls and waits for; may be null.
 [[nodiscard]] Distinctions distinctions(const project::Plan& plan, const std::string& service,

@@ -1,0 +1,104 @@
+#include "sentree/verify/mission_flow.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "sentree/scxml/script_syntax.h"
+
+namespace sentree::verify {
+
+namespace {
+
+// The entry of the blackboard that a port is bound to; empty: none.
+std::string entry_of(const bt::PortFact& port) {
+  if (port.text == "{=}") return std::string(port.name);
+  if (port.text.size() < 3 || port.text.front() != '{' || port.text.back() != '}') return {};
+  return std::string(port.text.substr(1, port.text.size() - 2));
+}
+
+}  // namespace
+
+MissionFlow::MissionFlow(const project::Plan& plan, std::string service, const ReplyTypes& types,
+                         const std::vector<bool>& calls)
+    : plan_(plan), service_(std::move(service)), types_(types), flows_(plan.leaves.size()), far_(plan.leaves.size()) {
+  for (bool is_more = true; is_more;) {
+    const std::size_t before = entries_.size();
+    for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) follow(leaf, calls[leaf]);
+    for (bt::NodeId node = 0; node < plan.tree.size(); ++node) follow(node);
+    is_more = entries_.size() > before;
+  }
+}
+
+std::optional<Diagnostic> MissionFlow::trouble() const {
+  if (entries_.empty()) return std::nullopt;
+  for (bt::NodeId node = 0; node < plan_.tree.size(); ++node) {
+    for (const auto& [name, script] : plan_.tree.conditions(node)) {
+      if (const auto entry = mentioned(script); !entry.empty()) return told(node, entry);
+    }
+    const std::string_view id = plan_.tree.registration(node);
+    const bool is_script = id == "Script" || id == "ScriptCondition" || id == "Precondition";
+    if (!plan_.tree.subtree_id(node).empty() || has_chart(node)) continue;
+    for (const bt::PortFact& port : plan_.tree.ports(node)) {
+      const bool is_bound = port.text.find('{') != std::string_view::npos;
+      if (const auto entry = is_bound || is_script ? mentioned(port.text) : ""; !entry.empty())
+        return told(node, entry);
+    }
+  }
+  return std::nullopt;
+}
+
+bool MissionFlow::has_chart(bt::NodeId node) const {
+  return std::any_of(plan_.leaves.begin(), plan_.leaves.end(),
+                     [&](const project::LeafPlan& leaf) { return leaf.node == node && leaf.chart; });
+}
+std::string MissionFlow::mentioned(std::string_view text) const {
+  for (const std::string& name : scxml::names_in_script(text)) {
+    if (entries_.contains(name)) return name;
+  }
+  return {};
+}
+Diagnostic MissionFlow::told(bt::NodeId node, const std::string& entry) const {
+  return {Severity::kError, "verify.any-reply",
+          fmt::format("{} looks at the entry {} of the blackboard, into which a reply of {} goes, so that which of its "
+                      "values are told apart is not known",
+                      plan_.tree.name(node), entry, service_),
+          plan_.tree.span(node)};
+}
+
+void MissionFlow::follow(std::size_t leaf, bool calls) {
+  const project::LeafPlan& of = plan_.leaves[leaf];
+  if (!of.chart) return;
+  const auto ports = plan_.tree.ports(of.node);
+  std::set<std::string> far;
+  for (const bt::PortFact& port : ports) {
+    const bool is_bound = port.text.find('{') != std::string_view::npos;
+    if (port.input && is_bound && (entries_.contains(entry_of(port)) || !mentioned(port.text).empty()))
+      far.emplace(port.name);
+  }
+  if (!calls && far.empty()) return;
+  if (!flows_[leaf] || far != far_[leaf]) {
+    flows_[leaf].emplace(*of.chart, service_, types_, far, of.protocol ? of.protocol->answer : std::string());
+    far_[leaf] = std::move(far);
+  }
+  for (const std::string& given : flows_[leaf]->given()) {
+    for (const bt::PortFact& port : ports) {
+      if (port.name == given && port.output) add(entry_of(port));
+    }
+  }
+}
+// Through the ports of a SubTree, either way.
+void MissionFlow::follow(bt::NodeId node) {
+  if (entries_.empty() || plan_.tree.subtree_id(node).empty()) return;
+  for (const bt::PortFact& port : plan_.tree.ports(node)) {
+    const std::string outer = entry_of(port);
+    if (entries_.contains(outer)) add(std::string(port.name));
+    if (entries_.contains(std::string(port.name))) add(outer);
+  }
+}
+void MissionFlow::add(const std::string& entry) {
+  if (!entry.empty()) entries_.insert(entry.substr(entry.front() == '@' ? 1 : 0));
+}
+
+}  // namespace sentree::verify

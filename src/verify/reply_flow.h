@@ -1,0 +1,125 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sentree/idl/schema.h"
+#include "sentree/scxml/model.h"
+#include "sentree/scxml/script_syntax.h"
+
+namespace sentree::verify {
+
+/// Structures inside structures of a reply that are looked into.
+inline constexpr int kReplyNestingMax = 16;
+
+/// What the replies of one service are made of.
+struct ReplyTypes {
+  std::set<std::string> fields;                        ///< Of the replies of all services of a project.
+  std::map<std::string, std::set<idl::Kind>> members;  ///< Kinds by name of a member.
+  std::map<std::string, std::set<idl::Kind>> results;  ///< By method; of a list, also those of its elements.
+};
+
+/// Where replies of one service go in a chart: into which expressions and variables.
+class ReplyFlow {
+ public:
+  /// What an expression is there for.
+  enum class Role : std::uint8_t {
+    kCondition,
+    kAssigned,  ///< To the variable `name`; empty: to a member of one.
+    kLogged,
+    kArgument,  ///< `name` of a call.
+    kGiven,     ///< Param `name` of the state that ends the chart, or of the event that answers a tick.
+    kDecides,   ///< Something that no comparison tells; `name` says what: "decides when an event comes".
+  };
+  struct Use {
+    scxml::ExpressionId expression = scxml::kNoExpression;
+    Role role = Role::kCondition;
+    std::string name;
+  };
+
+  /// @param far     Variables that hold something of a reply to another leaf from the beginning.
+  /// @param answer  Event to itself whose params are output ports; empty: none is.
+  ReplyFlow(const scxml::Chart& chart, std::string service, const ReplyTypes& types, std::set<std::string> far,
+            const std::string& answer);
+
+  [[nodiscard]] const scxml::Chart& chart() const { return chart_; }
+  [[nodiscard]] const ReplyTypes& types() const { return types_; }
+  [[nodiscard]] const std::vector<Use>& uses() const { return uses_; }
+  [[nodiscard]] std::size_t size() const { return trees_.size(); }
+  /// Nothing: it cannot be read.
+  [[nodiscard]] const std::optional<scxml::ScriptTree>& tree(scxml::ExpressionId expression) const {
+    return trees_[expression];
+  }
+  /// What is assigned to a variable, its first value included.
+  [[nodiscard]] const std::vector<scxml::ExpressionId>& assigned(const std::string& variable) const;
+
+  /// Whether more of a reply goes into a part of an expression than what its comparisons tell.
+  [[nodiscard]] bool is_of_reply(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  /// The same of an expression that cannot be read, or of one with functions: as far as its words tell.
+  [[nodiscard]] bool mentions_reply(scxml::ExpressionId expression) const;
+  /// Whether it is what an event of the service holds, as it is: "_event.data.result.pose.x".
+  [[nodiscard]] bool is_direct(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  /// Whether it comes, in this part of the expression or in a variable, from another leaf's reply.
+  [[nodiscard]] bool is_far(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  /// A script has to do with it: what it holds is not known.
+  [[nodiscard]] bool is_scripted(const std::string& variable) const { return scripted_.contains(variable); }
+  /// The names under which what a part of an expression holds was read.
+  [[nodiscard]] std::set<std::string> sources(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  /// Kinds that it may be of.
+  [[nodiscard]] std::set<idl::Kind> kinds(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  /// Whether it is what a reply holds, as it is, or has nothing of one.
+  [[nodiscard]] bool is_plain(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  /// Params into which something of a reply goes and that leave the chart.
+  [[nodiscard]] std::set<std::string> given() const;
+
+ private:
+  using Where = std::optional<std::set<std::string>>;  // Methods whose replies the event may be; nothing: all.
+
+  void look(const scxml::Block& block, const Where& where);
+  void look(const scxml::Payload& payload, Role role, const Where& where);
+  void look(const scxml::Send& send, const Where& where);
+  void look(const scxml::Invoke& invoke);
+  void use(scxml::ExpressionId expression, Role role, std::string name, const Where& where);
+  [[nodiscard]] Where methods(const std::vector<std::string>& events) const;
+  void follow();
+  [[nodiscard]] bool is_truth_value(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  [[nodiscard]] std::set<idl::Kind> kinds_of_member(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  // What a part of an expression may be, as it is: members, and what was assigned to variables.
+  template <class Visit>
+  void visit_plain(const scxml::ScriptTree& tree, std::uint32_t node, std::set<std::string>& seen,
+                   const Visit& visit) const;
+
+  const scxml::Chart& chart_;
+  std::string service_;
+  const ReplyTypes& types_;
+  std::set<std::string> far_;
+  std::string answer_;
+  std::vector<Use> uses_;
+  std::vector<std::optional<scxml::ScriptTree>> trees_;              // by expression
+  std::map<const scxml::ScriptTree*, std::set<std::string>> where_;  // where not all methods' replies can be
+  std::set<scxml::ExpressionId> foreign_;                            // where none can be
+  std::map<std::string, std::vector<scxml::ExpressionId>> assigned_;
+  std::set<std::string> of_reply_;  // variables
+  std::set<std::string> scripted_;
+};
+
+/// A use of a reply of which it is not known what it tells apart.
+struct UnknownUse {
+  scxml::ExpressionId expression = scxml::kNoExpression;
+  std::string why;  ///< "is given to f()"
+};
+/// The first one in a chart, if there is any. Understood are comparisons with constants, also after + - * / by
+/// constants and after some functions of Math, truth, presence, what is kept in variables and handed on; nothing else
+/// is. What is compared is not examined here.
+/// @param looked_at  Arguments of calls that monitors and models look at.
+[[nodiscard]] std::optional<UnknownUse> unknown_use(const ReplyFlow& flow, const std::set<std::string>& looked_at);
+
+[[nodiscard]] bool is_comparison(const std::string& sign);
+/// Functions that grow with what they are given, or fall with it, and not by more.
+[[nodiscard]] bool is_steady(const std::string& function);
+
+}  // namespace sentree::verify
