@@ -40,6 +40,7 @@ struct ChoicePoint {
   std::string model;
   std::string function;
   std::string name;   ///< Of pick('NAME', …); of a fault, what it does in one line.
+  std::string place;  ///< "models/robot.scxml:31" of a choice without a name: what stands elsewhere is another one.
   std::string value;  ///< As JSON; of a fault, its entry in a timeline.
   friend bool operator==(const ChoicePoint&, const ChoicePoint&) = default;
 };

@@ -200,7 +200,11 @@ std::vector<Periods::Possible> Periods::possible_faults(const Options& options, 
 
 ChoicePoint Periods::point_of(const Possible& fault) const {
   const project::Intervention& what = options_.faults[fault.fault];
-  return {"", fault.ends ? "end of fault" : "fault", project::describe(what), to_json(Value(project::to_entry(what)))};
+  return {.model = "",
+          .function = fault.ends ? "end of fault" : "fault",
+          .name = project::describe(what),
+          .place = "",
+          .value = to_json(Value(project::to_entry(what)))};
 }
 
 Result<void> Periods::put_faults(const Options& options, Frontier& frontier,
@@ -226,7 +230,7 @@ Result<void> Periods::fault() {
 }
 
 std::string Periods::key_of(const ChoicePoint& point) {
-  return point.model + '\n' + point.function + '\n' + point.name + '\n' + point.value;
+  return point.model + '\n' + point.function + '\n' + point.name + '\n' + point.place + '\n' + point.value;
 }
 
 std::uint32_t Periods::intern_choice(ChoicePoint point) {
@@ -439,7 +443,11 @@ void Periods::refuse_clock(const Message& message, const std::string& member) {
 // Which alternative the last decision took.
 void Periods::note(const mission::Choice& choice, std::uint64_t alternative) {
   const std::string value = to_json(choice.alternative(alternative));
-  made_.back().what = intern_choice({choice.model, choice.function, choice.name, value});
+  made_.back().what = intern_choice({.model = choice.model,
+                                     .function = choice.function,
+                                     .name = choice.name,
+                                     .place = choice.name.empty() ? choice.place : "",
+                                     .value = value});
   made_.back().place = intern_place(choice.place);
   if (choice.probability) made_.back().probability = choice.probability(alternative);
   if (!choice.name.empty()) graph_.values[fmt::format("{}.{}", choice.model, choice.name)].insert(value);
