@@ -31,8 +31,10 @@ struct Path {
 struct Judgement {
   std::string requirement;
   Finding finding = Finding::kUnknown;
-  std::uint64_t states = 0;             ///< Of mission and monitor together.
-  std::optional<Path> path;             ///< If refuted: one of the shortest behaviours that show it.
+  std::uint64_t states = 0;  ///< Of mission and monitor together.
+  /// If refuted: one of the shortest behaviours that show it. A loop and the way to it have no fault without which
+  /// there is such a loop too.
+  std::optional<Path> path;
   TimePoint at{};                       ///< When it is violated on that path.
   std::string observation;              ///< Name of what violates it; empty: time that passed, or a loop.
   std::string state;                    ///< Of the monitor, then.
