@@ -499,6 +499,11 @@ expect 1 'grasps +violated with probability 0.0[23].* seen in [0-9]+ of 30 repet
 expect 1 '"method":"adaptive multilevel splitting"' "$sentree" verify examples/grasp --split hand_model.holds --runs 2000 --json
 expect 3 'no model has data called "hand_model.hold"; did you mean "hand_model.holds"' "$sentree" verify examples/grasp --split hand_model.hold
 expect 2 'excludes' "$sentree" verify examples/grasp --split owed --at-least '99 %'
+# A hand that drops it in 2.7 % of all runs, to which nothing is nearer than that itself.
+expect 0 'at least 97 %: holds' "$sentree" verify examples/grasp --at-least '97 %' --only grasps
+expect 1 'at least 97.6 %: REFUTED' "$sentree" verify examples/grasp --at-least '97.6 %' --only grasps
+expect 124 'undecided, so many runs do not tell 9[67][.0-9]*–9[78][.0-9]* % apart' "$sentree" verify examples/grasp --at-least '97.3 %' --runs 5000 --only grasps
+expect 124 '"at_least":"undecided","indifference":\{"low":0.9' "$sentree" verify examples/grasp --at-least '97.3 %' --runs 5000 --only grasps --json
 # What a model did it allows; the simulated robot does what that model does not.
 expect 0 'robot: allows all [0-9]+ answers' "$sentree" verify "$work/verified" --against "$work/verified/verify/never_empty.mcap" --tolerance '0 s' --exact
 "$sentree" run examples/recharge --clock virtual --record "$work/simulated.mcap" >/dev/null </dev/null || true
