@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstdlib>
 #include <map>
 #include <utility>
 
@@ -151,16 +150,7 @@ std::uint32_t Periods::decide(Made::Kind kind, std::uint64_t count, const missio
 std::uint64_t Periods::decide_choice(const mission::Choice& choice) {
   if (error_) return 0;
   if (choice.count > kAlternativesMax) {
-    // `place` is FILE:LINE.
-    const std::size_t colon = choice.place.rfind(':');
-    SourceSpan span;
-    if (colon != std::string::npos)
-      span = {choice.place.substr(0, colon), std::atoi(choice.place.c_str() + colon + 1), 1, 0};
-    error_ = Diagnostic{Severity::kError, "verify.choice",
-                        fmt::format("{}: {}() leaves {} alternatives open; at most {} can be tried{}", choice.model,
-                                    choice.function, choice.count, kAlternativesMax,
-                                    std::string_view(choice.function) == "between" ? ": take a greater step" : ""),
-                        std::move(span)};
+    error_ = too_many_alternatives(choice);
     return 0;
   }
   const bool is_drawn = static_cast<bool>(choice.probability);
