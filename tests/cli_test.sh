@@ -418,6 +418,26 @@ expect 0 '8 tried: 1 noticed, 5 not noticed, 2 behave the same, 0 refused, 0 not
 sed -i 's|/D}}|/D, at: model}}\nmodels: [{file: m.scxml, serves: [d]}]|' "$work/mutants/sentree.yaml"
 expect 0 '"what":"cond 6 → 7","fate":"not noticed"' "$sentree" verify "$work/mutants" --mutate --json
 expect 0 '"what":"Sequence: Sequence → Fallback","fate":"same"' "$sentree" verify "$work/mutants" --mutate --json
+# Another goal: one that is forbidden is noticed, one of which nothing is said is not.
+mkdir -p "$work/goals/skills" "$work/goals/interfaces"
+printf 'enum Place { KITCHEN, STATION, CELLAR }\nservice Base { void go(1: Place to, 2: i32 goal) }\n' >"$work/goals/interfaces/b.thrift"
+printf 'let to = request(base.go).to\nnot_down: never to = CELLAR.\n' >"$work/goals/r.req"
+printf '<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence><Action ID="Eat"/><Action ID="Rest"/></Sequence></BehaviorTree></root>' >"$work/goals/mission.xml"
+for goal in Eat:KITCHEN:3 Rest:STATION:7; do
+  IFS=: read -r skill to number <<<"$goal"
+  cat >"$work/goals/skills/$skill.scxml" <<END
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="a"><onentry>
+<send type="thrift" target="base" event="go"><param name="to" expr="'$to'"/><param name="goal" expr="$number"/></send></onentry>
+<transition event="base.go.reply" target="success"/><transition event="error base.go.error" target="failure"/></state>
+<final id="success"/><final id="failure"/></scxml>
+END
+done
+printf 'mission: {file: mission.xml, rate: 10 Hz}\nservices: {base: {interface: b.thrift/Base}}\nmonitors: [{file: r.req}]\n' >"$work/goals/sentree.yaml"
+"$sentree" verify "$work/goals" --mutate --json >"$work/goals.json" </dev/null || failures=$((failures + 1))
+expect 0 '"line":2,"column":70,"what":"<param> to KITCHEN → CELLAR","fate":"noticed","noticed_by":..not_down' cat "$work/goals.json"
+expect 0 'Rest.scxml","line":2,"column":[0-9]+,"what":"<param> to STATION → CELLAR","fate":"noticed"' cat "$work/goals.json"
+expect 0 '"what":"<param> to KITCHEN → STATION","fate":"not noticed"' cat "$work/goals.json"
+expect 0 '"what":"<param> goal 3 → 7","fate":"not noticed"' cat "$work/goals.json"
 # What no behaviour reaches is left for pages, of models too.
 expect 0 'project":"..","files".*"mission.xml":"[0-9]+".*"complete":true.*"kind":"transitions","of":"skills/' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only turns_to_station >/dev/null && cat '$work/verified/verify/reached.json'"
@@ -499,6 +519,11 @@ expect 1 'grasps +violated with probability 0.0[23].* seen in [0-9]+ of 30 repet
 expect 1 '"method":"adaptive multilevel splitting"' "$sentree" verify examples/grasp --split hand_model.holds --runs 2000 --json
 expect 3 'no model has data called "hand_model.hold"; did you mean "hand_model.holds"' "$sentree" verify examples/grasp --split hand_model.hold
 expect 2 'excludes' "$sentree" verify examples/grasp --split owed --at-least '99 %'
+# A hand that drops it in 2.7 % of all runs: near that it takes many of them, and there it stays open.
+expect 0 'at least 97 %: holds' "$sentree" verify examples/grasp --at-least '97 %' --only grasps
+expect 1 'at least 97.6 %: REFUTED' "$sentree" verify examples/grasp --at-least '97.6 %' --only grasps
+expect 124 'undecided, so many runs do not tell 9[67][.0-9]*–9[78][.0-9]* % apart' "$sentree" verify examples/grasp --at-least '97.3 %' --runs 5000 --only grasps
+expect 124 '"at_least":"undecided","indifference":\{"low":0.9' "$sentree" verify examples/grasp --at-least '97.3 %' --runs 5000 --only grasps --json
 # What a model did it allows; the simulated robot does what that model does not.
 expect 0 'robot: allows all [0-9]+ answers' "$sentree" verify "$work/verified" --against "$work/verified/verify/never_empty.mcap" --tolerance '0 s' --exact
 "$sentree" run examples/recharge --clock virtual --record "$work/simulated.mcap" >/dev/null </dev/null || true

@@ -482,11 +482,11 @@ class Verifying {
     return out;
   }
 
-  [[nodiscard]] bool leaves_open_without_name() const {
-    const auto& choices = result_.graph.choices;
-    return std::any_of(choices.begin(), choices.end(), [](const verify::ChoicePoint& point) {
-      return point.name.empty() && (point.function == "choose" || point.function == "between");
-    });
+  // The first ones, which will do.
+  static std::string few(const std::vector<std::string>& all) {
+    constexpr std::size_t kShownMax = 8;
+    if (all.size() <= kShownMax) return fmt::format("{}", fmt::join(all, ", "));
+    return fmt::format("{}, … ({} in all)", fmt::join(all.begin(), all.begin() + kShownMax, ", "), all.size());
   }
 
   // Of an instant that is none of a tick: on which side of that tick it is.
@@ -516,12 +516,9 @@ class Verifying {
             fmt::format("\n  needs messages of one instant in another order than that of virtual time, at {} instant{}",
                         shown.orders, shown.orders == 1 ? "" : "s");
       }
-      if (judgement.path->loop && command_.fair && leaves_open_without_name())
-        out += "\n  --fair is about pick('NAME', …): of choose() and between() nothing is supposed";
       if (!judgement.avoided.empty()) {
-        std::string avoided;
-        for (const std::string& one : judgement.avoided) avoided += (avoided.empty() ? "" : ", ") + one;
-        out += "\n  holds if what is offered again and again is taken again and again; the loop avoids " + avoided;
+        out += "\n  holds if what is offered again and again is taken again and again; the loop avoids " +
+               few(judgement.avoided);
       }
     } else if (judgement.finding == verify::Finding::kHolds) {
       out = judgement.vacuous.empty() ? "holds" : "holds VACUOUSLY: " + judgement.vacuous;
@@ -532,11 +529,8 @@ class Verifying {
       out = judgement.limit.empty() ? fmt::format("not refuted up to tick {}", result_.graph.complete_to)
                                     : "not decided: " + judgement.limit;
     }
-    if (!judgement.fair.empty() && judgement.finding == verify::Finding::kHolds) {
-      std::string fair;
-      for (const std::string& one : judgement.fair) fair += (fair.empty() ? "" : ", ") + one;
-      out += fmt::format(" (if fair: {})", fair);
-    }
+    if (!judgement.fair.empty() && judgement.finding == verify::Finding::kHolds)
+      out += fmt::format(" (if fair: {})", few(judgement.fair));
     if (judgement.can_stay_open)
       out += fmt::format("\n  can stay open when the mission ends, at tick {}", judgement.can_stay_open->edges.size());
     if (judgement.least) {

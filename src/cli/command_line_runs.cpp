@@ -168,7 +168,7 @@ void add_verify(CLI::App& app, Commands& commands) {
   sub->add_option("--faults", command.faults,
                   "none: without the faults of `verify:`; FILE: with those of a file that is written as its `faults:`");
   sub->add_flag("--fair", command.fair,
-                "Each alternative of pick('NAME', …) that is offered again and again is taken again and again");
+                "Each alternative of a model's choice that is offered again and again is taken again and again");
   sub->add_option("--ticks", command.ticks, "Stop behind so many ticks")->check(CLI::PositiveNumber);
   sub->add_option("--states", command.states, "Stop behind so many states")->check(CLI::PositiveNumber);
   sub->add_option("--memory", command.memory, "Stop when about so much is used, e.g. \"2 GB\"");

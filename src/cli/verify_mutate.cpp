@@ -49,8 +49,13 @@ class Mutating {
     if (has_errors(original_.errors)) return kInvalidInput;
     // A mutant may have states without end, which is no reason to wait for them.
     asked_.explore.states = std::min<std::uint64_t>(asked_.explore.states, 4 * original_.graph.nodes.size() + 10'000);
+    verify::Passed passed;
+    for (const text::ReadFile& file : files) verify::collect_passed(file.content, passed);
+    for (const auto& [name, service] : plan_.services) {
+      if (service.service) verify::collect_passed(name, *service.service, passed);
+    }
     for (const text::ReadFile& file : files) {
-      for (verify::Mutant& mutant : verify::mutants(file.content, shown(file.path))) {
+      for (verify::Mutant& mutant : verify::mutants(file.content, shown(file.path), passed)) {
         if (is_interrupted()) break;
         show_status(fmt::format("{} mutants tried", tried_.size()));
         tried_.push_back(tried(file.path, std::move(mutant)));

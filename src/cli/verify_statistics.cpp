@@ -105,6 +105,11 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
       const auto state = tests[k].state();
       out += fmt::format("   at least {}: {}", command.at_least, verify::to_string(state));
       one["at_least"] = verify::to_string(state);
+      if (state == verify::AtLeast::State::kOpen) {
+        const auto [low, high] = tests[k].indifference();
+        out += fmt::format(", so many runs do not tell {:.4g}–{:.4g} % apart", low * 100, high * 100);
+        one["indifference"] = Map{{"low", low}, {"high", high}};
+      }
       any = any || state == verify::AtLeast::State::kRefuted;
       open = open || state == verify::AtLeast::State::kOpen;
     } else {

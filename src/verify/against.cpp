@@ -1,6 +1,7 @@
 #include "sentree/verify/against.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -84,11 +85,17 @@ class Follower final : public mission::ModelHost {
       return tl::unexpected(done.error());
     for (const Message& message : recording) {
       if (!out_.given_up.empty()) break;
-      if (message.kind == MessageKind::kRequest) {
-        if (auto done = asked(message); !done) return tl::unexpected(done.error());
-      } else if (is_outcome(message) && pending_.contains(message.call)) {
-        if (auto done = answered(message); !done) return tl::unexpected(done.error());
+      const bool is_answer = is_outcome(message) && pending_.contains(message.call);
+      if (!is_answer && message.kind != MessageKind::kRequest) {
+        out_.followed_to = std::max(out_.followed_to, message.time);
+        continue;
       }
+      auto done = is_answer ? answered(message) : asked(message);
+      if (!done) {
+        done.error().message += fmt::format(" ({} s, {})", shortest_decimal(seconds(message.time)), told(message));
+        return tl::unexpected(std::move(done.error()));
+      }
+      if (!out_.given_up.empty()) out_.given_up += fmt::format(" ({})", told(message));
       out_.followed_to = std::max(out_.followed_to, message.time);
     }
     out_.possible = possible_.size();
@@ -109,6 +116,8 @@ class Follower final : public mission::ModelHost {
     // What values that were recorded mean to it, by name and value; the oldest first.
     std::vector<std::pair<std::string, Value>> meant;
   };
+
+  static std::string told(const Message& message) { return fmt::format("tick {}: {}", message.tick, message.name); }
 
   // ---- what is recorded
 
@@ -284,8 +293,7 @@ class Follower final : public mission::ModelHost {
                     std::vector<Possible>& out) {
     script_.clear();
     for (std::size_t ways = 0;; ++ways) {
-      if (ways > kWaysMax)
-        return fail("verify.choice", fmt::format("model {} can go on in too many ways at once", out_.model));
+      if (ways > kWaysMax) return tl::unexpected(too_many_ways());
       Possible next = from;
       next.now = std::max(next.now, at);
       stepped_ = &next;
@@ -293,10 +301,10 @@ class Follower final : public mission::ModelHost {
       machine_.step(next.state, what, *this);
       if (error_) return tl::unexpected(*error_);
       out.push_back(std::move(next));
-      while (!made_.empty() && made_.back().first + 1 >= made_.back().second) made_.pop_back();
+      while (!made_.empty() && made_.back().taken + 1 >= made_.back().count) made_.pop_back();
       if (made_.empty()) return {};
       script_.clear();
-      for (const auto& [taken, count] : made_) script_.push_back(taken);
+      for (const Taken& one : made_) script_.push_back(one.taken);
       ++script_.back();
     }
   }
@@ -320,7 +328,28 @@ class Follower final : public mission::ModelHost {
     return {};
   }
 
-  static std::string too_many() { return fmt::format("it can be in more than {} states", kPossibleMax); }
+  // With the place that has left most open so far.
+  std::string too_many() const {
+    const auto most = std::max_element(left_open_.begin(), left_open_.end(),
+                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+    return fmt::format("it can be in more than {} states{}", kPossibleMax,
+                       most == left_open_.end() ? "" : "; most is left open at " + most->first);
+  }
+
+  // With the places at which the step leaves something open.
+  Diagnostic too_many_ways() const {
+    std::vector<std::string> places;
+    for (const Taken& one : made_) {
+      if (one.count > 1 && std::find(places.begin(), places.end(), one.place) == places.end())
+        places.push_back(one.place);
+    }
+    const std::size_t all = places.size();
+    places.resize(std::min(all, kAllowedToldMax));
+    return {Severity::kError, "verify.choice",
+            fmt::format("model {} can go on in more than {} ways at once; leave less open at {}{}", out_.model,
+                        kWaysMax, fmt::join(places, ", "), all > places.size() ? ", …" : ""),
+            SourceSpan{plan_.models[index_].file}};
+  }
 
   Result<void> encode(const Possible& one, std::string& form) const {
     Encoder out(form);
@@ -351,15 +380,10 @@ class Follower final : public mission::ModelHost {
   std::optional<mission::Admission> request(Message) override { return mission::Admission{}; }
   void deliver_at(TimePoint, mission::Rank, mission::ModelDelivery) override {}  // `ModelState::wake` says when
   std::optional<std::uint64_t> choose(const mission::Choice& choice) override {
-    if (choice.count > kAlternativesMax && !error_) {
-      error_ = Diagnostic{Severity::kError,
-                          "verify.choice",
-                          fmt::format("{}: {}() leaves {} alternatives open; at most {} can be tried", choice.model,
-                                      choice.function, choice.count, kAlternativesMax),
-                          {}};
-    }
+    if (choice.count > kAlternativesMax && !error_) error_ = too_many_alternatives(choice);
+    if (choice.count > 1) ++left_open_[choice.place];
     const std::uint64_t taken = made_.size() < script_.size() ? script_[made_.size()] : 0;
-    made_.emplace_back(taken, error_ ? 1 : choice.count);
+    made_.push_back({taken, error_ ? 1 : choice.count, choice.place});
     return taken;
   }
   void answer(std::size_t, const mission::Shared<mission::Call>& call, CallOutcome outcome) override {
@@ -386,7 +410,13 @@ class Follower final : public mission::ModelHost {
   // Of the step that is tried.
   Possible* stepped_ = nullptr;
   std::vector<std::uint64_t> script_;
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> made_;
+  struct Taken {
+    std::uint64_t taken = 0;
+    std::uint64_t count = 1;
+    std::string place;
+  };
+  std::vector<Taken> made_;
+  std::map<std::string, std::uint64_t> left_open_;  // how often, by place
   std::optional<Diagnostic> error_;
 };
 

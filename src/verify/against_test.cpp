@@ -23,6 +23,7 @@ namespace sentree::verify {
 namespace {
 
 using std::chrono::milliseconds;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
@@ -223,7 +224,36 @@ TEST_F(Against, AModelThatCanBeInTooManyStatesIsGivenUp) {
     <param name="result" expr="true"/></send></transition>
 </state></scxml>)x");
   asked(milliseconds(1000), heat(20));
-  EXPECT_THAT(found().given_up, HasSubstr("states"));
+  recording_.front().tick = 11;
+  EXPECT_EQ(
+      found().given_up,
+      "it can be in more than 4096 states; most is left open at models/stove.scxml:3 (tick 11: stove.ask.request)");
+}
+
+TEST_F(Against, WhatLeavesTooMuchOpenIsToldWithItsPlace) {
+  const auto refused = [&](const std::string& degrees) {
+    write("models/stove.scxml", kAgainstHead + R"x(initial="there">
+<state id="there"><transition event="stove.ask.request">
+  <send type="thrift" target="stove" event="ask.reply">
+    <param name="result" expr="({degrees: )x" +
+                                    degrees + R"x(, job: 1, way: 'ON', weight: 0})"/></send></transition>
+  <transition event="stove.stop.request"><send type="thrift" target="stove" event="stop.reply">
+    <param name="result" expr="true"/></send></transition>
+</state></scxml>)x");
+    recording_.clear();
+    asked(milliseconds(300), heat(20));
+    recording_.front().tick = 4;
+    const project::Plan of = plan();
+    const auto all = against(of, recording_, {});
+    EXPECT_FALSE(all);
+    return all ? std::string() : to_string(all.error());
+  };
+  EXPECT_THAT(refused("between(0, 20000)"),
+              AllOf(HasSubstr("models/stove.scxml:4"), HasSubstr("cooker: between() leaves 20001 alternatives open"),
+                    HasSubstr("greater step"), HasSubstr("(0.3 s, tick 4: stove.ask.request)")));
+  EXPECT_THAT(refused("between(0, 999) + between(0, 999)"),
+              AllOf(HasSubstr("model cooker can go on in more than 100000 ways at once"),
+                    HasSubstr("leave less open at models/stove.scxml:4 (0.3 s, tick 4: stove.ask.request)")));
 }
 
 // What models do is what they allow; another number is not, unless some other behaviour gives it.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <memory>
 #include <utility>
 
@@ -165,6 +166,19 @@ class Explorer {
 };
 
 }  // namespace
+
+Diagnostic too_many_alternatives(const mission::Choice& choice) {
+  // `place` is FILE:LINE.
+  const std::size_t colon = choice.place.rfind(':');
+  SourceSpan span;
+  if (colon != std::string::npos)
+    span = {choice.place.substr(0, colon), std::atoi(choice.place.c_str() + colon + 1), 1, 0};
+  return {Severity::kError, "verify.choice",
+          fmt::format("{}: {}() leaves {} alternatives open; at most {} can be tried{}", choice.model, choice.function,
+                      choice.count, kAlternativesMax,
+                      std::string_view(choice.function) == "between" ? ": take a greater step" : ""),
+          std::move(span)};
+}
 
 Diagnostics obstacles(const project::Plan& plan) {
   Diagnostics out = mission::VirtualHost::obstacles(plan);

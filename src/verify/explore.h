@@ -40,6 +40,7 @@ struct ChoicePoint {
   std::string model;
   std::string function;
   std::string name;   ///< Of pick('NAME', …); of a fault, what it does in one line.
+  std::string place;  ///< "models/robot.scxml:31" of a choice without a name: what stands elsewhere is another one.
   std::string value;  ///< As JSON; of a fault, its entry in a timeline.
   friend bool operator==(const ChoicePoint&, const ChoicePoint&) = default;
 };
@@ -138,6 +139,8 @@ struct Options {
 
 /// Alternatives of one choice that are tried; more are an error, since no machine tries them all.
 inline constexpr std::uint64_t kAlternativesMax = 10'000;
+/// Says so of a choice, with its line: verify.choice.
+[[nodiscard]] Diagnostic too_many_alternatives(const mission::Choice& choice);
 /// Ways in which one period of one state can go on.
 inline constexpr std::size_t kWaysMax = 100'000;
 /// Executes one period after the other for every choice, breadth first.

@@ -132,18 +132,90 @@ class Judge {
     for (std::uint32_t at = 0; at < of.places.size(); ++at) {
       if (owes(of.places[at].pair)) owing.push_back(at);
     }
-    Owing found = owing_for_ever(graph_, of, steps_, owing, going_on(), options_);
+    const Allowed goes_on = going_on();
+    Owing found = owing_for_ever(graph_, of, steps_, owing, goes_on, options_);
     out_.fair = std::move(found.fair);
     out_.avoided = std::move(found.avoided);
     if (!found.loop) return;
-    Path path = path_to(found.loop->begin);
+    refute_by(*found.loop);
+    drop_faults(owing, goes_on);
+  }
+
+  void refute_by(const Lasso& loop) {
+    Path path = path_to(loop.begin);
     path.loop = path.edges.size();
-    path.edges.insert(path.edges.end(), found.loop->edges.begin(), found.loop->edges.end());
+    path.edges.insert(path.edges.end(), loop.edges.begin(), loop.edges.end());
     out_.finding = Finding::kRefuted;
-    out_.at = time_of(found.loop->begin);
+    out_.at = time_of(loop.begin);
     out_.path = std::move(path);
     out_.observation.clear();
     out_.state = "for ever";
+  }
+
+  [[nodiscard]] static bool is_fault(const Made& made) {
+    return made.kind == Made::Kind::kFault && made.alternative > 0;
+  }
+
+  // Looks for loops on which faults of the one that was found do not come, one after the other, the last first; then
+  // for those on which they do not go.
+  void drop_faults(const Places& owing, const Allowed& goes_on) {
+    std::vector<bool> tried(graph_.choices.size());
+    std::vector<bool> without(graph_.choices.size());
+    for (const char* const function : {"fault", "end of fault"}) {
+      const auto untried = [&]() -> std::optional<std::uint32_t> {
+        const auto& edges = out_.path->edges;
+        for (auto edge = edges.rbegin(); edge != edges.rend(); ++edge) {
+          for (const Made& made : graph_.decisions[graph_.edges[*edge].made]) {
+            if (is_fault(made) && !tried[made.what] && graph_.choices[made.what].function == function) return made.what;
+          }
+        }
+        return std::nullopt;
+      };
+      for (auto fault = untried(); fault; fault = untried()) {
+        if (options_.interrupted && options_.interrupted()) return;
+        tried[*fault] = without[*fault] = true;
+        without[*fault] = find_loop_without(without, owing, goes_on);
+      }
+    }
+  }
+
+  // Refutes by a loop, and a way to it, without faults; false: there is none.
+  bool find_loop_without(const std::vector<bool>& faults, Places owing, Allowed goes_on) {
+    std::vector<bool> without(graph_.decisions.size());
+    for (std::size_t i = 0; i < without.size(); ++i) {
+      const auto& all = graph_.decisions[i];
+      without[i] = std::any_of(all.begin(), all.end(), [&](const Made& m) { return is_fault(m) && faults[m.what]; });
+    }
+    const auto is_without = [&](const Step& step) { return without[graph_.edges[step.edge].made]; };
+    const Branching& of = branches();
+    for (std::size_t arc = 0; arc < of.arcs.size(); ++arc) {
+      const std::uint32_t step = of.arcs[arc].step;
+      if (step != Branching::kNone && is_without(steps_[step])) goes_on[arc] = false;
+    }
+    std::vector<Pair> pairs = pairs_;
+    for (Pair& pair : pairs) pair.parent = UINT32_MAX;
+    std::vector<std::uint32_t> reached{0};
+    // Those of a pair stand beside each other, in the order of pairs.
+    for (std::size_t i = 0; i < reached.size(); ++i) {
+      const auto before = [](const Step& step, std::uint32_t pair) { return step.from < pair; };
+      auto step = std::lower_bound(steps_.begin(), steps_.end(), reached[i], before);
+      for (; step != steps_.end() && step->from == reached[i]; ++step) {
+        Pair& to = pairs[step->to];
+        if (step->to == 0 || to.parent != UINT32_MAX || is_without(*step)) continue;
+        to.parent = step->from;
+        to.edge = step->edge;
+        reached.push_back(step->to);
+      }
+    }
+    std::erase_if(owing, [&](std::uint32_t at) {
+      const std::uint32_t pair = of.places[at].pair;
+      return pair != 0 && pairs[pair].parent == UINT32_MAX;
+    });
+    const Owing found = owing_for_ever(graph_, of, steps_, owing, goes_on, options_);
+    if (!found.loop) return false;
+    pairs_ = std::move(pairs);
+    refute_by(*found.loop);
+    return true;
   }
 
   const Branching& branches() {

@@ -31,8 +31,10 @@ struct Path {
 struct Judgement {
   std::string requirement;
   Finding finding = Finding::kUnknown;
-  std::uint64_t states = 0;             ///< Of mission and monitor together.
-  std::optional<Path> path;             ///< If refuted: one of the shortest behaviours that show it.
+  std::uint64_t states = 0;  ///< Of mission and monitor together.
+  /// If refuted: one of the shortest behaviours that show it. A loop and the way to it have no fault without which
+  /// there is such a loop too.
+  std::optional<Path> path;
   TimePoint at{};                       ///< When it is violated on that path.
   std::string observation;              ///< Name of what violates it; empty: time that passed, or a loop.
   std::string state;                    ///< Of the monitor, then.
@@ -40,8 +42,8 @@ struct Judgement {
   std::vector<std::string> never_seen;  ///< Observations that it speaks of, besides others, and that never come.
   /// A bounded obligation can be open when the mission ends, on this path: no violation.
   std::optional<Path> can_stay_open;
-  std::vector<std::string> fair;  ///< Choices whose fairness it rests on: "MODEL.NAME".
-  /// Refuted only since these alternatives need never be taken: "model.NAME = value".
+  std::vector<std::string> fair;  ///< Choices whose fairness it rests on, as `Owing` has them.
+  /// Refuted only since these alternatives need never be taken, likewise.
   std::vector<std::string> avoided;
   struct Probability {
     double low = 0;
@@ -58,7 +60,7 @@ struct Judgement {
 struct JudgeOptions {
   /// Choices "MODEL.NAME" each alternative of which is taken again and again if it is offered again and again.
   std::vector<std::string> fair;
-  bool all_fair = false;
+  bool all_fair = false;  ///< Also those without a name, each by where it stands.
   bool probabilities = true;
   std::function<bool()> interrupted;  ///< What is not decided then stays unknown; may be empty.
 };

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/project/intervention.h"
 #include "sentree/text/file.h"
 #include "sentree/verify/statistics.h"
 #include "sentree/verify/verify.h"
@@ -371,6 +372,78 @@ std::vector<Known> known() {
                  "",
                  true,
                  answers("", "pick('x', 1, 6)", "e")});
+  // The same without names: each choice is fair where it stands.
+  const auto line = [](const std::string& does) { return does + "\n"; };
+  all.push_back({"UnnamedIsFairIfSaid",
+                 "Offered at each question, so taken some time.",
+                 kAgain,
+                 answers("", "choose(1, 6)"),
+                 kOpens,
+                 {{"opens", "holds", {}}},
+                 "",
+                 true});
+  all.push_back({"UnnamedIsNotFairElse",
+                 "Nobody says that anybody is fair.",
+                 kAgain,
+                 answers("", "choose(1, 6)"),
+                 kOpens,
+                 {{"opens", "refuted", {}}},
+                 "",
+                 false});
+  all.push_back({"BetweenIsFairInEachStep",
+                 "5, 5.5, 6: each step comes some time.",
+                 kAgain,
+                 answers("", "Math.floor(between(5, 6, 0.5))"),
+                 kOpens,
+                 {{"opens", "holds", {}}},
+                 "",
+                 true});
+  all.push_back({"UnnamedByPlace",
+                 "6 is offered in two places, and each of them takes it; only b is answered.",
+                 kAgain,
+                 answers(line(assign("a", "choose(1, 6)")) + line(assign("b", "choose(1, 6)")), "b"),
+                 kOpens,
+                 {{"opens", "holds", {}}},
+                 "",
+                 true});
+  all.push_back({"UnnamedByPlaceAndNotTogether",
+                 "a takes 6 again and again, and so does b, at other questions.",
+                 kAgain,
+                 answers(line(assign("a", "choose(1, 6)")) + line(assign("b", "choose(1, 6)")),
+                         "a === 6 &amp;&amp; b === 6 ? 6 : 1"),
+                 kOpens,
+                 {{"opens", "refuted", {}}},
+                 "",
+                 true});
+  all.push_back({"UnnamedOfferedOnlyIfTried",
+                 "Trying is fair, so it is tried again and again, so it is offered to open again and again.",
+                 kAgain,
+                 answers(line(assign("a", "choose('skip', 'try')")) + "<if cond=\"a === 'try'\">" +
+                             line(assign("b", "choose(1, 6)")) + "</if>",
+                         "b"),
+                 kOpens,
+                 {{"opens", "holds", {}}},
+                 "",
+                 true});
+  all.push_back({"UnnamedOnlyThere",
+                 "From 7 on the choice that could open is never offered again, and to begin with only once.",
+                 kAgain,
+                 answers("<if cond=\"k === 0\">" + line(assign("k", "7") + assign("a", "choose(1, 6)")) + "<else/>" +
+                             line(assign("a", "choose(2, 3)")) + "</if>",
+                         "a"),
+                 kOpens,
+                 {{"opens", "refuted", {}}},
+                 "",
+                 true});
+  all.push_back({"UnnamedByTurns",
+                 "6 and 1, then 1 and 6: each is taken again and again, and never both at once.",
+                 kBoth,
+                 answers("", "choose(1, 6)"),
+                 "let other = reply(e.ask)\nboth: eventually (said = 6 and other = 6).\none: eventually said = 6.\n",
+                 {{"both", "refuted", {}}, {"one", "holds", {}}},
+                 "",
+                 true,
+                 answers("", "choose(1, 6)", "e")});
   all.push_back({"ChancesMeet",
                  "What is drawn comes in every combination some day, with probability 1.",
                  kBoth,
@@ -765,6 +838,71 @@ INSTANTIATE_TEST_SUITE_P(ByHand, Simplified,
                                                  false,
                                                  answers("", "6", "e")}),
                          [](const auto& of) { return of.param.name; });
+
+// What is expected is what the timeline says, in order.
+class Loops : public KnownVerdicts {};
+TEST_P(Loops, HaveNoFaultThatIsNotNeeded) {
+  const project::Plan of = plan();
+  Asked asked;
+  asked.explore.faults = of.scenario.project.verify.faults;
+  asked.explore.faults_at_most = of.scenario.project.verify.faults_at_most;
+  asked.judge.all_fair = GetParam().all_fair;
+  const Verification found = verify(of, asked);
+  for (const Diagnostic& error : found.errors) FAIL() << to_string(error);
+  const Judgement& judgement = found.judgements.front();
+  ASSERT_EQ(judgement.finding, Finding::kRefuted);
+  ASSERT_TRUE(judgement.path->loop);
+  std::vector<std::string> faults;
+  for (const project::Injection& one : counterexample(found.graph, judgement, of.scenario).timeline)
+    faults.push_back(project::describe(one.what));
+  std::vector<std::string> expected;
+  for (const Expected& one : GetParam().expected) expected.push_back(one.verdict);
+  EXPECT_EQ(faults, expected);
+  for (const std::size_t rounds : {0U, 1U, 40U}) {
+    EXPECT_EQ(again(found, judgement, of, rounds).verdict, monitor::Verdict::kUndecided);
+  }
+}
+const std::string kAskedAfterAll =
+    "let other = reply(e.ask)\nopens: whenever event(error(d.ask)), robot shall said = 6 eventually.\n";
+INSTANTIATE_TEST_SUITE_P(
+    ByHand, Loops,
+    ::testing::Values(Known{"TheOtherOfTwo",
+                            "That e is not reached has nothing to do with d, which never answers again.",
+                            kBoth,
+                            answers("", "6"),
+                            kAskedAfterAll,
+                            {{"", "kill d", {}}},
+                            "verify: {faults: {at_most: 2, any_of: [{unreachable: e.ask}, {kill: d}]}}\n",
+                            false,
+                            answers("", "6", "e")},
+                      Known{"NoneAtAll",
+                            "It never opens by itself.",
+                            kBoth,
+                            answers("", "1"),
+                            "opens: eventually said = 6.\n",
+                            {},
+                            "verify: {faults: {at_most: 2, any_of: [{unreachable: e.ask}, {kill: d}]}}\n",
+                            false,
+                            answers("", "6", "e")},
+                      Known{"OneThenTheOther",
+                            "e fails once and is back, since one fault stands at a time; then d never answers again.",
+                            kBoth,
+                            answers("", "6"),
+                            "opens: whenever event(error(e.ask)), robot shall event(reply(d.ask)) eventually.\n",
+                            {{"", "e.ask is unreachable", {}}, {"", "clear 1", {}}, {"", "kill d", {}}},
+                            "verify: {faults: {at_most: 1, any_of: [{unreachable: e.ask}, {kill: d}]}}\n",
+                            false,
+                            answers("", "6", "e")},
+                      Known{"WhileBothAreFair",
+                            "Where e can be asked it takes each alternative, whatever d is; without d nothing opens.",
+                            kBoth,
+                            answers("", "6"),
+                            kAskedAfterAll,
+                            {{"", "kill d", {}}},
+                            "verify: {faults: {at_most: 2, any_of: [{unreachable: e.ask}, {kill: d}]}}\n",
+                            true,
+                            answers("", "choose(1, 6)", "e")}),
+    [](const auto& of) { return of.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(ByHand, KnownVerdicts, ::testing::ValuesIn(known()),
                          [](const auto& of) { return of.param.name; });

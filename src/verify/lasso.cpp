@@ -14,42 +14,56 @@ namespace sentree::verify {
 
 namespace {
 
-using Names = std::set<std::string>;  // "MODEL.NAME"
+using Fair = std::set<std::uint32_t>;  // choices, by their place in a list of what they are called
+
+// With a name "MODEL.NAME", wherever it stands; else "MODEL at FILE:LINE". Empty: a fault.
+std::string called(const ChoicePoint& choice) {
+  if (choice.model.empty()) return {};
+  return choice.name.empty() ? fmt::format("{} at {}", choice.model, choice.place)
+                             : fmt::format("{}.{}", choice.model, choice.name);
+}
 
 class Lassos {
  public:
   Lassos(const Graph& graph, const Branching& branching, const std::vector<Step>& steps, const Places& owing,
          const Allowed& goes_on)
       : graph_(graph), of_(branching), steps_(steps), owing_(owing), goes_on_(goes_on), components_(branching) {
-    for (const ChoicePoint& choice : graph.choices)
-      names_.push_back(choice.name.empty() || choice.model.empty() ? ""
-                                                                   : fmt::format("{}.{}", choice.model, choice.name));
+    std::map<std::string, std::uint32_t> known;
+    for (const ChoicePoint& choice : graph.choices) {
+      const std::string name = called(choice);
+      const auto next = static_cast<std::uint32_t>(names_.size());
+      choice_of_.push_back(name.empty() ? kNone : known.try_emplace(name, next).first->second);
+      if (choice_of_.back() == next) names_.push_back(name);
+    }
     for (const std::uint32_t at : owing_) {
       if (of_.places[at].drawn) continue;
       each_arc(at, [&](std::uint32_t arc) {
-        if (is_named(arc)) all_.insert(names_[of_.arcs[arc].what]);
+        if (choice_of(arc) != kNone) all_.insert(choice_of(arc));
       });
     }
   }
 
   Owing operator()(const JudgeOptions& options) {
     Owing out;
-    Names fair = options.all_fair ? all_ : Names(options.fair.begin(), options.fair.end());
-    std::erase_if(fair, [&](const std::string& name) { return !all_.contains(name); });
+    Fair fair = all_;
+    if (!options.all_fair) {
+      std::erase_if(fair, [&](std::uint32_t choice) {
+        return std::find(options.fair.begin(), options.fair.end(), names_[choice]) == options.fair.end();
+      });
+    }
     const Places found = fair_component(fair);
     if (found.empty()) {
-      const Names needed = needed_of(std::move(fair));
-      out.fair.assign(needed.begin(), needed.end());
+      for (const std::uint32_t choice : needed_of(std::move(fair))) out.fair.push_back(names_[choice]);
+      std::sort(out.fair.begin(), out.fair.end());
       return out;
     }
     out.loop = round(found, fair);
     if (fair != all_ && fair_component(all_).empty()) {
-      const Names needed = needed_of(all_);
-      for (const std::string& name : needed) {
-        Names others = needed;
-        others.erase(name);
-        for (const std::string& value : avoided_in(fair_component(others), name))
-          out.avoided.push_back(fmt::format("{} = {}", name, value));
+      const Fair needed = needed_of(all_);
+      for (const std::uint32_t choice : needed) {
+        Fair others = needed;
+        others.erase(choice);
+        avoid(fair_component(others), choice, out.avoided);
       }
     }
     return out;
@@ -61,26 +75,26 @@ class Lassos {
     const Branching::Place& place = of_.places[at];
     for (std::uint32_t arc = place.first; arc < place.first + place.count; ++arc) what(arc);
   }
-  [[nodiscard]] bool is_named(std::uint32_t arc) const {
+  [[nodiscard]] std::uint32_t choice_of(std::uint32_t arc) const {
     const std::uint32_t what = of_.arcs[arc].what;
-    return what != Branching::kNone && !names_[what].empty();
+    return what == Branching::kNone ? kNone : choice_of_[what];
   }
-  [[nodiscard]] bool is_fair(std::uint32_t arc, const Names& fair) const {
-    return is_named(arc) && fair.contains(names_[of_.arcs[arc].what]);
+  [[nodiscard]] bool is_fair(std::uint32_t arc, const Fair& fair) const {
+    return choice_of(arc) != kNone && fair.contains(choice_of(arc));
   }
 
   // Of which no choice can be left out without a loop.
-  Names needed_of(Names fair) {
-    for (const std::string& name : Names(fair)) {
-      Names others = fair;
-      others.erase(name);
+  Fair needed_of(Fair fair) {
+    for (const std::uint32_t choice : Fair(fair)) {
+      Fair others = fair;
+      others.erase(choice);
       if (fair_component(others).empty()) fair = std::move(others);
     }
     return fair;
   }
 
   // Places of a loop on which what is fair is taken; empty: there is none.
-  Places fair_component(const Names& fair) {
+  Places fair_component(const Fair& fair) {
     const auto found =
         components_.without(owing_, goes_on_, [&](const Places& component, const std::vector<bool>& inside) {
           std::set<std::uint32_t> taken;
@@ -105,21 +119,25 @@ class Lassos {
     });
   }
 
-  // Alternatives of a choice that are offered in a component, and lead away from it.
-  std::set<std::string> avoided_in(const Places& component, const std::string& name) const {
+  // Tells alternatives of a choice that are offered in a component, and lead away from it.
+  void avoid(const Places& component, std::uint32_t choice, std::vector<std::string>& told) const {
     const std::set<std::uint32_t> inside(component.begin(), component.end());
     std::set<std::string> offered;
     std::set<std::string> taken;
+    std::string place;
     for (const std::uint32_t at : component) {
       each_arc(at, [&](std::uint32_t arc) {
-        if (!is_named(arc) || names_[of_.arcs[arc].what] != name) return;
-        const std::string& value = graph_.choices[of_.arcs[arc].what].value;
-        offered.insert(value);
-        if (goes_on_[arc] && inside.contains(of_.arcs[arc].to)) taken.insert(value);
+        if (choice_of(arc) != choice) return;
+        const ChoicePoint& point = graph_.choices[of_.arcs[arc].what];
+        const std::string name = point.name.empty() ? point.model : names_[choice];
+        offered.insert(fmt::format("{} = {}", name, point.value));
+        if (goes_on_[arc] && inside.contains(of_.arcs[arc].to)) taken.insert(fmt::format("{} = {}", name, point.value));
+        if (point.name.empty()) place = " at " + point.place;
       });
     }
-    std::erase_if(offered, [&](const std::string& value) { return taken.contains(value); });
-    return offered;
+    for (const std::string& one : offered) {
+      if (!taken.contains(one)) told.push_back(one + place);
+    }
   }
 
   // A shortest way from a place to an arc that is the last one, by arcs inside.
@@ -149,7 +167,7 @@ class Lassos {
   }
 
   // Once round, through an arc for each alternative that is fair or drawn there.
-  Lasso round(const Places& component, const Names& fair) const {
+  Lasso round(const Places& component, const Fair& fair) const {
     std::vector<bool> inside(of_.places.size());
     std::set<std::uint32_t> owed;
     for (const std::uint32_t at : component) inside[at] = true;
@@ -188,8 +206,10 @@ class Lassos {
   const Places& owing_;
   const Allowed& goes_on_;
   Components components_;
-  std::vector<std::string> names_;  // of choices; empty: it has none
-  Names all_;                       // that are offered where something is owed
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+  std::vector<std::string> names_;        // of choices
+  std::vector<std::uint32_t> choice_of_;  // by alternative, as in the graph; kNone: a fault
+  Fair all_;                              // that are offered where something is owed
 };
 
 }  // namespace

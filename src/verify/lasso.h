@@ -16,11 +16,12 @@ struct Lasso {
   std::vector<std::uint32_t> edges;  ///< Of the graph, once round.
 };
 
-/// What is known of loops on which something is owed.
+/// What is known of loops on which something is owed. Choices are "MODEL.NAME", or without a name "MODEL at FILE:LINE";
+/// alternatives "MODEL.NAME = value", "MODEL = value at FILE:LINE".
 struct Owing {
   std::optional<Lasso> loop;
-  std::vector<std::string> fair;     ///< Without a loop: choices whose fairness that rests on, "MODEL.NAME".
-  std::vector<std::string> avoided;  ///< There is none if these too were taken again and again: "MODEL.NAME = value".
+  std::vector<std::string> fair;     ///< Without a loop: choices whose fairness that rests on.
+  std::vector<std::string> avoided;  ///< There is none if these too were taken again and again.
 };
 
 /// Looks for a loop among places that owe, by arcs that go on owing. What is fair is taken on it where it is offered

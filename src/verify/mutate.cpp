@@ -6,9 +6,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "sentree/base/value.h"
@@ -89,9 +87,62 @@ std::string as_text(double number) {
   return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
 }
 
+// Nothing that would have to be written otherwise somewhere else.
+bool is_plain(std::string_view text) {
+  return !text.empty() && text.find_first_of("{}<>&\"'\\") == std::string_view::npos;
+}
+
+// A number by which something may be called.
+bool is_whole(std::string_view text) {
+  const auto number = number_of(text);
+  return number && *number == std::floor(*number) && text.find_first_of(".eE") == std::string_view::npos;
+}
+
+// Of a leaf, and no time: what else is counted is called by no number.
+bool may_pass_number(const XmlElement& node, std::string_view port) {
+  return !node.first_child() && !port.ends_with("msec");
+}
+
+void collect_ports(const XmlElement& element, Passed& all) {
+  element.for_each_attribute([&](std::string_view name, std::string_view value) {
+    if (name == "name" || name == "ID" || name.starts_with('_') || !is_plain(value)) return;
+    if (!number_of(value) || (is_whole(value) && may_pass_number(element, name))) all[std::string(name)].emplace(value);
+  });
+  for (const XmlElement& child : element.children()) {
+    if (child.name() != "TreeNodesModel") collect_ports(child, all);
+  }
+}
+
+// The constant that an expression is, without its quotes; nothing: it is none, or no plain one.
+std::optional<std::string> constant(std::string_view expression) {
+  if (is_whole(expression)) return std::string(expression);
+  if (expression.size() < 3 || (expression.front() != '\'' && expression.front() != '"')) return std::nullopt;
+  if (expression.back() != expression.front()) return std::nullopt;
+  const std::string_view inside = expression.substr(1, expression.size() - 2);
+  return is_plain(inside) && !number_of(inside) ? std::optional<std::string>(inside) : std::nullopt;
+}
+
+void collect_parameters(const XmlElement& element, Passed& all) {
+  if (element.local_name() == "param") {
+    const auto passes = constant(element.attribute("expr").value_or(""));
+    if (passes) all[std::string(element.attribute("name").value_or(""))].insert(*passes);
+  }
+  for (const XmlElement& child : element.children()) collect_parameters(child, all);
+}
+
+void collect(const XmlElement& root, Passed& all) {
+  if (root.local_name() == "root")
+    collect_ports(root, all);
+  else if (root.local_name() == "scxml")
+    collect_parameters(root, all);
+}
+
 class Mutator {
  public:
-  Mutator(std::string_view source, const text::XmlDocument& document) : source_(source), document_(document) {}
+  Mutator(std::string_view source, const text::XmlDocument& document, Passed passed)
+      : source_(source), document_(document), passed_(std::move(passed)) {
+    collect(document.root(), passed_);
+  }
 
   // A change whose text is not made yet: of a large file there are many.
   struct Change {
@@ -104,7 +155,6 @@ class Mutator {
     const XmlElement root = document_.root();
     const bool is_tree = root.local_name() == "root";
     if (!is_tree && root.local_name() != "scxml") return {};
-    if (is_tree) collect_words(root);
     for (const XmlElement& element : root.children()) {
       if (!is_tree)
         chart(element);
@@ -124,17 +174,6 @@ class Mutator {
   }
 
   // ---- Trees ----
-
-  void collect_words(const XmlElement& element) {
-    element.for_each_attribute([&](std::string_view name, std::string_view value) {
-      if (name != "name" && name != "ID" && !name.starts_with('_') && !number_of(value) &&
-          value.find_first_of("{}") == std::string_view::npos)
-        words_[std::string(name)].emplace(value);
-    });
-    for (const XmlElement& child : element.children()) {
-      if (child.name() != "TreeNodesModel") collect_words(child);
-    }
-  }
 
   void tree(const XmlElement& node, std::size_t siblings) {
     for (const auto& [tag, other] : kOthers) {
@@ -184,17 +223,31 @@ class Mutator {
       const auto change = [&](const std::string& other) {
         add(at, fmt::format("{}: {} {} → {}", called(node), name, value, other), {{at, at + value.size(), other}});
       };
-      if (const auto number = number_of(value)) {
+      const auto number = number_of(value);
+      if (number) {
         change(as_text(*number + 1));
         change(as_text(*number - 1));
-        continue;
       }
-      const auto words = words_.find(std::string(name));
-      if (words == words_.end() || !words->second.contains(std::string(value))) continue;
-      for (const std::string& other : words->second) {
-        if (other != value && source_.substr(at, value.size()) == value) change(other);
+      if (!is_plain(value) || source_.substr(at, value.size()) != value) continue;
+      if (number && !may_pass_number(node, name)) continue;
+      for (const std::string& other : others(std::string(value), {std::string(name)})) change(other);
+    }
+  }
+
+  // What else is passed so: texts for a text, numbers for a number that are not next to it.
+  [[nodiscard]] std::set<std::string> others(const std::string& value, const std::vector<std::string>& as) const {
+    std::set<std::string> all;
+    const auto number = number_of(value);
+    for (const std::string& name : as) {
+      const auto passed = passed_.find(name);
+      if (passed == passed_.end()) continue;
+      for (const std::string& other : passed->second) {
+        const auto another = number_of(other);
+        const bool is_like = number ? is_whole(value) && another && std::abs(*another - *number) > 1 : !another;
+        if (other != value && is_like) all.insert(other);
       }
     }
+    return all;
   }
 
   // ---- Charts ----
@@ -210,7 +263,23 @@ class Mutator {
           fmt::format("{} {} dropped", of,
                       element.attribute("event").value_or(element.attribute("location").value_or(""))),
           {{element.offset(), element.end_offset(), ""}});
-    for (const XmlElement& child : element.children()) chart(child);
+    for (const XmlElement& child : element.children()) {
+      if (child.local_name() == "param") parameter(child, element);
+      chart(child);
+    }
+  }
+
+  void parameter(const XmlElement& element, const XmlElement& of) {
+    const std::string_view written = element.attribute("expr").value_or("");
+    const auto value = constant(written);
+    if (!value) return;
+    const std::size_t at = element.attribute_value_offset("expr") + (written == *value ? 0 : 1);
+    if (source_.substr(at, value->size()) != *value) return;  // written with entities
+    const std::string name(element.attribute("name").value_or(""));
+    const std::string call =
+        fmt::format("{}.{}.{}", of.attribute("target").value_or(""), of.attribute("event").value_or(""), name);
+    for (const std::string& other : others(*value, {name, call}))
+      add(at, fmt::format("<param> {} {} → {}", name, *value, other), {{at, at + value->size(), other}});
   }
 
   void expression(const XmlElement& element, std::string_view attribute) {
@@ -253,16 +322,30 @@ class Mutator {
 
   std::string_view source_;
   const text::XmlDocument& document_;
-  std::map<std::string, std::set<std::string>> words_;  // by attribute
+  Passed passed_;
   std::vector<Change> changes_;
 };
 
 }  // namespace
 
-std::vector<Mutant> mutants(std::string_view source, const std::string& file) {
+void collect_passed(std::string_view source, Passed& all) {
+  if (const auto document = text::XmlDocument::parse(std::string(source))) collect(document->root(), all);
+}
+
+void collect_passed(const std::string& name, const idl::Service& service, Passed& all) {
+  for (const idl::Method* const method : service.methods) {
+    for (const idl::Field& field : method->arguments.fields) {
+      if (field.type->kind != idl::Kind::kEnum) continue;
+      auto& values = all[fmt::format("{}.{}.{}", name, method->name, field.name)];
+      for (const idl::Enumerator& one : field.type->enumeration->enumerators) values.insert(one.name);
+    }
+  }
+}
+
+std::vector<Mutant> mutants(std::string_view source, const std::string& file, Passed passed) {
   const auto document = text::XmlDocument::parse(std::string(source), file);
   if (!document) return {};
-  const auto all = Mutator(source, *document).run();
+  const auto all = Mutator(source, *document, std::move(passed)).run();
   const std::size_t count = std::min(all.size(), kMutantsMax);
   std::vector<Mutant> out;
   for (std::size_t i = 0; i < count; ++i) {

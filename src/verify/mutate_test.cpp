@@ -51,6 +51,57 @@ TEST(Mutants, OfATreeAreOfItsScriptsAndLeaveOutDecorators) {
   EXPECT_EQ(all[0].text, "<root><BehaviorTree ID='M'><Go _skipIf='n &lt; 3' to='x'/></BehaviorTree></root>");
 }
 
+// A chart that sends a goal: the number that is, and what else it may be from elsewhere.
+std::string sends(const std::string& parameters) {
+  return "<scxml><state id='a'><onentry><send type='thrift' target='base' event='go'>" + parameters +
+         "</send></onentry></state></scxml>";
+}
+
+TEST(Mutants, PassAnotherGoal) {
+  const std::string source =
+      sends("<param name='goal' expr='3'/><param name='to' expr=\"'kitchen'\"/><param name='by' expr='way'/>");
+  Passed passed;
+  collect_passed(source, passed);
+  collect_passed(
+      "<root><BehaviorTree ID='M'><Sequence><Go to='station' goal='7'/><Go to='{there}' goal='2'/><Sleep msec='50'/>"
+      "<Repeat num_cycles='9'><Go to='it&apos;s' goal='0.5'/></Repeat></Sequence></BehaviorTree></root>",
+      passed);
+  collect_passed("<world to='nowhere'/>", passed);
+  collect_passed("<scxml", passed);
+  EXPECT_THAT(passed, testing::UnorderedElementsAre(testing::Pair("goal", ElementsAre("2", "3", "7")),
+                                                    testing::Pair("to", ElementsAre("kitchen", "station"))));
+  const auto all = mutants(source, "c.scxml", passed);
+  // 4 and 2 are tried as numbers one more and less.
+  EXPECT_THAT(whats(all), ElementsAre("<send> go dropped", "<param> goal 3 → 7", "expr 3 → 4", "expr 3 → 2",
+                                      "<param> to kitchen → station"));
+  EXPECT_EQ(all[1].text, sends("<param name='goal' expr='7'/><param name='to' expr=\"'kitchen'\"/>"
+                               "<param name='by' expr='way'/>"));
+  EXPECT_EQ(all[4].text, sends("<param name='goal' expr='3'/><param name='to' expr=\"'station'\"/>"
+                               "<param name='by' expr='way'/>"));
+  EXPECT_EQ(to_string(all[4].place), "c.scxml:1:129");
+}
+
+TEST(Mutants, OfATreePassWhatOtherFilesDo) {
+  Passed passed{{"to", {"kitchen", "5"}}, {"goal", {"3", "kitchen"}}, {"msec", {"900"}}};
+  const auto all = mutants(
+      "<root><BehaviorTree ID='M'><Go to='hall' goal='7'/><Sleep msec='50'/><Go to='{to}'/></BehaviorTree></root>",
+      "m.xml", passed);
+  EXPECT_THAT(whats(all), ElementsAre("Go: to hall → kitchen", "Go: goal 7 → 8", "Go: goal 7 → 6", "Go: goal 7 → 3",
+                                      "Sleep: msec 50 → 51", "Sleep: msec 50 → 49"));
+}
+
+TEST(Mutants, PassAnotherEnumeratorOfThatCallOnly) {
+  const auto schema = idl::Schema::load(
+      "enum Place { KITCHEN, STATION }\nenum Way { FAST, SLOW }\n"
+      "service Base { void go(1: Place to, 2: Way by, 3: i32 goal), void turn(1: Way to) }\n",
+      "base.thrift");
+  ASSERT_TRUE(schema.ok());
+  Passed passed;
+  collect_passed("base", *schema.value->service("Base"), passed);
+  EXPECT_THAT(whats(mutants(sends("<param name='to' expr=\"'KITCHEN'\"/>"), "c", passed)),
+              ElementsAre("<send> go dropped", "<param> to KITCHEN → STATION"));
+}
+
 TEST(Mutants, CanAllBeReadAndAreNotTheOriginal) {
   for (const std::string& source :
        {std::string(kTree),

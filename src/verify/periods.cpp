@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstdlib>
 #include <map>
 #include <utility>
 
@@ -151,16 +150,7 @@ std::uint32_t Periods::decide(Made::Kind kind, std::uint64_t count, const missio
 std::uint64_t Periods::decide_choice(const mission::Choice& choice) {
   if (error_) return 0;
   if (choice.count > kAlternativesMax) {
-    // `place` is FILE:LINE.
-    const std::size_t colon = choice.place.rfind(':');
-    SourceSpan span;
-    if (colon != std::string::npos)
-      span = {choice.place.substr(0, colon), std::atoi(choice.place.c_str() + colon + 1), 1, 0};
-    error_ = Diagnostic{Severity::kError, "verify.choice",
-                        fmt::format("{}: {}() leaves {} alternatives open; at most {} can be tried{}", choice.model,
-                                    choice.function, choice.count, kAlternativesMax,
-                                    std::string_view(choice.function) == "between" ? ": take a greater step" : ""),
-                        std::move(span)};
+    error_ = too_many_alternatives(choice);
     return 0;
   }
   const bool is_drawn = static_cast<bool>(choice.probability);
@@ -200,7 +190,11 @@ std::vector<Periods::Possible> Periods::possible_faults(const Options& options, 
 
 ChoicePoint Periods::point_of(const Possible& fault) const {
   const project::Intervention& what = options_.faults[fault.fault];
-  return {"", fault.ends ? "end of fault" : "fault", project::describe(what), to_json(Value(project::to_entry(what)))};
+  return {.model = "",
+          .function = fault.ends ? "end of fault" : "fault",
+          .name = project::describe(what),
+          .place = "",
+          .value = to_json(Value(project::to_entry(what)))};
 }
 
 Result<void> Periods::put_faults(const Options& options, Frontier& frontier,
@@ -226,7 +220,7 @@ Result<void> Periods::fault() {
 }
 
 std::string Periods::key_of(const ChoicePoint& point) {
-  return point.model + '\n' + point.function + '\n' + point.name + '\n' + point.value;
+  return point.model + '\n' + point.function + '\n' + point.name + '\n' + point.place + '\n' + point.value;
 }
 
 std::uint32_t Periods::intern_choice(ChoicePoint point) {
@@ -439,7 +433,11 @@ void Periods::refuse_clock(const Message& message, const std::string& member) {
 // Which alternative the last decision took.
 void Periods::note(const mission::Choice& choice, std::uint64_t alternative) {
   const std::string value = to_json(choice.alternative(alternative));
-  made_.back().what = intern_choice({choice.model, choice.function, choice.name, value});
+  made_.back().what = intern_choice({.model = choice.model,
+                                     .function = choice.function,
+                                     .name = choice.name,
+                                     .place = choice.name.empty() ? choice.place : "",
+                                     .value = value});
   made_.back().place = intern_place(choice.place);
   if (choice.probability) made_.back().probability = choice.probability(alternative);
   if (!choice.name.empty()) graph_.values[fmt::format("{}.{}", choice.model, choice.name)].insert(value);

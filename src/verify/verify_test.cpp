@@ -178,6 +178,19 @@ TEST_F(Verify, LeavesALoopOnlyWhereItIsFair) {
   EXPECT_THAT(to_string(verify(of, asked).errors.front()), HasSubstr("did you mean \"keeper.says\"?"));
 }
 
+TEST_F(Verify, TellsWhereAChoiceWithoutANameStands) {
+  tree(
+      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
+      "</RetryUntilSuccessful>");
+  model("choose(1, 6)");
+  requirements("opens \"It opens in the end.\": whenever said = 1, door shall said = 6 eventually.\n");
+  const project::Plan of = plan();
+  EXPECT_THAT(verify(of, {}).judgements.front().avoided, ElementsAre("keeper = 6 at models/door.scxml:2"));
+  Asked asked;
+  asked.judge.all_fair = true;
+  EXPECT_THAT(verify(of, asked).judgements.front().fair, ElementsAre("keeper at models/door.scxml:2"));
+}
+
 TEST_F(Verify, JudgesGatesAsARunDoes) {
   model("pick('says', 1, 6)");
   requirements(
