@@ -489,6 +489,9 @@ class Verifying {
     return fmt::format("{}, … ({} in all)", fmt::join(all.begin(), all.begin() + kShownMax, ", "), all.size());
   }
 
+  // At which it happens, or with which what comes again for ever begins.
+  static std::size_t tick_of(const verify::Path& path) { return path.loop ? *path.loop : path.edges.size(); }
+
   // Of an instant that is none of a tick: on which side of that tick it is.
   std::string_view beside_tick(std::size_t tick, TimePoint at) const {
     const TimePoint of_tick = TimePoint{} + result_.graph.period * (static_cast<std::int64_t>(tick) - 1);
@@ -500,7 +503,7 @@ class Verifying {
     std::string out;
     if (judgement.finding == verify::Finding::kRefuted) {
       const Shown& shown = shown_.at(judgement.requirement);
-      const std::size_t tick = judgement.path->loop ? *judgement.path->loop : judgement.path->edges.size();
+      const std::size_t tick = tick_of(*judgement.path);
       out = fmt::format("REFUTED  {}tick {} ({} s)", judgement.path->loop ? "" : beside_tick(tick, judgement.at), tick,
                         shortest_decimal(seconds(judgement.at)));
       if (judgement.path->loop)
@@ -573,7 +576,7 @@ class Verifying {
       for (const std::string& name : judgement.fair) fair.emplace_back(name);
       one["fair"] = std::move(fair);
       if (judgement.path) {
-        one["first_violation"] = Map{{"tick", static_cast<std::int64_t>(judgement.path->edges.size())},
+        one["first_violation"] = Map{{"tick", static_cast<std::int64_t>(tick_of(*judgement.path))},
                                      {"time", seconds(judgement.at)},
                                      {"observation", judgement.observation}};
         const Shown& shown = shown_.at(judgement.requirement);

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "sentree/verify/judge.h"
 
@@ -50,6 +52,10 @@ class Looking {
     look_for_unseen(of, out);
     if (out.why.empty()) out.why = why_not_decided(of);
     if (out.why.empty() && !(memory_.ever_inside() && opens(of))) out.why = "its scope never begins";
+    if (out.why.empty() && of.scope.kind == monitor::Scope::Kind::kBetween && !is_ever(of, of.scope.close))
+      out.why = "its scope never ends, and only what is closed counts";
+    if (out.why.empty() && !is_ever_assumed(of)) out.why = "what it assumes never holds";
+    if (out.why.empty() && of.pattern == Pattern::kPrecedes && !is_ever(of, of.q)) out.why = "it is never triggered";
     if (!out.why.empty()) return out;
     switch (of.pattern) {
       case Pattern::kRespond:
@@ -156,11 +162,48 @@ class Looking {
 
   // What holds *while* something does has no memory of it: whether that is ever so is a question of its own.
   [[nodiscard]] bool opens(const Requirement& of) const {
-    if (of.scope.kind != monitor::Scope::Kind::kWhile) return true;
+    return of.scope.kind != monitor::Scope::Kind::kWhile || is_ever(of, of.scope.open);
+  }
+
+  // Before it is known whether the assumption holds, it interrupts nothing.
+  [[nodiscard]] bool is_ever_assumed(const Requirement& of) const {
+    if (!of.assuming || is_ever(of, of.assuming)) return true;
+    if (of.pattern == Pattern::kEventually || of.pattern == Pattern::kAtLeastEvery) return true;  // silence violates it
+    const auto join = [](Condition::Kind kind, std::vector<monitor::ConditionPtr> operands) {
+      auto joined = std::make_shared<Condition>();
+      joined->kind = kind;
+      joined->operands = std::move(operands);
+      return monitor::ConditionPtr(std::move(joined));
+    };
+    std::vector<Source> sources;
+    for (const auto& condition : {of.p, of.q}) {
+      if (condition) monitor::collect_sources(*condition, sources);
+    }
+    monitor::ConditionPtr any;
+    for (const Source& source : sources) {
+      auto event = std::make_shared<Condition>();
+      event->kind = Condition::Kind::kEvent;
+      event->source = source;
+      event->source->where = nullptr;
+      any = any ? join(Condition::Kind::kOr, {any, event}) : monitor::ConditionPtr(std::move(event));
+    }
+    Requirement early;
+    early.scope.kind = monitor::Scope::Kind::kBefore;
+    early.scope.close =
+        join(Condition::Kind::kOr, {of.assuming, join(Condition::Kind::kNot, {of.assuming})});  // it is known
+    early.p = any;
+    return !any || is_violated(of, std::move(early));
+  }
+
+  [[nodiscard]] bool is_ever(const Requirement& of, const monitor::ConditionPtr& condition) const {
     Requirement never;
+    never.p = condition;
+    return is_violated(of, std::move(never));
+  }
+  // Whether something comes that is asked for never to come. True if that cannot be asked.
+  [[nodiscard]] bool is_violated(const Requirement& of, Requirement never) const {
     never.name = of.name;
     never.pattern = Pattern::kNever;
-    never.p = of.scope.open;
     never.span = of.span;
     const auto made = monitor::Model::make(never);
     if (!made.ok()) return true;
