@@ -89,7 +89,9 @@ TimePoint RecordedRun::ended() const {
 
 TimePoint RecordedRun::judged_until() const {
   const auto mission = bt::parse_status(fact("mission"));
-  return mission::judged_until(ended(), mission && bt::is_completed(*mission));
+  const std::string by = fact("ended_by");
+  const bool is_cut_off = by == "time limit" || by == "interrupt";
+  return mission::judged_until(ended(), mission && bt::is_completed(*mission) && !is_cut_off);
 }
 
 Result<void> RecordedRun::each(const std::function<bool(Message)>& take, TimePoint from, TimePoint to) {

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "sentree/base/temporary_folder.h"
 #include "sentree/runtime/run.h"
 
 namespace sentree::runtime {
@@ -119,6 +120,27 @@ TEST(Requirements, WhatIsDueWhenTheRunEndsStaysOpen) {
   EXPECT_EQ(report.monitors[0].verdict, monitor::Verdict::kUndecided);
   ASSERT_TRUE(report.monitors[1].decision);
   EXPECT_EQ(report.monitors[1].decision->at, TimePoint(std::chrono::milliseconds(499)));
+}
+
+// It has just completed and would begin anew: that is no end of its own.
+TEST(Requirements, WhatIsDueWhenAMissionThatIsRepeatedIsCutOffStaysOpen) {
+  const TemporaryFolder folder("repeated");
+  const auto write = [&](const char* name, const char* text) { std::ofstream(folder.path() / name) << text; };
+  write("mission.xml", "<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\"><AlwaysSuccess/></BehaviorTree></root>");
+  write("r.req", "on_time: event(mission.tick) at least every 500 ms.\n");
+  write("sentree.yaml", "mission: {file: mission.xml, rate: 2 Hz, repeat: true}\nmonitors: [{file: r.req}]\n");
+  auto project = project::load_project(folder.path());
+  ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+  project::Scenario scenario = project::plain_scenario(std::move(*project.value));
+  scenario.virtual_time = true;
+  scenario.duration = std::chrono::seconds(1);
+  const auto plan = prepare(std::move(scenario));
+  ASSERT_TRUE(plan.ok()) << to_string(plan.diagnostics.front());
+  const RunReport report = runtime::Run(*plan.value, {}).execute();
+  EXPECT_TRUE(report.timed_out);
+  EXPECT_EQ(report.mission, bt::Status::kSuccess);
+  ASSERT_EQ(report.monitors.size(), 1U);
+  EXPECT_EQ(report.monitors[0].verdict, monitor::Verdict::kUndecided);
 }
 
 }  // namespace

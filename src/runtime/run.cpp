@@ -129,7 +129,9 @@ void Run::Impl::finish() {
   if (elsewhere_) elsewhere_->end_speaking();
   // Ended as it is, with no tick in which the mission could have said so.
   if (scheduler_->is_virtual() && (left_behind_ || (interrupted_ && ended_ == TimePoint{}))) ended_ = scheduler_->now();
-  const TimePoint judged = mission::judged_until(ended_, bt::is_completed(mission_->state().root));
+  // One that is repeated may have completed when it is cut off.
+  const bool by_itself = bt::is_completed(mission_->state().root) && !timed_out_ && !interrupted_;
+  const TimePoint judged = mission::judged_until(ended_, by_itself);
   monitors_.finish(judged);
   for (const auto& observer : observers()) observer->finish(judged);
   take_decisions();  // those that no actor took any more
