@@ -18,6 +18,7 @@
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/mission/virtual_host.h"
+#include "sentree/project/intervention.h"
 #include "sentree/verify/detail/test_random_project.h"
 #include "sentree/verify/period.h"
 #include "sentree/verify/statistics.h"
@@ -27,6 +28,7 @@ namespace sentree::verify {
 namespace {
 
 constexpr std::uint64_t kOracleSeeds = 60;
+constexpr std::uint64_t kLoopSeeds = 30;
 // As many as are few enough ways.
 constexpr std::uint64_t kTicks[] = {6, 4};
 // Of a project that can go in more ways nothing is said.
@@ -289,6 +291,31 @@ TimePoint violated_at(const Verification& found, const Judgement& judgement, con
   return is_violated() ? judgement.at : kNever;
 }
 
+// Whether a run that does a loop again owes something in the end, however often it goes round.
+bool is_owed_in_a_run(const Verification& found, const Judgement& judgement, const project::Plan& of) {
+  for (const std::int64_t rounds : {0, 1, 10}) {
+    project::Scenario example = counterexample(found.graph, judgement, of.scenario);
+    const auto ticks = static_cast<std::int64_t>(example.loop->ticks.last - example.loop->ticks.first + 1);
+    example.duration += found.graph.period * ticks * rounds;
+    const auto prepared = project::prepare(std::move(example));
+    if (!prepared.ok()) return false;
+    const auto told = retell(*prepared.value);
+    if (!told || told->empty()) return false;
+    const auto& models = prepared.value->monitors;
+    monitor::MonitorSet monitors(models, TimePoint{});
+    std::vector<monitor::MonitorSet::Decided> decided;
+    for (const Told& tick : *told) {
+      for (const Message& message : tick.messages) monitors.observe(message, decided);
+    }
+    monitors.advance(told->back().at, decided);
+    const auto which = std::find_if(models.begin(), models.end(),
+                                    [&](const monitor::Model& model) { return model.name() == judgement.requirement; });
+    const monitor::State state = monitors.state(static_cast<std::size_t>(which - models.begin()));
+    if (state.verdict != monitor::Verdict::kUndecided || !monitor::standing(*which, state).pending) return false;
+  }
+  return true;
+}
+
 TEST(Verdicts, ComeOutSoInRuns) {
   const std::uint64_t only = environment("SENTREE_SEED", 0);
   const std::uint64_t seeds = environment("SENTREE_SEEDS", kOracleSeeds);
@@ -333,6 +360,76 @@ TEST(Verdicts, ComeOutSoInRuns) {
   if (only != 0) return;
   EXPECT_GT(held, seeds / 10);
   EXPECT_GT(refuted, seeds / 10);
+}
+
+// Faults that come on a path.
+std::vector<project::Intervention> faults_of(const Verification& found, const Judgement& judgement,
+                                             const std::vector<project::Intervention>& all) {
+  std::set<std::string> come;
+  for (const std::uint32_t edge : judgement.path->edges) {
+    for (const Made& made : found.graph.decisions[found.graph.edges[edge].made]) {
+      if (made.kind == Made::Kind::kFault && made.alternative > 0 && found.graph.choices[made.what].function == "fault")
+        come.insert(found.graph.choices[made.what].value);
+    }
+  }
+  std::vector<project::Intervention> out;
+  for (const project::Intervention& one : all) {
+    if (come.contains(to_json(Value(project::to_entry(one))))) out.push_back(one);
+  }
+  EXPECT_EQ(out.size(), come.size());
+  return out;
+}
+
+// If any fault of a loop never comes there is none, as is found by exploring anew without it; and a run goes round.
+TEST(LoopsThatRefute, NeedEachOfTheirFaults) {
+  const std::uint64_t only = environment("SENTREE_SEED", 0);
+  const std::uint64_t seeds = environment("SENTREE_SEEDS", kLoopSeeds);
+  std::size_t loops = 0;
+  std::size_t needed = 0;
+  for (std::uint64_t seed = only != 0 ? only : 1; seed <= (only != 0 ? only : seeds); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const TemporaryFolder folder("loops");
+    RandomProject(seed).write(folder.path());
+    ASSERT_TRUE(text::write_file(folder.path() / "r.req",
+                                 "let said = reply(device.ask)\nsome: eventually said = 2.\n"
+                                 "again: whenever said = 1, robot shall said = 0 eventually.\n"
+                                 "answered: whenever event(request(device.ask)), robot shall event(reply(device.ask)) "
+                                 "eventually.\n"));
+    auto project = project::load_project(folder.path());
+    ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+    const auto plan = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+    if (!plan.ok() || has_errors(obstacles(*plan.value))) continue;
+    Asked asked;
+    asked.explore.states = 500;
+    asked.explore.order = Order::kVirtual;
+    asked.explore.faults = plan.value->scenario.project.verify.faults;
+    asked.explore.faults_at_most = plan.value->scenario.project.verify.faults_at_most;
+    asked.judge.probabilities = false;
+    asked.judge.all_fair = seed % 2 == 0;
+    const Verification found = verify(*plan.value, asked);
+    if (!found.errors.empty() || !found.graph.complete) continue;
+    for (const Judgement& judgement : found.judgements) {
+      if (judgement.finding != Finding::kRefuted || !judgement.path->loop) continue;
+      SCOPED_TRACE(judgement.requirement);
+      ++loops;
+      EXPECT_TRUE(is_owed_in_a_run(found, judgement, *plan.value));
+      const auto faults = faults_of(found, judgement, asked.explore.faults);
+      for (std::size_t i = 0; i < faults.size(); ++i) {
+        Asked fewer = asked;
+        fewer.only = {judgement.requirement};
+        fewer.explore.faults = faults;
+        fewer.explore.faults.erase(fewer.explore.faults.begin() + static_cast<std::ptrdiff_t>(i));
+        const Verification without = verify(*plan.value, fewer);
+        ASSERT_THAT(without.errors, testing::IsEmpty());
+        EXPECT_EQ(without.judgements.front().finding, Finding::kHolds) << project::describe(faults[i]);
+        ++needed;
+      }
+    }
+  }
+  std::cout << loops << " loops with " << needed << " faults\n";
+  if (only != 0) return;
+  EXPECT_GT(loops, seeds / 4);
+  EXPECT_GT(needed, 0U);
 }
 
 }  // namespace
