@@ -23,6 +23,9 @@ std::string entry_of(const bt::PortFact& port) {
 MissionFlow::MissionFlow(const project::Plan& plan, std::string service, const ReplyTypes& types,
                          const std::vector<bool>& calls)
     : plan_(plan), service_(std::move(service)), types_(types), flows_(plan.leaves.size()), far_(plan.leaves.size()) {
+  for (const project::LeafPlan& leaf : plan.leaves) {
+    if (leaf.chart) charted_.insert(leaf.node);
+  }
   for (bool is_more = true; is_more;) {
     const std::size_t before = entries_.size();
     for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) follow(leaf, calls[leaf]);
@@ -39,7 +42,7 @@ std::optional<Diagnostic> MissionFlow::trouble() const {
     }
     const std::string_view id = plan_.tree.registration(node);
     const bool is_script = id == "Script" || id == "ScriptCondition" || id == "Precondition";
-    if (!plan_.tree.subtree_id(node).empty() || has_chart(node)) continue;
+    if (!plan_.tree.subtree_id(node).empty() || charted_.contains(node)) continue;
     for (const bt::PortFact& port : plan_.tree.ports(node)) {
       const bool is_bound = port.text.find('{') != std::string_view::npos;
       if (const auto entry = is_bound || is_script ? mentioned(port.text) : ""; !entry.empty())
@@ -49,10 +52,6 @@ std::optional<Diagnostic> MissionFlow::trouble() const {
   return std::nullopt;
 }
 
-bool MissionFlow::has_chart(bt::NodeId node) const {
-  return std::any_of(plan_.leaves.begin(), plan_.leaves.end(),
-                     [&](const project::LeafPlan& leaf) { return leaf.node == node && leaf.chart; });
-}
 std::string MissionFlow::mentioned(std::string_view text) const {
   for (const std::string& name : scxml::names_in_script(text)) {
     if (entries_.contains(name)) return name;

@@ -24,7 +24,6 @@ class MissionFlow {
   [[nodiscard]] std::optional<Diagnostic> trouble() const;
 
  private:
-  [[nodiscard]] bool has_chart(bt::NodeId node) const;
   [[nodiscard]] std::string mentioned(std::string_view text) const;
   [[nodiscard]] Diagnostic told(bt::NodeId node, const std::string& entry) const;
   void follow(std::size_t leaf, bool calls);
@@ -34,6 +33,7 @@ class MissionFlow {
   const project::Plan& plan_;
   std::string service_;
   const ReplyTypes& types_;
+  std::set<bt::NodeId> charted_;                 // leaves of which there is a chart
   std::vector<std::optional<ReplyFlow>> flows_;  // by leaf
   std::vector<std::set<std::string>> far_;       // ports, by leaf
   std::set<std::string> entries_;                // of all blackboards alike
