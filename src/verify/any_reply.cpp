@@ -146,11 +146,20 @@ class Writer {
       const std::string inner = fmt::format("{}.{}", path, field.name);
       std::string made = value(*field.type, field.name, inner, depth + 1, &field);
       const bool may_be_absent = field.requiredness == idl::Requiredness::kOptional && !field.when_absent;
-      if (may_be_absent && uses_.absent.contains(field.name))
+      if (may_be_absent && is_told_apart(field))
         made = fmt::format("{} ? {} : undefined", picked(inner + " is there", {"true", "false"}), made);
       out += fmt::format("{}{}: {}", out.size() == 2 ? "" : ", ", field.name, made);
     }
     return out + "})";
+  }
+
+  // Whether it makes a difference that it is not there: what is compared is then neither less nor more.
+  bool is_told_apart(const idl::Field& field) const {
+    const bool is_handed = field.type->kind == idl::Kind::kString || field.type->kind == idl::Kind::kDouble ||
+                           field.type->kind == idl::Kind::kI8 || field.type->kind == idl::Kind::kI16 ||
+                           field.type->kind == idl::Kind::kI32 || field.type->kind == idl::Kind::kI64;
+    return !is_handed || uses_.absent.contains(field.name) || uses_.numbers.contains(field.name) ||
+           uses_.texts.contains(field.name);
   }
 
   // Of a union: exactly one member, each that somebody names, or one that nobody does.

@@ -3,12 +3,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
 #include <filesystem>
+#include <iostream>
 #include <utility>
+#include <vector>
 
+#include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
+#include "sentree/verify/verify.h"
 
 namespace sentree::verify {
 namespace {
@@ -203,6 +210,153 @@ TEST_F(AnyReplyOf, TakesNoFirstValueForThatOfAPort) {
   EXPECT_EQ(told(), "ask: 29, 30, 31") << "nothing is bound to it";
   tree("<Condition ID=\"Ask\" port=\"{n}\"/>");
   EXPECT_EQ(told(), "_event.data.result is compared with what is no constant");
+}
+
+// Conditions on a reply, as people write them and as they do not.
+class RandomCondition {
+ public:
+  explicit RandomCondition(std::uint64_t seed) : rng_(seed) {}
+
+  std::string truth(int depth) {
+    switch (one_of(depth > 0 ? 14 : 5)) {
+      case 0:
+        return number(depth - 1) + pick({" < ", " <= ", " > ", " >= ", " === ", " !== ", " == "}) + number(depth - 1);
+      case 1: return text(depth - 1) + pick({" === ", " !== ", " == "}) + text(depth - 1);
+      case 2: return pick({"r.b", "r.b === true", "r.b !== false", "r.b == true"});
+      case 3: return pick({"r.o === undefined", "r.o != null", "'o' in r", "typeof r.o === 'number'"});
+      case 4: return number(depth - 1);
+      case 5: return "(" + truth(depth - 1) + ") && (" + truth(depth - 1) + ")";
+      case 6: return "(" + truth(depth - 1) + ") || (" + truth(depth - 1) + ")";
+      case 7: return "!(" + truth(depth - 1) + ")";
+      case 8: return text(depth - 1);
+      case 9: return "(" + truth(depth - 1) + ") === " + pick({"true", "false"});
+      case 10: return "[" + number(0) + ", 7].indexOf(" + number(depth - 1) + ") >= 0";
+      case 11: return "['a', " + text(0) + "].indexOf(" + text(depth - 1) + ") " + pick({">= 0", "=== 1", "< 0"});
+      case 12: return number(depth - 1) + pick({" == true", " === true", " === null"});
+      default: return "(" + truth(depth - 1) + ") ? (" + truth(depth - 1) + ") : (" + truth(depth - 1) + ")";
+    }
+  }
+  std::string number(int depth) {
+    switch (one_of(depth > 0 ? 12 : 4)) {
+      case 0:
+      case 1: return pick({"r.a", "v"});
+      case 2: return std::to_string(static_cast<int>(rng_.uniform(0, 24)) - 6);
+      case 3: return pick({"r.o", "5", "w", "c"});
+      case 4: return "(" + number(depth - 1) + pick({" + ", " - ", " * ", " / "}) + number(depth - 1) + ")";
+      case 5: return "(" + number(depth - 1) + pick({" % 3", " & 4", " * 2", " - 3"}) + ")";
+      case 6: return pick({"Math.abs(", "Math.floor(", "Math.round(", "Number("}) + number(depth - 1) + ")";
+      case 7: return pick({"Math.min(", "Math.max("}) + number(depth - 1) + ", " + number(0) + ")";
+      case 8: return "((" + truth(depth - 1) + ") ? " + number(depth - 1) + " : " + number(depth - 1) + ")";
+      case 9: return "(" + number(depth - 1) + pick({" || ", " && "}) + number(0) + ")";
+      case 10: return pick({"-", "+"}) + std::string("(") + number(depth - 1) + ")";
+      default:
+        return pick({"r.s.length", "(function(x) { return x + 1; })(r.a)", "[1, 2, 3][r.a]", "Math.pow(r.a, 2)"});
+    }
+  }
+  std::string text(int depth) {
+    switch (one_of(depth > 0 ? 6 : 3)) {
+      case 0:
+      case 1: return "r.s";
+      case 2: return pick({"'a'", "'b'", "''", "'5'"});
+      case 3: return "((" + truth(depth - 1) + ") ? " + text(depth - 1) + " : " + text(depth - 1) + ")";
+      case 4: return "(" + text(depth - 1) + " || 'b')";
+      default: return pick({"r.s.trim()", "(r.s + 'x')", "String(r.a)"});
+    }
+  }
+  // Values for members of a reply, whatever is done with them.
+  std::string reply() {
+    std::string numbers = "pick('a'";
+    for (int i = -6; i <= 12; ++i) numbers += ", " + std::to_string(i);
+    for (int i = 0; i < 2; ++i) numbers += ", " + std::to_string(static_cast<int>(rng_.uniform(0, 2'000)) - 1'000);
+    return "({a: " + numbers +
+           "), s: pick('s', '', 'a', 'b', '5', 'x', 'ax'), b: pick('b', true, false), o: pick('o', undefined, 0, 5, "
+           "-3)})";
+  }
+
+ private:
+  std::uint64_t one_of(std::uint64_t count) {
+    return std::min(count - 1, static_cast<std::uint64_t>(rng_.uniform(0, static_cast<double>(count))));
+  }
+  std::string pick(const std::vector<std::string>& all) { return all[one_of(all.size())]; }
+
+  Rng rng_;
+};
+
+// What is tried brings about whatever any reply does, or it is refused.
+TEST_F(AnyReplyOf, BringsAboutWhatRandomRepliesDo) {
+  const char* only = std::getenv("SENTREE_SEED");
+  const std::uint64_t first = only != nullptr ? std::strtoull(only, nullptr, 10) : 1;
+  const char* many = std::getenv("SENTREE_SEEDS");
+  const std::uint64_t last = only != nullptr ? first : many != nullptr ? std::strtoull(many, nullptr, 10) : 60;
+  write("interfaces/door.thrift",
+        "struct S { 1: i32 a, 2: string s, 3: bool b, 4: optional i32 o }\nservice Door { S ask() }\n");
+  tree("<Condition ID=\"Ask\"/>");
+  write("r.req", "silent: never event(request(door.ask) from Nobody).\n");
+  int tried = 0;
+  for (std::uint64_t seed = first; seed <= last; ++seed) {
+    RandomCondition random(seed);
+    std::string condition = random.truth(3);
+    const std::string kept = random.number(1);
+    SCOPED_TRACE("seed " + std::to_string(seed) + ": " + condition + ", v: " + kept);
+    const auto replied = [](std::string text) {
+      for (std::size_t at = text.find("r."); at != std::string::npos; at = text.find("r.", at + 20)) {
+        if (at > 0 && std::isalnum(static_cast<unsigned char>(text[at - 1])) != 0) continue;
+        text.replace(at, 2, "_event.data.result.");
+      }
+      if (text.ends_with("in r")) text.replace(text.size() - 1, 1, "_event.data.result");
+      return text;
+    };
+    write(
+        "skills/Ask.scxml",
+        kChart +
+            R"(initial="a"><datamodel><data id="r"/><data id="v" expr="0"/><data id="w" expr="2"/><data id="c" expr="4"/></datamodel>
+<state id="a"><onentry><send type="thrift" target="door" event="ask"/></onentry>
+<transition event="door.ask.reply" target="b"><assign location="r" expr="_event.data.result"/><assign location="v" expr=")" +
+            text::xml_escape(replied(kept)) + R"("/></transition></state>
+<state id="b"><transition cond=")" +
+            text::xml_escape(condition) + R"(" target="success"/>
+<transition target="failure"/></state><final id="success"/><final id="failure"/></scxml>)");
+    const auto outcomes = [&](bool any) -> std::optional<std::pair<bool, bool>> {
+      write("sentree.yaml",
+            std::string(
+                "mission: {file: mission.xml, rate: 10 Hz}\nservices: {door: {interface: door.thrift/Door, at: ") +
+                (any ? "'tcp://localhost:1'}}\n"
+                     : "model}}\nmodels: [{file: models/door.scxml, name: keeper, serves: [door]}]\n"));
+      auto project = project::load_project(folder_.path());
+      EXPECT_TRUE(project.ok());
+      project::Scenario scenario = project::plain_scenario(std::move(*project.value));
+      auto plan = project::prepare(with_models(scenario));
+      if (!plan.ok()) {
+        EXPECT_TRUE(any) << to_string(plan.diagnostics.front());
+        return std::nullopt;
+      }
+      if (any) {
+        if (!add_models(scenario, *plan.value, folder_.path() / "any")) return std::nullopt;
+        plan = project::prepare(with_models(std::move(scenario)));
+      }
+      const Verification found = verify(*plan.value, {});
+      if (!found.errors.empty()) {
+        EXPECT_TRUE(any) << to_string(found.errors.front());
+        return std::nullopt;
+      }
+      const auto never = [&](const std::string& what) {
+        return std::find(found.not_reached.begin(), found.not_reached.end(), what) != found.not_reached.end();
+      };
+      return std::pair(!never("leaf Ask never succeeds"), !never("leaf Ask never fails"));
+    };
+    const auto by_any = outcomes(true);
+    if (!by_any) continue;
+    write("models/door.scxml", kChart + R"(initial="there"><state id="there"><transition event="door.ask.request">
+  <send type="thrift" target="door" event="ask.reply"><param name="result" expr=")" +
+                                   text::xml_escape(random.reply()) + "\"/></send></transition></state></scxml>");
+    const auto by_random = outcomes(false);
+    ASSERT_TRUE(by_random);
+    ++tried;
+    EXPECT_TRUE(by_any->first || !by_random->first) << "a reply that succeeds is not tried";
+    EXPECT_TRUE(by_any->second || !by_random->second) << "a reply that fails is not tried";
+  }
+  std::cout << tried << " of " << last - first + 1 << " conditions are understood\n";
+  EXPECT_TRUE(only != nullptr || tried > 15);
 }
 
 }  // namespace

@@ -210,7 +210,8 @@ class Comparisons {
     const bool is_text = std::any_of(texts.begin(), texts.end(),
                                      [](const std::string& text) { return numbers_in(Value(text)).empty(); });
     if (is_text && is_order) give_up(tree, value, "is ordered as a text");
-    if (is_text && !flow_.is_plain(tree, value)) give_up(tree, value, "is changed before it is compared with a text");
+    if ((is_text || (!texts.empty() && flow_.is_of_text(tree, value))) && !flow_.is_plain(tree, value))
+      give_up(tree, value, "is changed before it is compared with a text");
     for (const std::string& text : texts) equal(tree, value, text);
     const std::set<double> numbers = constants(tree, other);
     for (const double number : numbers) equal(tree, value, number);

@@ -238,6 +238,25 @@ std::set<idl::Kind> ReplyFlow::kinds(const ScriptTree& tree, std::uint32_t id) c
   return all;
 }
 
+bool ReplyFlow::is_of_text(const ScriptTree& tree, std::uint32_t id) const {
+  std::set<std::string> seen;
+  return is_of_text(tree, id, seen);
+}
+
+bool ReplyFlow::is_of_text(const ScriptTree& tree, std::uint32_t id, std::set<std::string>& seen) const {
+  const scxml::ScriptNode& node = tree.at(id);
+  if (!is_of_reply(tree, id)) return false;
+  if (node.kind == Node::kMember && kinds_of_member(tree, id).contains(idl::Kind::kString)) return true;
+  if (node.kind == Node::kName && seen.insert(node.text).second) {
+    const auto& all = assigned(node.text);
+    return std::any_of(all.begin(), all.end(), [&](ExpressionId one) {
+      return trees_[one] && is_of_text(*trees_[one], trees_[one]->root(), seen);
+    });
+  }
+  return std::any_of(node.operands.begin(), node.operands.end(),
+                     [&](std::uint32_t operand) { return is_of_text(tree, operand, seen); });
+}
+
 bool ReplyFlow::is_far(const ScriptTree& tree, std::uint32_t id) const {
   bool is_any = false;
   std::set<std::string> seen;

@@ -71,6 +71,8 @@ class ReplyFlow {
   [[nodiscard]] std::set<std::string> sources(const scxml::ScriptTree& tree, std::uint32_t node) const;
   /// Kinds that it may be of.
   [[nodiscard]] std::set<idl::Kind> kinds(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  /// Whether a text of a reply goes into it, however it is changed.
+  [[nodiscard]] bool is_of_text(const scxml::ScriptTree& tree, std::uint32_t node) const;
   /// Whether it is what a reply holds, as it is, or has nothing of one.
   [[nodiscard]] bool is_plain(const scxml::ScriptTree& tree, std::uint32_t node) const;
   /// Params into which something of a reply goes and that leave the chart.
@@ -86,6 +88,7 @@ class ReplyFlow {
   void use(scxml::ExpressionId expression, Role role, std::string name, const Where& where);
   [[nodiscard]] Where methods(const std::vector<std::string>& events) const;
   void follow();
+  [[nodiscard]] bool is_of_text(const scxml::ScriptTree& tree, std::uint32_t node, std::set<std::string>& seen) const;
   [[nodiscard]] bool is_truth_value(const scxml::ScriptTree& tree, std::uint32_t node) const;
   [[nodiscard]] std::set<idl::Kind> kinds_of_member(const scxml::ScriptTree& tree, std::uint32_t node) const;
   // What a part of an expression may be, as it is: members, and what was assigned to variables.
