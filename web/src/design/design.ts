@@ -1,8 +1,10 @@
 import { create } from "zustand";
 
+import { LostError } from "../protocol/client";
 import type { Design, DesignDocument, DesignPast, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
 import { useEdit } from "../store/edit";
 import { note, on_design, request, type DesignMessage } from "../store/store";
+import { is_in, joined } from "./joining";
 import { take_runs, useMode } from "./mode";
 import { Places, splice_between } from "./places";
 import { under_way_with } from "./turns";
@@ -295,9 +297,14 @@ const kTyping_ms = 60;
 /** What is typed after such a pause is another step. */
 const kPause_ms = 1000;
 
+/** Times that an edit is refused because of others' before one is told so. */
+const kTriesMax = 20;
+const kHalfCharacter = /\p{Surrogate}/gu;
+
 /**
  * One file while it is typed in. Its text is what the program has (`base`) and what was typed since (`local`); one edit
- * is on its way at a time. The program joins what comes late with what happened meanwhile.
+ * is on its way at a time. What others change meanwhile is joined with what is typed: nothing of both is lost. While
+ * the program cannot be reached, or a conflict with the disk is to be resolved, what is typed waits here.
  */
 export class Session {
   private base: { version: number; places: Places };
@@ -307,6 +314,11 @@ export class Session {
   private last_ms = -Infinity;
   /** What waits belongs to the step before: nobody paused between, however long the program took. */
   private joins = false;
+  /** Until the program has told the file again. */
+  private waits = false;
+  /** The text that was on its way when the connection was lost. */
+  private unsure: string | null = null;
+  private refused = 0;
   /** Gives the editor another text. */
   show: ((text: string) => void) | null = null;
 
@@ -320,41 +332,58 @@ export class Session {
     return this.local;
   }
 
+  private get is_ahead(): boolean {
+    return this.local !== this.base.places.shown;
+  }
+
   typed(text: string): void {
     const now = performance.now();
     if (now - this.last_ms >= kPause_ms) this.joins = false;
     this.last_ms = now;
     this.local = text;
+    this.soon();
+  }
+
+  private soon(): void {
     if (this.timer === 0) this.timer = window.setTimeout(() => void this.flush(), kTyping_ms);
   }
 
   /** The program has another version. */
   came(): void {
-    if (this.busy || this.local !== this.base.places.shown) return;
-    this.rebase();
+    if (this.busy) return;
+    this.waits = false;
+    const { shown } = this.base.places;
+    const now = useDesign.getState().docs[this.file]?.places.shown ?? shown;
+    this.rebase(this.unsure !== null && is_in(shown, this.unsure, now) ? this.unsure : shown);
+    this.unsure = null;
+    if (this.is_ahead) this.soon();
   }
 
-  private rebase(): void {
+  /** What the program has is the base; what was typed since `from` is joined with it. */
+  private rebase(from: string): void {
     const doc = useDesign.getState().docs[this.file];
     if (!doc) return;
     this.base = { version: doc.version, places: doc.places };
-    if (this.local === doc.places.shown) return;
-    this.local = doc.places.shown;
-    this.show?.(this.local);
+    const before = this.local;
+    this.local = before === from ? doc.places.shown : joined(from, before, doc.places.shown);
+    if (this.local !== before) this.show?.(this.local);
   }
 
-  /** Everything that was typed is with the program. */
+  /** Everything that was typed is with the program, if it can be reached. */
   async flush(): Promise<void> {
     window.clearTimeout(this.timer);
     this.timer = 0;
     while (this.busy) await this.busy;
-    if (this.local === this.base.places.shown) return;
-    this.busy = this.send();
-    await this.busy;
-    if (this.local !== this.base.places.shown) await this.flush();
+    while (this.is_ahead && !this.waits && (useDesign.getState().docs[this.file]?.theirs ?? null) === null) {
+      this.busy = this.send();
+      await this.busy;
+    }
   }
 
   private async send(): Promise<void> {
+    // Half a character cannot be told to anybody.
+    const whole = this.local.replace(kHalfCharacter, "\uFFFD");
+    if (whole !== this.local) this.show?.((this.local = whole));
     const sent = this.local;
     const { places, version } = this.base;
     const splice = splice_between(places.shown, sent)!;
@@ -364,14 +393,33 @@ export class Session {
     try {
       await request("design_edit", { file: this.file, base: version, edits: [{ from: places.byte(splice.from), to: places.byte(splice.to), text }], cause: `type in ${this.file}`, join });
       this.busy = null;
-      const doc = useDesign.getState().docs[this.file]!;
-      if (this.local === sent) this.rebase();
-      else if (doc.places.shown === sent) this.base = { version: doc.version, places: doc.places };
+      this.refused = 0;
+      this.rebase(sent);
     } catch (error) {
       this.busy = null;
-      // What was typed cannot be joined with what is there: the text that is there stays.
+      this.again(error, places.text, sent);
+    }
+  }
+
+  /** What becomes of what was typed when the text `of` could not be edited. */
+  private again(error: unknown, of: string, sent: string): void {
+    const doc = useDesign.getState().docs[this.file];
+    if (error instanceof LostError) {
+      this.waits = true;
+      this.unsure = sent;
+      note("info", "the program cannot be reached; what is typed is kept here until it is back");
+    } else if (!doc || doc.theirs !== null) {
+      this.waits = true;
       note("error", text_of(error));
-      this.rebase();
+    } else if (doc.places.text !== of && this.refused++ < kTriesMax) {
+      // The same lines were changed meanwhile.
+      this.rebase(this.base.places.shown);
+    } else {
+      this.refused = 0;
+      note("error", text_of(error));
+      this.local = this.base.places.shown;
+      this.rebase(this.local);
+      this.show?.(this.local);
     }
   }
 }
