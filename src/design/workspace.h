@@ -33,9 +33,15 @@ struct Document {
   std::uint64_t version = 1;  ///< Of `text`; grows with each change.
   /// What somebody else has written, where it cannot be joined with what is edited here: one of both must be chosen.
   std::optional<std::string> theirs;
+  /// Why what is on disk by now cannot be edited ("it is no UTF-8"); empty: it can. `text` and `saved` are as before;
+  /// it is written over only by `resolve`.
+  std::string unreadable;
+  bool saved_here = false;  ///< `saved` was written by the workspace, so its steps have it.
   std::deque<std::pair<std::uint64_t, std::string>> earlier;  ///< Versions before, newest last.
 
   [[nodiscard]] bool is_dirty() const { return text != saved; }
+  /// One of what is edited and what is on disk must be chosen before it can be saved.
+  [[nodiscard]] bool has_conflict() const { return theirs.has_value() || !unreadable.empty(); }
 };
 
 /// What one step did to one file.
@@ -45,6 +51,9 @@ struct FileChange {
   TextEdits back;        ///< What undoes them.
   bool created = false;  ///< The file came with it; `edits` are of an empty text.
   bool removed = false;  ///< The file went with it; `back` is of an empty text.
+  /// Hashes of the texts between which it lies; 0: not known.
+  std::int64_t before = 0;
+  std::int64_t after = 0;
 };
 
 /// What is undone at once.
@@ -86,27 +95,37 @@ class Workspace {
     std::string text;
   };
   /// Several files become `texts` in one step; those that are not there are made, on disk too: all of them or none.
-  /// Errors: those of `edit`; design.outside (a path that leads out of the folder), file.unwritable.
+  /// Errors: those of `edit`; design.outside (a path that leads out of the folder), design.there-already (on disk is
+  /// something that is no text of the project), file.unwritable.
   Result<void> put(const std::vector<NewText>& texts, const std::string& name);
-  /// Deletes a file, on disk too. Errors: design.no-such-file, file.unwritable.
+  /// Deletes a file, on disk too. Errors: those of `save`.
   Result<void> remove(const std::string& file);
 
-  /// The files that it changed: all of the step, or none where one fails.
-  /// Errors: design.nothing-to-undo, file.unwritable, those of `edit`.
-  Result<std::vector<std::string>> undo();
-  Result<std::vector<std::string>> redo();
+  /// Of a step that was undone, or done again.
+  struct Reverted {
+    std::vector<std::string> files;  ///< That it changed.
+    /// That somebody else has changed so that the step is not of them: they stay as they are, in the folder too.
+    std::vector<std::string> left;
+  };
+  /// All of the step but what is `left`, or nothing where a file cannot be written. No file is deleted or written over
+  /// whose bytes the steps do not have.
+  /// Errors: design.nothing-to-undo, design.unresolved, file.unwritable; design.not-as-known: all of it is left, and
+  /// the step is forgotten.
+  Result<Reverted> undo();
+  Result<Reverted> redo();
 
   /// Writes a text so that whoever reads, or a machine that stops, finds the old or the new one: beside the file, with
   /// its mode, synchronised, renamed. Errors: design.no-such-file, design.unresolved, design.conflict (it was changed
-  /// on disk meanwhile, and is joined or waits to be resolved now), file.unwritable.
+  /// on disk meanwhile, and is joined or waits to be resolved now), design.unreadable (what is there is no text, and
+  /// stays), file.unwritable.
   Result<void> save(const std::string& file);
 
   /// Looks at files, or at all of folders ("": the whole project), on disk: what is new there is joined with what is
   /// edited here, as one step ("mission.xml changed on disk"), or waits in `theirs`. The files that are not as they
   /// were.
   std::vector<std::string> refresh(const std::vector<std::string>& paths);
-  /// Ends a conflict with this text; saving writes it over the file. Errors: design.no-such-file, design.bad-edit
-  /// (there is no conflict).
+  /// Ends a conflict with this text; saving writes it over the file. Over what cannot be read, the text that is edited
+  /// is written at once. Errors: design.no-such-file, design.bad-edit (there is no conflict), file.unwritable.
   Result<void> resolve(const std::string& file, const std::string& text);
 
   /// Writes the journal, if anything has changed since. Failing costs only what a restart would find.
@@ -124,7 +143,10 @@ class Workspace {
     std::optional<std::string> before;
   };
   Result<void> change_disk(const std::vector<DiskChange>& changes) const;
-  Result<std::vector<std::string>> revert(const Step& step, bool back);
+  enum class Standing { kAsKnown, kDone, kOther };
+  [[nodiscard]] Standing standing_of(const FileChange& change, bool back) const;
+  Result<Reverted> revert(const Step& step, bool back);
+  Result<Reverted> take_back(bool back);
   bool take_from_disk(const std::string& file, Step& step);
   void take_step_from_disk(Step step);
   Result<void> write(const std::string& file, const std::string& text) const;

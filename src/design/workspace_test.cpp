@@ -75,36 +75,100 @@ TEST_F(WorkspaceTest, UndoesOverFilesToIdenticalBytes) {
 
 TEST_F(WorkspaceTest, DoesAllOfAStepOrNothing) {
   Workspace workspace = open();
-  // What nobody can write over, nor take away as a file.
-  const auto in_the_way = [&](const std::string& file) { fs::create_directory(folder_.path() / file); };
-  const std::vector<Workspace::NewText> parts{{"mission.xml", "<root/>"}, {"a.scxml", "<a/>"}, {"b.scxml", "<b/>"}};
-  in_the_way("b.scxml");
-  EXPECT_EQ(workspace.put(parts, "add").error().code, "file.unwritable");
+  const std::vector<Workspace::NewText> parts{{"mission.xml", "<root/>"}, {"a.scxml", "<a/>"}, {"in/b.scxml", "<b/>"}};
+  // Nobody can make a file in what is no folder.
+  write("in", "");
+  const auto refused = workspace.put(parts, "add");
+  EXPECT_EQ(refused.error().code, "file.unwritable");
+  EXPECT_THAT(refused.error().message, testing::StartsWith("in/b.scxml cannot be written: "));
   EXPECT_EQ(read("a.scxml"), "(none)");
   EXPECT_EQ(workspace.find("a.scxml"), nullptr);
   EXPECT_FALSE(workspace.find("mission.xml")->is_dirty());
   EXPECT_TRUE(workspace.undo_steps().empty());
 
-  fs::remove(folder_.path() / "b.scxml");
+  fs::remove(folder_.path() / "in");
   ASSERT_TRUE(workspace.put(parts, "add"));
-  fs::remove(folder_.path() / "b.scxml");
-  in_the_way("b.scxml");
-  EXPECT_EQ(workspace.undo().error().code, "file.unwritable");
-  EXPECT_EQ(read("a.scxml"), "<a/>");
-  EXPECT_NE(workspace.find("a.scxml"), nullptr);
-  EXPECT_EQ(workspace.find("mission.xml")->text, "<root/>");
-
-  fs::remove(folder_.path() / "b.scxml");
   ASSERT_TRUE(workspace.undo());
-  EXPECT_EQ(read("a.scxml"), "(none)");
-  in_the_way("b.scxml");
+  EXPECT_EQ(read("a.scxml") + read("in/b.scxml"), "(none)(none)");
+  fs::remove(folder_.path() / "in");
+  write("in", "");
   EXPECT_EQ(workspace.redo().error().code, "file.unwritable");
   EXPECT_EQ(read("a.scxml"), "(none)");
   EXPECT_FALSE(workspace.find("mission.xml")->is_dirty());
 
-  fs::remove(folder_.path() / "b.scxml");
+  fs::remove(folder_.path() / "in");
   ASSERT_TRUE(workspace.redo());
-  EXPECT_EQ(read("a.scxml") + read("b.scxml"), "<a/><b/>");
+  EXPECT_EQ(read("a.scxml") + read("in/b.scxml"), "<a/><b/>");
+}
+
+TEST_F(WorkspaceTest, UndoLeavesWhatItsStepDoesNotKnow) {
+  Workspace workspace = open();
+  // What is no text stands in a new file's way, and in the way of one that is undone.
+  write("b.scxml", "caf\xE9");
+  EXPECT_EQ(workspace.put({{"b.scxml", "<b/>"}}, "add").error().code, "design.there-already");
+  fs::remove(folder_.path() / "b.scxml");
+  ASSERT_TRUE(workspace.put({{"mission.xml", "<root/>"}, {"a.scxml", "<a/>"}, {"b.scxml", "<b/>"}}, "add"));
+  fs::remove(folder_.path() / "b.scxml");
+  fs::create_directory(folder_.path() / "b.scxml");
+  const auto undone = workspace.undo();
+  ASSERT_TRUE(undone) << undone.error().message;
+  EXPECT_THAT(undone->files, ElementsAre("mission.xml", "a.scxml"));
+  EXPECT_THAT(undone->left, ElementsAre("b.scxml"));
+  EXPECT_EQ(read("a.scxml"), "(none)");
+  EXPECT_TRUE(fs::is_directory(folder_.path() / "b.scxml"));
+  EXPECT_FALSE(workspace.find("mission.xml")->is_dirty());
+
+  // What we have written ourselves may go: the steps have it.
+  ASSERT_TRUE(workspace.put({{"c.scxml", "<c/>"}}, "add"));
+  replace(workspace, "c.scxml", "<c/>", "<cc/>");
+  ASSERT_TRUE(workspace.save("c.scxml"));
+  ASSERT_TRUE(workspace.undo());
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(read("c.scxml"), "(none)");
+  ASSERT_TRUE(workspace.redo());
+  ASSERT_TRUE(workspace.redo());
+  EXPECT_EQ(workspace.find("c.scxml")->text, "<cc/>");
+}
+
+// Another branch is checked out, and the one before again; then another editor goes on with a file that came back.
+TEST_F(WorkspaceTest, DoingAgainNeverTakesAwayWhatCameBackAsAnother) {
+  write("skills/A.scxml", "<scxml/>\n");
+  write("more.yaml", "a: 1\n");
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<c/>", "<first/>");
+  fs::remove(folder_.path() / "skills/A.scxml");
+  write("more.yaml", "a: 2\n");
+  workspace.refresh({"skills/A.scxml", "more.yaml"});
+  write("skills/A.scxml", "<scxml/>\n");
+  write("more.yaml", "a: 1\n");
+  workspace.refresh({"skills/A.scxml", "more.yaml"});
+  const std::string theirs = "<scxml/>\n<!-- another's work -->\n";
+  write("skills/A.scxml", theirs);
+  workspace.refresh({"skills/A.scxml"});
+  ASSERT_EQ(workspace.undo_steps().size(), 4U);
+  while (!workspace.undo_steps().empty()) ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(read("skills/A.scxml"), theirs);
+  // The step is done as far as it is known.
+  ASSERT_TRUE(workspace.redo());
+  const auto again = workspace.redo();
+  ASSERT_TRUE(again);
+  EXPECT_THAT(again->left, ElementsAre("skills/A.scxml"));
+  EXPECT_EQ(workspace.find("more.yaml")->text, "a: 2\n");
+  EXPECT_EQ(read("skills/A.scxml"), theirs);
+  while (!workspace.redo_steps().empty()) ASSERT_TRUE(workspace.redo());
+  EXPECT_EQ(workspace.find("skills/A.scxml")->text, theirs);
+
+  // A step of which nothing is as it was does not stand before those behind it.
+  fs::remove(folder_.path() / "more.yaml");
+  workspace.refresh({"more.yaml"});
+  write("more.yaml", "another: 1\n");
+  workspace.refresh({"more.yaml"});
+  const auto refused = workspace.undo();
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, "design.not-as-known");
+  EXPECT_THAT(refused.error().message, testing::HasSubstr("\"more.yaml deleted on disk\" cannot be undone"));
+  EXPECT_EQ(workspace.find("more.yaml")->text, "another: 1\n");
+  ASSERT_TRUE(workspace.undo());
 }
 
 TEST_F(WorkspaceTest, WhatOneTypesIsOneStep) {
@@ -214,6 +278,56 @@ TEST_F(WorkspaceTest, AConflictIsOverWhenTheDiskIsAsItWas) {
   EXPECT_FALSE(workspace.find("mission.xml")->theirs);
   ASSERT_TRUE(workspace.save("mission.xml"));
   EXPECT_EQ(read("mission.xml"), mine);
+}
+
+TEST_F(WorkspaceTest, WhatBecomesNoTextIsNeitherGoneNorWrittenOver) {
+  const std::string before = read("mission.xml");
+  const fs::path path = folder_.path() / "mission.xml";
+  const auto make = [&](const std::string& what) {
+    fs::remove_all(path);
+    if (what == "no UTF-8") write("mission.xml", "<root>caf\xE9</root>\n");
+    if (what == "larger") write("mission.xml", std::string(kDocumentBytesMax + 1, 'x'));
+    if (what == "no regular file") {
+      EXPECT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    }
+    if (what == "folder") fs::create_directory(path);
+    if (what == "link") fs::create_symlink(folder_.path() / "sentree.yaml", path);
+  };
+  for (const std::string what : {"no UTF-8", "larger", "no regular file", "folder", "link"}) {
+    SCOPED_TRACE(what);
+    make("");
+    write("mission.xml", before);
+    fs::remove_all(folder_.path() / ".sentree");
+    Workspace workspace = open();
+    make(what);
+    const auto type = fs::symlink_status(path).type();
+    EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre("mission.xml"));
+    EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre());
+    ASSERT_NE(workspace.find("mission.xml"), nullptr);
+    EXPECT_THAT(workspace.find("mission.xml")->unreadable, testing::HasSubstr(what));
+    EXPECT_TRUE(workspace.undo_steps().empty());
+    // Edited on, undone, saved, deleted: what is there stays.
+    replace(workspace, "mission.xml", "<a/>", "<mine/>");
+    ASSERT_TRUE(workspace.undo());
+    ASSERT_TRUE(workspace.redo());
+    EXPECT_EQ(workspace.save("mission.xml").error().code, "design.unreadable");
+    EXPECT_EQ(workspace.remove("mission.xml").error().code, "design.unreadable");
+    EXPECT_EQ(fs::symlink_status(path).type(), type);
+    // Mended there, what was edited is still to be saved.
+    make("");
+    write("mission.xml", before);
+    EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre("mission.xml"));
+    EXPECT_EQ(workspace.find("mission.xml")->unreadable, "");
+    ASSERT_TRUE(workspace.save("mission.xml"));
+    EXPECT_THAT(read("mission.xml"), testing::HasSubstr("<mine/>"));
+  }
+  Workspace workspace = open();
+  make("no UTF-8");
+  workspace.refresh({"mission.xml"});
+  const std::string mine = workspace.find("mission.xml")->text;
+  ASSERT_TRUE(workspace.resolve("mission.xml", mine));
+  EXPECT_EQ(read("mission.xml"), mine);
+  EXPECT_FALSE(workspace.find("mission.xml")->has_conflict());
 }
 
 TEST_F(WorkspaceTest, AFileThatIsProtectedStaysAsItIs) {

@@ -133,7 +133,7 @@ Value Workshop::Impl::summary() const {
                         {"kind", kind_of_file(file, document.text)},
                         {"version", number(document.version)},
                         {"dirty", document.is_dirty()},
-                        {"conflict", document.theirs.has_value()},
+                        {"conflict", document.has_conflict()},
                         {"errors", counts[file].first},
                         {"warnings", counts[file].second}});
   }
@@ -248,18 +248,20 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return help_with(file, asked.count("byte"), op == "design_complete");
   if (op == "design_reached") return asked.flag("verification") ? verified() : reached(asked.flag("all"));
   if (op == "design_undo" || op == "design_redo") {
-    auto files = op == "design_undo" ? workspace.undo() : workspace.redo();
-    if (!files) return tl::unexpected(files.error());
-    changed(*files);
-    List list;
-    for (const std::string& name : *files) list.emplace_back(name);
-    return Value(Map{{"files", std::move(list)}});
+    const auto reverted = op == "design_undo" ? workspace.undo() : workspace.redo();
+    if (!reverted) {
+      changed({});
+      return tl::unexpected(reverted.error());
+    }
+    changed(reverted->files);
+    const auto listed = [](const std::vector<std::string>& files) { return List(files.begin(), files.end()); };
+    return Value(Map{{"files", listed(reverted->files)}, {"left", listed(reverted->left)}});
   }
   if (op == "design_save") return save(asked);
   if (op == "design_resolve") {
     const design::Document* document = workspace.find(file);
-    if (document == nullptr || !document->theirs) return fail("design.bad-edit", file + " has no conflict");
-    const std::string text = asked.text("keep") == "theirs" ? *document->theirs : document->text;
+    if (document == nullptr || !document->has_conflict()) return fail("design.bad-edit", file + " has no conflict");
+    const std::string text = asked.text("keep") == "theirs" ? document->theirs.value_or(std::string()) : document->text;
     if (auto resolved = workspace.resolve(file, text); !resolved) return tl::unexpected(resolved.error());
     changed({file});
     return Value(Map());
@@ -433,7 +435,7 @@ Result<Value> Workshop::Impl::save(const AskedEdit& asked) {
     files.push_back(asked.text("file"));
   } else {
     for (const auto& [file, document] : workspace.documents()) {
-      if (document.is_dirty() && !document.theirs) files.push_back(file);
+      if (document.is_dirty() && !document.has_conflict()) files.push_back(file);
     }
   }
   for (const std::string& file : files) {

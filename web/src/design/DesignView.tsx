@@ -254,6 +254,7 @@ function Refused() {
 /** Two changes of the same lines: one of them must be chosen. */
 function Conflict() {
   const doc = useDesign(doc_of);
+  if (doc && doc.unreadable !== "") return <Unreadable doc={doc} />;
   if (!doc || doc.theirs === null) return null;
   return (
     <div className="conflict" role="alert" data-testid="conflict">
@@ -281,6 +282,21 @@ function Conflict() {
           <Differing text={doc.theirs.replace(/\r\n?/g, "\n")} other={doc.places.shown} />
         </section>
       </div>
+    </div>
+  );
+}
+
+/** What another has put in the file's place is no text; it stays until one says otherwise. */
+function Unreadable({ doc: { file, unreadable } }: { doc: Doc }) {
+  return (
+    <div className="conflict" role="alert" data-testid="conflict">
+      <p>
+        <Icon name="warning" />
+        <strong>{file} on disk cannot be read:</strong> {unreadable}. It stays as it is there, and the text stays here: mend it on disk, or
+        <button className="button small" onClick={() => void resolve(file, "mine")}>
+          Write this text over it
+        </button>
+      </p>
     </div>
   );
 }

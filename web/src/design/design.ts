@@ -584,12 +584,19 @@ export async function edit_text(file: string, text: string, edits: readonly { fr
   });
 }
 
-export async function undo(): Promise<void> {
-  show_one_of((await attempt(() => request("design_undo", {})))?.files);
+/** Nothing is refused where there is nothing to be taken back. */
+async function take_back(op: "design_undo" | "design_redo", none: string): Promise<void> {
+  const done = await attempt(async () => {
+    const { summary } = useDesign.getState();
+    const there = op === "design_undo" ? summary?.undo : summary?.redo;
+    return there === null ? null : request(op, {});
+  });
+  if (done) show_one_of(done.files);
+  else if (useDesign.getState().refused === null) note("info", none);
+  if (done && done.left.length > 0) useDesign.setState({ refused: `${done.left.join(", ")} ${done.left.length === 1 ? "is" : "are"} not as in that step, somebody else has changed it; it stays as it is` });
 }
-export async function redo(): Promise<void> {
-  show_one_of((await attempt(() => request("design_redo", {})))?.files);
-}
+export const undo = () => take_back("design_undo", "there is nothing to undo");
+export const redo = () => take_back("design_redo", "there is nothing to do again");
 /** What was undone is to be seen, also where it is of another file. */
 function show_one_of(files: readonly string[] = []): void {
   const { file, summary } = useDesign.getState();
@@ -607,7 +614,7 @@ export async function save_all(): Promise<void> {
   }
   const done = await attempt(() => request("design_save", {}), false);
   const waiting = useDesign.getState().summary?.files.filter(({ conflict }) => conflict).map(({ file }) => file) ?? [];
-  if (done && waiting.length > 0) useDesign.setState({ refused: `not saved: ${waiting.join(", ")}; it was changed on disk where it is edited here, choose one of both first` });
+  if (done && waiting.length > 0) useDesign.setState({ refused: `not saved: ${waiting.join(", ")}; it was changed on disk where it is edited here, or cannot be read there: choose one of both first` });
   if (done && done.saved > 0) note("info", done.saved === 1 ? "saved" : `saved ${done.saved} files`);
 }
 export async function resolve(file: string, keep: "mine" | "theirs"): Promise<void> {
