@@ -7,9 +7,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <fstream>
 #include <system_error>
 #include <utility>
 
+#include "sentree/text/encoding.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
 
@@ -73,23 +75,34 @@ OnDisk look_at(const fs::path& path, std::size_t size_max) {
     case fs::file_type::regular: break;
     case fs::file_type::none:
     case fs::file_type::not_found: return {};
-    case fs::file_type::symlink: return {{}, "it is a link"};
-    case fs::file_type::directory: return {{}, "it is a folder"};
-    default: return {{}, "it is no regular file"};
+    case fs::file_type::symlink: return {{}, {}, "it is a link"};
+    case fs::file_type::directory: return {{}, {}, "it is a folder"};
+    default: return {{}, {}, "it is no regular file"};
   }
   auto content = text::read_file(path, {}, size_max);
   if (!content) {
     // It may have gone meanwhile.
     if (content.error().code == "file.not-found") return {};
     return {{},
+            {},
             content.error().code == "file.too-large" ? fmt::format("it is larger than {} bytes", size_max)
                                                      : content.error().message};
   }
   // Control characters may be typed any moment; what is no UTF-8 cannot be shown.
   const auto bad = text::first_unreadable(*content);
   if (bad && static_cast<unsigned char>((*content)[bad->first]) >= 0x80U)
-    return {{}, fmt::format("it is no UTF-8 (byte {})", bad->first + 1)};
-  return {std::move(*content), {}};
+    return {{}, {}, fmt::format("it is no UTF-8 (byte {})", bad->first + 1)};
+  std::string begin;
+  if (const std::size_t first = content->find_first_not_of(" \t\r\n");
+      first != std::string::npos && (*content)[first] == '<') {
+    constexpr std::size_t kBegin = 1024;
+    begin.resize(kBegin);
+    std::ifstream file(path, std::ios::binary);
+    file.read(begin.data(), kBegin);
+    begin.resize(static_cast<std::size_t>(file.gcount()));
+    if (!text::xml_as_utf8(begin)) begin.clear();
+  }
+  return {std::move(*content), std::move(begin), {}};
 }
 
 Result<void> write_safely(const fs::path& path, const std::string& file, std::string_view text) {

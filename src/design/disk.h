@@ -11,6 +11,7 @@ namespace sentree::design {
 /// What is at a file's place. Neither: nothing is.
 struct OnDisk {
   std::optional<std::string> text;  ///< Without that of XML, in UTF-8.
+  std::string begin;                ///< Of XML that is in another encoding: its first bytes, as they are.
   std::string problem;              ///< Why what is there is no text that can be edited: "it is no UTF-8 (byte 17)".
 };
 

@@ -6,11 +6,9 @@
 #include <set>
 #include <system_error>
 
-#include "sentree/base/json.h"
 #include "sentree/base/value.h"
 #include "sentree/design/disk.h"
-#include "sentree/text/file.h"
-#include "sentree/text/json.h"
+#include "sentree/text/encoding.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::design {
@@ -18,10 +16,6 @@ namespace sentree::design {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kJournalFolder = ".sentree";
-constexpr const char* kJournal = "journal";
-constexpr std::int64_t kJournalForm = 1;
 
 // What another editor, or git, did at once.
 std::string name_from_disk(const std::vector<FileChange>& changes) {
@@ -37,71 +31,6 @@ std::string inside(const fs::path& folder, const fs::path& path) {
 bool is_passed_over(const fs::path& name) {
   const std::string text = name.filename().string();
   return text.starts_with('.') || text == "runs" || text == "node_modules" || text == "build";
-}
-
-Value to_value(const TextEdits& edits) {
-  List list;
-  for (const TextEdit& edit : edits)
-    list.push_back(List{static_cast<std::int64_t>(edit.from), static_cast<std::int64_t>(edit.to), edit.text});
-  return list;
-}
-
-Value to_value(const Step& step) {
-  List changes;
-  for (const FileChange& change : step.changes) {
-    changes.push_back(Map{{"file", change.file},
-                          {"edits", to_value(change.edits)},
-                          {"back", to_value(change.back)},
-                          {"created", change.created},
-                          {"removed", change.removed},
-                          {"before", change.before},
-                          {"after", change.after}});
-  }
-  return Map{{"name", step.name}, {"changes", std::move(changes)}};
-}
-
-const List& list_of(const Value& value, std::string_view name) {
-  static const List kNone;
-  const Value* found = value.find(name);
-  return found != nullptr && found->as_list() != nullptr ? *found->as_list() : kNone;
-}
-
-std::string string_of(const Value& value, std::string_view name) {
-  const Value* found = value.find(name);
-  return found != nullptr && found->as_string() != nullptr ? *found->as_string() : std::string();
-}
-
-bool flag_of(const Value& value, std::string_view name) {
-  const Value* found = value.find(name);
-  return found != nullptr && found->as_bool() != nullptr && *found->as_bool();
-}
-
-std::int64_t number_of(const Value& value, std::string_view name) {
-  const Value* found = value.find(name);
-  return found != nullptr && found->as_int() != nullptr ? *found->as_int() : 0;
-}
-
-TextEdits edits_of(const List& list) {
-  TextEdits edits;
-  for (const Value& entry : list) {
-    const List* parts = entry.as_list();
-    if (parts == nullptr || parts->size() != 3 || (*parts)[0].as_int() == nullptr || (*parts)[1].as_int() == nullptr ||
-        (*parts)[2].as_string() == nullptr)
-      continue;
-    edits.push_back({static_cast<std::size_t>(*(*parts)[0].as_int()), static_cast<std::size_t>(*(*parts)[1].as_int()),
-                     *(*parts)[2].as_string()});
-  }
-  return edits;
-}
-
-Step step_of(const Value& value) {
-  Step step{string_of(value, "name"), {}};
-  for (const Value& change : list_of(value, "changes")) {
-    step.changes.push_back({string_of(change, "file"), edits_of(list_of(change, "edits")),
-                            edits_of(list_of(change, "back")), flag_of(change, "created"), flag_of(change, "removed"),
-                            number_of(change, "before"), number_of(change, "after")});
-  }
-  return step;
 }
 
 // Never 0.
@@ -162,12 +91,13 @@ Result<Workspace> Workspace::open(const fs::path& folder) {
     if (auto there = look_at(path, kDocumentBytesMax); there.text) {
       Document& document = workspace.documents_[inside(canonical, path)];
       document.text = document.saved = std::move(*there.text);
+      document.begin = std::move(there.begin);
     }
   });
   if (!all)
     return fail("design.too-many-files", fmt::format("more than {} files; open a smaller folder", kFilesMax),
                 SourceSpan{folder.string()});
-  workspace.read_journal();
+  workspace.begin_journal();
   return workspace;
 }
 
@@ -184,7 +114,15 @@ text::Overlay Workspace::overlay() const {
   return overlay;
 }
 
+Result<void> Workspace::may_edit() const {
+  if (held_by_.empty()) return {};
+  return fail("design.held", fmt::format("{} edits this project; here it is only shown. Edit it there, or end that "
+                                         "program: the next edit here then takes over what it has left",
+                                         held_by_));
+}
+
 Result<Document*> Workspace::editable(const std::string& file) {
+  if (auto may = may_edit(); !may) return tl::unexpected(may.error());
   const auto found = documents_.find(file);
   if (found == documents_.end()) return fail("design.no-such-file", file + " is no file of this project");
   if (found->second.theirs)
@@ -197,11 +135,12 @@ void Workspace::set_text(Document& document, std::string text) {
   if (document.earlier.size() > kVersionsMax) document.earlier.pop_front();
   document.text = std::move(text);
   ++document.version;
-  journal_due_ = true;
+  document.due = journal_due_ = true;
 }
 
 void Workspace::did(Step step, bool join) {
   redo_.clear();
+  journaled_.redo = 0;
   journal_due_ = true;
   // Two changes of one file become one from what was before both to what is now.
   if (std::exchange(may_join_, true) && join && !undo_.empty() && undo_.back().name == step.name &&
@@ -215,11 +154,21 @@ void Workspace::did(Step step, bool join) {
       last.edits = edits_between(*before, now);
       last.back = inverse(*before, last.edits);
       last.after = step.changes.front().after;
+      journaled_.undo = std::min(journaled_.undo, undo_.size() - 1);
       return;
     }
   }
   undo_.push_back(std::move(step));
-  if (undo_.size() > kStepsMax) undo_.pop_front();
+  std::size_t bytes = 0;
+  for (const Step& each : undo_) bytes += each.bytes();
+  while (undo_.size() > kStepsMax || (bytes > kStepsBytesMax && undo_.size() > 1)) {
+    bytes -= undo_.front().bytes();
+    undo_.pop_front();
+    if (journaled_.undo > 0) {
+      --journaled_.undo;
+      ++journaled_.dropped;
+    }
+  }
 }
 
 Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const TextEdits& edits,
@@ -273,6 +222,7 @@ Result<fs::path> Workspace::place_of(const std::string& file) const {
 }
 
 Result<void> Workspace::put(const std::vector<NewText>& texts, const std::string& name) {
+  if (auto may = may_edit(); !may) return may;
   Step step{name, {}};
   for (const NewText& text : texts) {
     const auto place = place_of(text.file);
@@ -417,11 +367,13 @@ Result<Workspace::Reverted> Workspace::revert(const Step& step, bool back) {
 }
 
 Result<Workspace::Reverted> Workspace::undo() {
+  if (auto may = may_edit(); !may) return tl::unexpected(may.error());
   if (undo_.empty()) return fail("design.nothing-to-undo", "there is nothing to undo");
   return take_back(true);
 }
 
 Result<Workspace::Reverted> Workspace::redo() {
+  if (auto may = may_edit(); !may) return tl::unexpected(may.error());
   if (redo_.empty()) return fail("design.nothing-to-undo", "there is nothing to do again");
   return take_back(false);
 }
@@ -430,10 +382,13 @@ Result<Workspace::Reverted> Workspace::take_back(bool back) {
   Step step = back ? undo_.back() : redo_.back();
   auto reverted = revert(step, back);
   if (!reverted) return reverted;
-  if (back)
+  if (back) {
     undo_.pop_back();
-  else
+    journaled_.undo = std::min(journaled_.undo, undo_.size());
+  } else {
     redo_.pop_back();
+    journaled_.redo = std::min(journaled_.redo, redo_.size());
+  }
   journal_due_ = true;
   may_join_ = false;
   if (reverted->files.empty()) {
@@ -453,7 +408,9 @@ Result<Workspace::Reverted> Workspace::take_back(bool back) {
 Result<void> Workspace::write(const std::string& file, const std::string& text) const {
   const auto place = place_of(file);
   if (!place) return tl::unexpected(place.error());
-  return write_safely(*place, file, text);
+  const Document* const known = find(file);
+  const auto encoded = known != nullptr ? text::xml_encoded_as(known->begin, text) : std::nullopt;
+  return write_safely(*place, file, encoded ? *encoded : text);
 }
 
 Result<void> Workspace::save(const std::string& file) {
@@ -472,13 +429,13 @@ Result<void> Workspace::save(const std::string& file) {
   if (auto written = write(file, (*document)->text); !written) return written;
   (*document)->saved = (*document)->text;
   (*document)->saved_here = true;
-  journal_due_ = true;
+  (*document)->due = journal_due_ = true;
   return {};
 }
 
 // True: the document is not as it was. What it did to the text is added to `step`.
 bool Workspace::take_from_disk(const std::string& file, Step& step) {
-  const auto [there, problem] = look_at(folder_ / file, kDocumentBytesMax);
+  const auto [there, begin, problem] = look_at(folder_ / file, kDocumentBytesMax);
   const auto found = documents_.find(file);
   if (!problem.empty()) {
     // What is edited stays, and so does what is there.
@@ -494,6 +451,7 @@ bool Workspace::take_from_disk(const std::string& file, Step& step) {
     if (found->second.is_dirty()) {
       const bool news = was_unreadable || !found->second.saved.empty() || found->second.theirs;
       found->second.saved.clear();
+      found->second.due = true;
       found->second.theirs.reset();
       return news;
     }
@@ -505,6 +463,7 @@ bool Workspace::take_from_disk(const std::string& file, Step& step) {
     // No step: to undo it would be to delete what somebody else has made.
     if (documents_.size() >= kFilesMax) return false;
     documents_[file].text = documents_[file].saved = *there;
+    documents_[file].begin = begin;
     return true;
   }
   Document& document = found->second;
@@ -515,6 +474,8 @@ bool Workspace::take_from_disk(const std::string& file, Step& step) {
     return news;
   }
   document.saved_here = false;
+  document.begin = begin;
+  document.due = true;
   if (*there == document.text) {
     document.saved = *there;
     document.theirs.reset();
@@ -564,6 +525,7 @@ void Workspace::take_step_from_disk(Step step) {
 }
 
 Result<void> Workspace::resolve(const std::string& file, const std::string& text) {
+  if (auto may = may_edit(); !may) return may;
   const auto found = documents_.find(file);
   if (found == documents_.end()) return fail("design.no-such-file", file + " is no file of this project");
   Document& document = found->second;
@@ -574,80 +536,19 @@ Result<void> Workspace::resolve(const std::string& file, const std::string& text
     document.unreadable.clear();
     document.saved = text;
     document.saved_here = true;
-    journal_due_ = true;
+    document.due = journal_due_ = true;
     return {};
   }
   if (!document.theirs) return fail("design.bad-edit", file + " has no conflict");
   document.saved = std::move(*document.theirs);
   document.theirs.reset();
-  journal_due_ = true;
+  document.due = journal_due_ = true;
   if (text == document.text) return {};
   const TextEdits edits = edits_between(document.text, text);
   Step step{"resolve " + file, {change_of(file, document.text, edits, text)}};
   set_text(document, text);
   did(std::move(step), false);
   return {};
-}
-
-// ---- The journal ----
-
-void Workspace::keep_journal() {
-  if (!journal_due_) return;
-  journal_due_ = false;
-  List steps;
-  List undone;
-  std::map<std::string, bool> touched;
-  for (const Step& step : undo_) {
-    steps.push_back(to_value(step));
-    for (const FileChange& change : step.changes) touched[change.file] = true;
-  }
-  for (const Step& step : redo_) {
-    undone.push_back(to_value(step));
-    for (const FileChange& change : step.changes) touched[change.file] = true;
-  }
-  Map files;
-  for (const auto& [file, document] : documents_) {
-    if (!touched.contains(file) && !document.is_dirty()) continue;
-    Map kept{{"text", document.text}};
-    if (document.is_dirty()) kept.append("saved", document.saved);
-    files.append(file, std::move(kept));
-  }
-  const fs::path folder = folder_ / kJournalFolder;
-  std::error_code error;
-  fs::create_directory(folder, error);
-  // The folder is nobody's business but this machine's.
-  if (!fs::exists(folder / ".gitignore", error)) (void)text::write_file(folder / ".gitignore", "*\n");
-  (void)text::write_file(folder / kJournal, to_json(Value(Map{{"form", kJournalForm},
-                                                              {"files", std::move(files)},
-                                                              {"undo", std::move(steps)},
-                                                              {"redo", std::move(undone)}})));
-}
-
-void Workspace::read_journal() {
-  const auto source = text::read_file(folder_ / kJournalFolder / kJournal);
-  if (!source) return;
-  const auto journal = text::parse_json(*source);
-  if (!journal) return;
-  const Value* form = journal->find("form");
-  const Value* files = journal->find("files");
-  if (form == nullptr || form->as_int() == nullptr || *form->as_int() != kJournalForm || files == nullptr ||
-      files->as_map() == nullptr)
-    return;
-  for (const Value& step : list_of(*journal, "undo")) undo_.push_back(step_of(step));
-  for (const Value& step : list_of(*journal, "redo")) redo_.push_back(step_of(step));
-  // First as it was when the journal was written; what happened on disk since then comes as a step of its own.
-  std::map<std::string, std::string> on_disk;
-  for (const auto& [file, kept] : *files->as_map()) {
-    if (!place_of(file)) continue;
-    Document& document = documents_[file];
-    document.text = string_of(kept, "text");
-    document.saved = kept.find("saved") != nullptr ? string_of(kept, "saved") : document.text;
-  }
-  Step step;
-  std::vector<std::string> known;
-  for (const auto& [file, document] : documents_) known.push_back(file);
-  for (const std::string& file : known) (void)take_from_disk(file, step);
-  take_step_from_disk(std::move(step));
 }
 
 }  // namespace sentree::design

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <random>
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
@@ -169,6 +171,30 @@ TEST_F(WorkspaceTest, DoingAgainNeverTakesAwayWhatCameBackAsAnother) {
   EXPECT_THAT(refused.error().message, testing::HasSubstr("\"more.yaml deleted on disk\" cannot be undone"));
   EXPECT_EQ(workspace.find("more.yaml")->text, "another: 1\n");
   ASSERT_TRUE(workspace.undo());
+}
+
+TEST_F(WorkspaceTest, AFileStaysInItsEncoding) {
+  const std::string latin = "<?xml version='1.0' encoding='ISO-8859-1'?>\r\n<root>\r\n  <a b='caf\xE9'/>\r\n</root>";
+  write("mission.xml", latin);
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<a ", "<A ");
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  std::string wanted = latin;
+  wanted.replace(wanted.find("<a "), 3, "<A ");
+  const auto bytes = [&] {
+    std::ifstream file(folder_.path() / "mission.xml", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  EXPECT_EQ(bytes(), wanted);
+  // What that encoding does not have is saved in UTF-8; undone, the bytes are those that were.
+  replace(workspace, "mission.xml", "<A ", "<\xE2\x82\xAC ");
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  EXPECT_THAT(bytes(), testing::HasSubstr("encoding='UTF-8'"));
+  EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre());
+  ASSERT_TRUE(workspace.undo());
+  ASSERT_TRUE(workspace.undo());
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  EXPECT_EQ(bytes(), latin);
 }
 
 TEST_F(WorkspaceTest, WhatOneTypesIsOneStep) {
@@ -364,6 +390,124 @@ TEST_F(WorkspaceTest, FindsAgainWhatWasNotSaved) {
   ASSERT_TRUE(workspace.undo());
   ASSERT_TRUE(workspace.undo());
   EXPECT_EQ(workspace.find("mission.xml")->text, read("mission.xml"));
+}
+
+TEST_F(WorkspaceTest, OneAtATimeEditsAFolder) {
+  std::string edited;
+  Workspace second = [&] {
+    Workspace first = open();
+    first.tell_address("http://127.0.0.1:1234");
+    replace(first, "mission.xml", "<a/>", "<A/>");
+    edited = first.find("mission.xml")->text;
+    first.keep_journal();
+    Workspace other = open();
+    EXPECT_THAT(other.held_by(), testing::HasSubstr("http://127.0.0.1:1234"));
+    const auto refused = other.edit("sentree.yaml", 1, {{0, 0, "# "}}, "type");
+    EXPECT_EQ(refused.error().code, "design.held");
+    EXPECT_THAT(refused.error().message, testing::HasSubstr("http://127.0.0.1:1234"));
+    EXPECT_EQ(other.put({{"a.scxml", ""}}, "add").error().code, "design.held");
+    EXPECT_EQ(other.remove("mission.xml").error().code, "design.held");
+    EXPECT_EQ(other.undo().error().code, "design.held");
+    // It shows what is saved, and keeps nothing.
+    write("sentree.yaml", "changed: true\n");
+    EXPECT_THAT(other.refresh({"sentree.yaml"}), ElementsAre("sentree.yaml"));
+    other.keep_journal();
+    EXPECT_FALSE(other.take_over());
+    return other;
+  }();
+  ASSERT_TRUE(second.take_over());
+  EXPECT_EQ(second.held_by(), "");
+  EXPECT_EQ(second.find("mission.xml")->text, edited);
+  EXPECT_EQ(second.find("sentree.yaml")->text, "changed: true\n");
+  ASSERT_TRUE(second.undo());
+  EXPECT_FALSE(second.find("mission.xml")->is_dirty());
+}
+
+TEST_F(WorkspaceTest, TheJournalSaysWhatWasWhateverIsDone) {
+  const auto seed = static_cast<unsigned>(std::chrono::system_clock::now().time_since_epoch().count());
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  const auto draw = [&](unsigned bound) { return random() % bound; };
+  std::optional<Workspace> workspace(open());
+  for (int i = 0; i < 400; ++i) {
+    std::vector<std::string> files;
+    for (const auto& [name, document] : workspace->documents()) files.push_back(name);
+    const std::string& file = files[draw(static_cast<unsigned>(files.size()))];
+    const Document& document = *workspace->find(file);
+    switch (draw(8)) {
+      case 0: (void)workspace->undo(); break;
+      case 1: (void)workspace->redo(); break;
+      case 2: (void)workspace->save(file); break;
+      case 3: (void)workspace->put({{"s" + std::to_string(draw(5)) + ".scxml", std::to_string(i)}}, "add"); break;
+      case 4:
+        if (file != "sentree.yaml") (void)workspace->remove(file);
+        break;
+      default: {
+        const std::size_t at = draw(static_cast<unsigned>(document.text.size() + 1));
+        (void)workspace->edit(file, document.version, {{at, at, std::to_string(i)}}, "type", draw(2) == 0);
+      }
+    }
+    workspace->keep_journal();
+    ASSERT_EQ(workspace->journal_problem(), "");
+    if (draw(20) != 0) continue;
+    std::map<std::string, std::pair<std::string, std::string>> texts;
+    for (const auto& [name, known] : workspace->documents()) texts[name] = {known.text, known.saved};
+    const auto names = [&] {
+      std::vector<std::string> all;
+      for (const Step& step : workspace->undo_steps()) all.push_back(step.name);
+      all.emplace_back("|");
+      for (const Step& step : workspace->redo_steps()) all.push_back(step.name);
+      return all;
+    };
+    const auto before = names();
+    workspace.reset();
+    // A program that was killed while it wrote.
+    if (draw(2) == 0) std::ofstream(folder_.path() / ".sentree/journal", std::ios::app) << "{\"files\":{\"mis";
+    workspace.emplace(open());
+    EXPECT_EQ(names(), before) << i;
+    for (const auto& [name, known] : workspace->documents())
+      EXPECT_EQ(texts[name], std::make_pair(known.text, known.saved)) << name << " " << i;
+    EXPECT_EQ(texts.size(), workspace->documents().size());
+  }
+}
+
+TEST_F(WorkspaceTest, TheJournalIsBoundedAndOnlyAppendedTo) {
+  constexpr std::size_t kLarge = std::size_t{3} << 20U;
+  const fs::path journal = folder_.path() / ".sentree/journal";
+  Workspace workspace = open();
+  replace(workspace, "sentree.yaml", "mission", "precious");
+  for (int i = 0; i < 8; ++i) {
+    const Document& document = *workspace.find("mission.xml");
+    const std::string text(kLarge, static_cast<char>('a' + i));
+    ASSERT_TRUE(workspace.edit("mission.xml", document.version, {{0, document.text.size(), text}}, "paste"));
+    workspace.keep_journal();
+  }
+  EXPECT_LT(workspace.undo_steps().size(), 5U);
+  EXPECT_LT(fs::file_size(journal), 4 * kStepsBytesMax);
+  const auto before = fs::file_size(journal);
+  replace(workspace, "sentree.yaml", "precious", "more precious");
+  workspace.keep_journal();
+  EXPECT_LT(fs::file_size(journal), before + 1000);
+  EXPECT_GT(fs::file_size(journal), before);
+  const std::string text = workspace.find("mission.xml")->text;
+  { const Workspace ended = std::move(workspace); }
+  workspace = open();
+  EXPECT_EQ(workspace.find("mission.xml")->text, text);
+  EXPECT_THAT(workspace.find("sentree.yaml")->text, testing::StartsWith("more precious"));
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_THAT(workspace.find("sentree.yaml")->text, testing::StartsWith("precious"));
+}
+
+TEST_F(WorkspaceTest, AJournalThatCannotBeWrittenIsTold) {
+  Workspace workspace = open();
+  fs::create_directory(folder_.path() / ".sentree/journal");
+  replace(workspace, "mission.xml", "<a/>", "<A/>");
+  workspace.keep_journal();
+  EXPECT_THAT(workspace.journal_problem(), testing::HasSubstr("cannot be written"));
+  fs::remove(folder_.path() / ".sentree/journal");
+  workspace.keep_journal();
+  EXPECT_EQ(workspace.journal_problem(), "");
+  EXPECT_THAT(read(".sentree/journal"), testing::HasSubstr("<A/>"));
 }
 
 TEST_F(WorkspaceTest, ADamagedJournalCostsNothing) {

@@ -78,6 +78,12 @@ namespace {
 
 Value number(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 
+// Without what lets one steer.
+std::string address_of(const Server& server) {
+  const std::string url = server.url();
+  return url.substr(0, url.find('#'));
+}
+
 // Where the element that a gesture is about stands afterwards.
 std::size_t place_after(const design::TextEdits& edits) {
   std::size_t best = 0;
@@ -167,6 +173,8 @@ Value Workshop::Impl::summary() const {
              {"scenario", scenario},
              {"scenarios", std::move(names)},
              {"runs", runs()},
+             {"held_by", workspace.held_by()},
+             {"journal", workspace.journal_problem()},
              {"reached_by_all", all != nullptr && all_of == revision},
              {"shadow", Map{{"ready", shadow != nullptr},
                             {"current", shadow != nullptr && shadow_of == revision},
@@ -212,6 +220,12 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   const std::lock_guard lock(mutex);
   const std::string file = asked.text("file");
   if (!server) return fail("studio.request", "not yet: the project is being opened");
+  if (workspace.take_over()) {
+    workspace.tell_address(address_of(*server));
+    std::vector<std::string> texts;
+    for (const auto& [name, document] : workspace.documents()) texts.push_back(name);
+    changed(texts);
+  }
   if (op == "design") {
     Value value = summary();
     value.as_map()->erase("type");
@@ -268,6 +282,8 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   }
   if (op == "design_add") return add(asked);
   if (op == "design_init") {
+    if (!workspace.held_by().empty())
+      return fail("design.held", workspace.held_by() + " edits this project; begin it there");
     if (auto begun = design::begin_project(folder); !begun) return tl::unexpected(begun.error());
     changed(workspace.refresh({""}));
     return Value(Map());
@@ -456,6 +472,10 @@ Result<Value> Workshop::Impl::save(const AskedEdit& asked) {
 Workshop::Workshop(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Workshop::~Workshop() = default;
 const Server& Workshop::server() const { return *impl_->server; }
+std::string Workshop::held_by() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->workspace.held_by();
+}
 
 Result<std::unique_ptr<Workshop>> Workshop::start(const fs::path& folder, ServerOptions options,
                                                   std::function<std::string(const runtime::MonitorReport&)> story) {
@@ -493,6 +513,7 @@ Result<std::unique_ptr<Workshop>> Workshop::start(const fs::path& folder, Server
     // A page may be there already.
     const std::lock_guard lock(impl->mutex);
     impl->server = std::move(*server);
+    impl->workspace.tell_address(address_of(*impl->server));
   }
   sigset_t all, before;
   sigfillset(&all);

@@ -293,6 +293,8 @@ export const Design = object({
     outdated: Type.Boolean({ description: "The run that goes on runs other texts than those that are edited now" }),
     problem: Type.String({ description: "Why the last of these runs, or its recording, is not whole; empty: it is" }),
   }),
+  held_by: Type.String({ description: "Who else edits the project, so that edits are refused here until that program ends; empty: nobody" }),
+  journal: Type.String({ description: "Why what is not saved would not be there again if the program ended now; empty: it would" }),
   reached_by_all: Type.Boolean({ description: "`design_reached` knows what all scenarios reach with the texts as they are now" }),
   shadow: object({
     ready: boolean(),
