@@ -4,8 +4,9 @@ import { LostError } from "../protocol/client";
 import type { Design, DesignDocument, DesignPast, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
 import { useEdit } from "../store/edit";
 import { note, on_design, request, type DesignMessage } from "../store/store";
+import { part_lines } from "./chart_places";
 import { is_in, joined } from "./joining";
-import { take_runs, useMode } from "./mode";
+import { take_summary, useMode } from "./mode";
 import { Places, splice_between } from "./places";
 import { under_way_with } from "./turns";
 
@@ -51,6 +52,8 @@ export interface DesignState {
   timeline: boolean | null;
   /** What the project's texts are compared with, while they are. */
   comparing: string | null;
+  /** The file that was open, while it is not there. */
+  gone: string | null;
 }
 
 const kLookStored = "sentree.design.look";
@@ -75,6 +78,7 @@ export const useDesign = create<DesignState>()(() => ({
   below: null,
   timeline: null,
   comparing: null,
+  gone: null,
 }));
 
 useDesign.subscribe(({ file }, before) => {
@@ -141,6 +145,8 @@ function receive(message: DesignMessage): void {
       const { type: _, ...summary } = message;
       const before = useDesign.getState().summary;
       useDesign.setState({ summary });
+      const { gone } = useDesign.getState();
+      if (gone !== null && summary.files.some(({ file }) => file === gone)) void open_file(gone);
       if (summary.checked && before?.checked !== true) void load_palette();
       if (summary.checked && useDesign.getState().autosave && summary.files.some(({ dirty, conflict }) => dirty && !conflict)) void request("design_save", {}).catch(() => undefined);
       break;
@@ -157,7 +163,7 @@ function receive(message: DesignMessage): void {
     }
     case "design_gone": {
       const { [message.file]: _gone, ...docs } = useDesign.getState().docs;
-      useDesign.setState((state) => ({ docs, ...(state.file === message.file ? { file: null, chosen: null } : {}) }));
+      useDesign.setState((state) => ({ docs, ...(state.file === message.file ? { file: null, chosen: null, gone: message.file } : {}) }));
       break;
     }
   }
@@ -206,7 +212,7 @@ export async function start_design(): Promise<() => void> {
   const stop = on_design((message) => receive(message));
   const summary = await request("design", {});
   useDesign.setState({ summary });
-  take_runs(summary.runs);
+  take_summary(summary);
   if (summary.checked) void load_palette();
   const { file } = useDesign.getState();
   const wanted = useMode.getState().file;
@@ -231,14 +237,21 @@ async function edit_wanted(): Promise<void> {
     choose_state(wanted.state || null);
     return;
   }
-  for (const { file } of summary.files.filter(({ kind }) => kind === "mission")) {
+  if (!(await show_node(wanted.node.id, wanted.node.name))) note("error", `${wanted.node.name} is in no file of this project`);
+}
+
+/** Opens the file in which a node of that kind and name is, and chooses it. False: none is. */
+export async function show_node(id: string, name: string): Promise<boolean> {
+  for (const { file } of useDesign.getState().summary?.files.filter(({ kind }) => kind === "mission") ?? []) {
     if (useDesign.getState().docs[file] === undefined && !(await read(file))) continue;
     for (const { nodes } of useDesign.getState().docs[file]?.trees ?? []) {
-      const node = nodes.find(({ id, name }) => id === wanted.node.id && (name || id) === wanted.node.name);
-      if (node) return open_file(file, node.from);
+      const node = nodes.find((one) => one.id === id && (one.name || one.id) === (name || id));
+      if (!node) continue;
+      await open_file(file, node.from);
+      return true;
     }
   }
-  note("error", `${wanted.node.name} is in no file of this project`);
+  return false;
 }
 useEdit.subscribe(() => void edit_wanted());
 
@@ -255,7 +268,7 @@ async function read(file: string): Promise<boolean> {
 export async function open_file(file: string, byte?: number): Promise<void> {
   const known = useDesign.getState().docs[file] !== undefined || (await read(file));
   if (!known) return;
-  if (useDesign.getState().file !== file) useDesign.setState({ file, tree: null, chosen: null, state: null, transition: null, refused: null });
+  if (useDesign.getState().file !== file) useDesign.setState({ file, gone: null, tree: null, chosen: null, state: null, transition: null, refused: null });
   if (byte !== undefined) go_to(byte);
 }
 
@@ -288,6 +301,18 @@ export function choose_at(byte: number): void {
     if (chosen?.element !== state.chosen?.element) useDesign.setState({ chosen });
     return;
   }
+}
+
+/** Of a chart that is open: the transition or state that is drawn around a byte. */
+export function choose_part_at(byte: number): void {
+  const doc = doc_of(useDesign.getState());
+  const chart = doc?.shown_chart;
+  if (!doc || !chart) return;
+  const [line] = part_lines(chart, doc.places.shown, [doc.places.at(byte)]);
+  const transition = chart.transitions.find((one) => one.line === line);
+  if (transition) choose_transition(transition);
+  else choose_state(chart.states.find((one) => one.line === line)?.id || null);
+  useCaret.setState({ wanted: { byte, to: byte, focus: false } });
 }
 
 // ---- editing ----
@@ -547,6 +572,11 @@ export function focus_field(id: string, value?: string): void {
     } else if (left > 0) requestAnimationFrame(() => look(left - 1));
   };
   look(kFramesMax);
+}
+
+/** What was done in a form is done: the next keys are of the picture. */
+export function focus_picture(): void {
+  requestAnimationFrame(() => document.querySelector<SVGElement>("svg.design-picture")?.focus({ preventScroll: true }));
 }
 
 /** Why a gesture would be refused; null: it would not. */
