@@ -6,7 +6,7 @@ import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
 import { Icon } from "../widgets/Icon";
 import { useWindow } from "../widgets/layout";
-import { choose_part_at, choose_scenario, fix, open_file, show_node, useDesign, kNoFindings, kNoNames } from "./design";
+import { choose_part_at, choose_scenario, fix, open_file, show_node, tree_of, useDesign, kNoFindings, kNoNames } from "./design";
 import { show_recording, useMode } from "./mode";
 
 const kSigns: Record<string, string> = { violated: "✗", satisfied: "✓", undecided: "·" };
@@ -106,7 +106,8 @@ async function show_violation(violation: Violation): Promise<void> {
   useMode.setState({ happened: violation.monitor });
   const { index, selection } = useStudio.getState();
   const leaf = index?.model.tree.nodes.find(({ id }) => id === selection.node);
-  if (leaf) await show_node(leaf.type, leaf.name);
+  // Who looks at another file stays there.
+  if (leaf && tree_of(useDesign.getState())) await show_node(leaf.type, leaf.name);
 }
 
 /** What happened, of the violation that one has asked for. */
