@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <signal.h>
 
 #include <filesystem>
@@ -34,6 +36,8 @@ int design(const std::filesystem::path& folder, const StudioCommand& command,
     say(to_string(page.error()));
     return page.error().code.starts_with("http.") ? kEnvironment : kInvalidInput;
   }
+  if (const std::string other = (*page)->held_by(); !other.empty())
+    say(fmt::format("! {} edits this project; until it ends, it is only shown here", other));
   announce((*page)->server().url(), command.open);
   int signal = 0;
   sigwait(&signals, &signal);

@@ -2,19 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <set>
 #include <system_error>
 
-#include "sentree/base/json.h"
 #include "sentree/base/value.h"
-#include "sentree/text/file.h"
-#include "sentree/text/json.h"
+#include "sentree/design/disk.h"
+#include "sentree/text/encoding.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::design {
@@ -22,10 +16,6 @@ namespace sentree::design {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kJournalFolder = ".sentree";
-constexpr const char* kJournal = "journal";
-constexpr std::int64_t kJournalForm = 1;
 
 // What another editor, or git, did at once.
 std::string name_from_disk(const std::vector<FileChange>& changes) {
@@ -43,118 +33,25 @@ bool is_passed_over(const fs::path& name) {
   return text.starts_with('.') || text == "runs" || text == "node_modules" || text == "build";
 }
 
-std::optional<std::string> text_of(const fs::path& path) {
-  std::error_code error;
-  if (!fs::is_regular_file(fs::symlink_status(path, error))) return std::nullopt;
-  auto content = text::read_file(path, {}, kDocumentBytesMax);
-  // Control characters may be typed any moment; what is no UTF-8 cannot be shown.
-  if (!content) return std::nullopt;
-  const auto bad = text::first_unreadable(*content);
-  if (bad && static_cast<unsigned char>((*content)[bad->first]) >= 0x80U) return std::nullopt;
-  return std::move(*content);
+// Never 0.
+std::int64_t hash_of(const std::string& text) { return static_cast<std::int64_t>(hash_bytes(text) >> 1U) | 1; }
+
+FileChange change_of(const std::string& file, const std::string& before, const TextEdits& edits,
+                     const std::string& after) {
+  return {file, edits, inverse(before, edits), false, false, hash_of(before), hash_of(after)};
 }
 
-tl::unexpected<Diagnostic> unwritable(const std::string& file) {
-  return fail("file.unwritable", "cannot be written: " + std::generic_category().message(errno), SourceSpan{file});
+FileChange removal_of(const std::string& file, const std::string& text) {
+  return {file, {{0, text.size(), ""}}, {{0, 0, text}}, false, true, hash_of(text), 0};
 }
 
-// A descriptor that is closed, and a temporary file that is gone, whatever happens.
-class Temporary {
- public:
-  Temporary(fs::path path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
-  ~Temporary() {
-    if (descriptor_ >= 0) close(descriptor_);
-    if (!path_.empty()) unlink(path_.c_str());
-  }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-
-  bool write(std::string_view text) const {
-    while (!text.empty()) {
-      const ssize_t done = ::write(descriptor_, text.data(), text.size());
-      if (done < 0 && errno == EINTR) continue;
-      if (done <= 0) return false;
-      text.remove_prefix(static_cast<std::size_t>(done));
-    }
-    return true;
-  }
-  bool finish(const fs::path& as) {
-    const int descriptor = std::exchange(descriptor_, -1);
-    const bool synchronised = fsync(descriptor) == 0;
-    if (close(descriptor) != 0 || !synchronised || rename(path_.c_str(), as.c_str()) != 0) return false;
-    path_.clear();
-    return true;
-  }
-  [[nodiscard]] int descriptor() const { return descriptor_; }
-
- private:
-  fs::path path_;
-  int descriptor_;
-};
-
-bool synchronise_folder(const fs::path& folder) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool done = fsync(descriptor) == 0;
-  close(descriptor);
-  return done;
-}
-
-Value to_value(const TextEdits& edits) {
-  List list;
-  for (const TextEdit& edit : edits)
-    list.push_back(List{static_cast<std::int64_t>(edit.from), static_cast<std::int64_t>(edit.to), edit.text});
-  return list;
-}
-
-Value to_value(const Step& step) {
-  List changes;
-  for (const FileChange& change : step.changes) {
-    changes.push_back(Map{{"file", change.file},
-                          {"edits", to_value(change.edits)},
-                          {"back", to_value(change.back)},
-                          {"created", change.created},
-                          {"removed", change.removed}});
-  }
-  return Map{{"name", step.name}, {"changes", std::move(changes)}};
-}
-
-const List& list_of(const Value& value, std::string_view name) {
-  static const List kNone;
-  const Value* found = value.find(name);
-  return found != nullptr && found->as_list() != nullptr ? *found->as_list() : kNone;
-}
-
-std::string string_of(const Value& value, std::string_view name) {
-  const Value* found = value.find(name);
-  return found != nullptr && found->as_string() != nullptr ? *found->as_string() : std::string();
-}
-
-bool flag_of(const Value& value, std::string_view name) {
-  const Value* found = value.find(name);
-  return found != nullptr && found->as_bool() != nullptr && *found->as_bool();
-}
-
-TextEdits edits_of(const List& list) {
-  TextEdits edits;
-  for (const Value& entry : list) {
-    const List* parts = entry.as_list();
-    if (parts == nullptr || parts->size() != 3 || (*parts)[0].as_int() == nullptr || (*parts)[1].as_int() == nullptr ||
-        (*parts)[2].as_string() == nullptr)
-      continue;
-    edits.push_back({static_cast<std::size_t>(*(*parts)[0].as_int()), static_cast<std::size_t>(*(*parts)[1].as_int()),
-                     *(*parts)[2].as_string()});
-  }
-  return edits;
-}
-
-Step step_of(const Value& value) {
-  Step step{string_of(value, "name"), {}};
-  for (const Value& change : list_of(value, "changes")) {
-    step.changes.push_back({string_of(change, "file"), edits_of(list_of(change, "edits")),
-                            edits_of(list_of(change, "back")), flag_of(change, "created"), flag_of(change, "removed")});
-  }
-  return step;
+tl::unexpected<Diagnostic> unreadable(const std::string& file, const std::string& problem) {
+  return fail(
+      "design.unreadable",
+      fmt::format("{} on disk cannot be read: {}; nothing is written over it. Mend it there, or choose to write "
+                  "what is edited here over it",
+                  file, problem),
+      SourceSpan{file});
 }
 
 }  // namespace
@@ -191,15 +88,16 @@ Result<Workspace> Workspace::open(const fs::path& folder) {
     return fail("file.not-found", "no such folder", SourceSpan{folder.string()});
   Workspace workspace(canonical);
   const bool all = each_project_text(canonical, [&](const fs::path& path) {
-    if (auto text = text_of(path)) {
+    if (auto there = look_at(path, kDocumentBytesMax); there.text) {
       Document& document = workspace.documents_[inside(canonical, path)];
-      document.text = document.saved = std::move(*text);
+      document.text = document.saved = std::move(*there.text);
+      document.begin = std::move(there.begin);
     }
   });
   if (!all)
     return fail("design.too-many-files", fmt::format("more than {} files; open a smaller folder", kFilesMax),
                 SourceSpan{folder.string()});
-  workspace.read_journal();
+  workspace.begin_journal();
   return workspace;
 }
 
@@ -216,7 +114,15 @@ text::Overlay Workspace::overlay() const {
   return overlay;
 }
 
+Result<void> Workspace::may_edit() const {
+  if (held_by_.empty()) return {};
+  return fail("design.held", fmt::format("{} edits this project; here it is only shown. Edit it there, or end that "
+                                         "program: the next edit here then takes over what it has left",
+                                         held_by_));
+}
+
 Result<Document*> Workspace::editable(const std::string& file) {
+  if (auto may = may_edit(); !may) return tl::unexpected(may.error());
   const auto found = documents_.find(file);
   if (found == documents_.end()) return fail("design.no-such-file", file + " is no file of this project");
   if (found->second.theirs)
@@ -229,11 +135,12 @@ void Workspace::set_text(Document& document, std::string text) {
   if (document.earlier.size() > kVersionsMax) document.earlier.pop_front();
   document.text = std::move(text);
   ++document.version;
-  journal_due_ = true;
+  document.due = journal_due_ = true;
 }
 
 void Workspace::did(Step step, bool join) {
   redo_.clear();
+  journaled_.redo = 0;
   journal_due_ = true;
   // Two changes of one file become one from what was before both to what is now.
   if (std::exchange(may_join_, true) && join && !undo_.empty() && undo_.back().name == step.name &&
@@ -246,11 +153,22 @@ void Workspace::did(Step step, bool join) {
     if (before) {
       last.edits = edits_between(*before, now);
       last.back = inverse(*before, last.edits);
+      last.after = step.changes.front().after;
+      journaled_.undo = std::min(journaled_.undo, undo_.size() - 1);
       return;
     }
   }
   undo_.push_back(std::move(step));
-  if (undo_.size() > kStepsMax) undo_.pop_front();
+  std::size_t bytes = 0;
+  for (const Step& each : undo_) bytes += each.bytes();
+  while (undo_.size() > kStepsMax || (bytes > kStepsBytesMax && undo_.size() > 1)) {
+    bytes -= undo_.front().bytes();
+    undo_.pop_front();
+    if (journaled_.undo > 0) {
+      --journaled_.undo;
+      ++journaled_.dropped;
+    }
+  }
 }
 
 Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const TextEdits& edits,
@@ -280,7 +198,7 @@ Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const 
   if (bad && static_cast<unsigned char>((*edited)[bad->first]) >= 0x80U)
     return fail("design.not-text", "that is no UTF-8");
   if (*edited == now) return {};
-  Step step{name, {{file, made, inverse(now, made)}}};
+  Step step{name, {change_of(file, now, made, *edited)}};
   set_text(**document, std::move(*edited));
   did(std::move(step), join);
   return {};
@@ -288,8 +206,8 @@ Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const 
 
 Result<fs::path> Workspace::place_of(const std::string& file) const {
   const fs::path relative(file);
-  const auto outside = [&] {
-    return fail("design.outside", fmt::format("\"{}\" leads out of the project's folder", file));
+  const auto outside = [&](const char* why = "leads out of the project's folder") {
+    return fail("design.outside", fmt::format("\"{}\" {}", file, why));
   };
   if (relative.empty() || relative.is_absolute() || !is_project_text(relative)) return outside();
   fs::path at = folder_;
@@ -297,12 +215,14 @@ Result<fs::path> Workspace::place_of(const std::string& file) const {
     if (part == ".." || part == "." || part.empty() || is_passed_over(part)) return outside();
     at /= part;
     std::error_code error;
-    if (fs::is_symlink(fs::symlink_status(at, error))) return outside();
+    if (fs::is_symlink(fs::symlink_status(at, error)))
+      return outside("is a link, or in a folder that is one; such files are not edited here");
   }
   return at;
 }
 
 Result<void> Workspace::put(const std::vector<NewText>& texts, const std::string& name) {
+  if (auto may = may_edit(); !may) return may;
   Step step{name, {}};
   for (const NewText& text : texts) {
     const auto place = place_of(text.file);
@@ -313,20 +233,27 @@ Result<void> Workspace::put(const std::vector<NewText>& texts, const std::string
   }
   std::vector<DiskChange> on_disk;
   for (const NewText& text : texts) {
-    if (find(text.file) == nullptr) on_disk.push_back({text.file, text.text, std::nullopt});
+    if (find(text.file) != nullptr) continue;
+    const auto there = look_at(folder_ / text.file, kDocumentBytesMax);
+    if (there.text || !there.problem.empty())
+      return fail("design.there-already", fmt::format("{} is there already on disk{}{}; choose another name", text.file,
+                                                      there.problem.empty() ? "" : ", but ", there.problem));
+    on_disk.push_back({text.file, text.text, std::nullopt});
   }
   if (auto changed = change_disk(on_disk); !changed) return changed;
   for (const NewText& text : texts) {
     if (find(text.file) == nullptr) {
       documents_[text.file].saved = text.text;
       set_text(documents_[text.file], text.text);
-      step.changes.push_back({text.file, {{0, 0, text.text}}, {{0, text.text.size(), ""}}, true});
+      documents_[text.file].saved_here = true;
+      step.changes.push_back(
+          {text.file, {{0, 0, text.text}}, {{0, text.text.size(), ""}}, true, false, 0, hash_of(text.text)});
       continue;
     }
     Document& document = documents_[text.file];
     if (document.text == text.text) continue;
     const TextEdits edits = edits_between(document.text, text.text);
-    step.changes.push_back({text.file, edits, inverse(document.text, edits)});
+    step.changes.push_back(change_of(text.file, document.text, edits, text.text));
     set_text(document, text.text);
   }
   if (!step.changes.empty()) did(std::move(step), false);
@@ -337,9 +264,16 @@ Result<void> Workspace::remove(const std::string& file) {
   const auto document = editable(file);
   if (!document) return tl::unexpected(document.error());
   const std::string text = (*document)->text;
-  if (unlink((folder_ / file).c_str()) != 0 && errno != ENOENT) return unwritable(file);
+  const auto there = look_at(folder_ / file, kDocumentBytesMax);
+  if (!there.problem.empty()) return unreadable(file, there.problem);
+  if (there.text && *there.text != (*document)->saved) {
+    refresh({file});
+    return fail("design.conflict",
+                file + " has changed on disk meanwhile; look at what came of it, and delete it again");
+  }
+  if (auto gone = take_away(folder_ / file, file); !gone) return gone;
   documents_.erase(file);
-  did({"delete " + file, {{file, {{0, text.size(), ""}}, {{0, 0, text}}, false, true}}}, false);
+  did({"delete " + file, {removal_of(file, text)}}, false);
   return {};
 }
 
@@ -350,8 +284,8 @@ Result<void> Workspace::change_disk(const std::vector<DiskChange>& changes) cons
     for (const DiskChange& change : changes) {
       if (change.text) {
         if (auto written = write(change.file, *change.text); !written) return written;
-      } else if (unlink((folder_ / change.file).c_str()) != 0 && errno != ENOENT) {
-        return unwritable(change.file);
+      } else if (auto gone = take_away(folder_ / change.file, change.file); !gone) {
+        return gone;
       }
       ++done;
     }
@@ -364,125 +298,164 @@ Result<void> Workspace::change_disk(const std::vector<DiskChange>& changes) cons
     if (change.before)
       (void)write(change.file, *change.before);
     else
-      unlink((folder_ / change.file).c_str());
+      (void)take_away(folder_ / change.file, change.file);
   }
   return result;
 }
 
-Result<std::vector<std::string>> Workspace::revert(const Step& step, bool back) {
-  // Everything is tried before any text is changed.
+// How a file stands to what a step is about to do to it.
+Workspace::Standing Workspace::standing_of(const FileChange& change, bool back) const {
+  const auto found = documents_.find(change.file);
+  const auto there = look_at(folder_ / change.file, kDocumentBytesMax);
+  const std::int64_t from = back ? change.after : change.before;
+  const auto is = [](std::int64_t hash, const std::string& text) { return hash == 0 || hash == hash_of(text); };
+  if (back ? change.removed : change.created) {
+    const std::string text = with_edits("", back ? change.back : change.edits).value_or("");
+    if (found != documents_.end()) return found->second.text == text ? Standing::kDone : Standing::kOther;
+    const bool may_come = there.problem.empty() && (!there.text || *there.text == text);
+    return may_come && place_of(change.file) ? Standing::kAsKnown : Standing::kOther;
+  }
+  if (found == documents_.end()) return (back ? change.created : change.removed) ? Standing::kDone : Standing::kOther;
+  const Document& document = found->second;
+  if (!is(from, document.text)) return Standing::kOther;
+  if (!(back ? change.created : change.removed))
+    return with_edits(document.text, back ? change.back : change.edits) ? Standing::kAsKnown : Standing::kOther;
+  const bool may_go = there.problem.empty() && (!there.text || *there.text == document.text ||
+                                                (document.saved_here && *there.text == document.saved));
+  return may_go ? Standing::kAsKnown : Standing::kOther;
+}
+
+Result<Workspace::Reverted> Workspace::revert(const Step& step, bool back) {
+  Reverted reverted;
+  std::vector<const FileChange*> doing;
   std::vector<DiskChange> on_disk;
+  // Everything is tried before any text is changed.
   for (const FileChange& change : step.changes) {
     const auto found = documents_.find(change.file);
-    if (back ? change.removed : change.created) {
-      const TextEdits& edits = back ? change.back : change.edits;
-      if (found == documents_.end()) on_disk.push_back({change.file, with_edits("", edits).value_or(""), std::nullopt});
+    if (found != documents_.end() && found->second.theirs) {
+      const auto waits = editable(change.file);
+      return tl::unexpected(waits.error());
+    }
+    switch (standing_of(change, back)) {
+      case Standing::kDone: reverted.files.push_back(change.file); continue;
+      case Standing::kOther: reverted.left.push_back(change.file); continue;
+      case Standing::kAsKnown: doing.push_back(&change);
+    }
+    if (back ? change.removed : change.created)
+      on_disk.push_back({change.file, with_edits("", back ? change.back : change.edits).value_or(""), std::nullopt});
+    else if (back ? change.created : change.removed)
+      on_disk.push_back({change.file, std::nullopt, look_at(folder_ / change.file, kDocumentBytesMax).text});
+  }
+  if (doing.empty() && reverted.files.empty()) return reverted;
+  if (auto changed = change_disk(on_disk); !changed) return tl::unexpected(changed.error());
+  for (const FileChange* const change : doing) {
+    reverted.files.push_back(change->file);
+    const TextEdits& edits = back ? change->back : change->edits;
+    if (back ? change->created : change->removed) {
+      documents_.erase(change->file);
       continue;
     }
-    const auto document = editable(change.file);
-    if (!document) return tl::unexpected(document.error());
-    const auto text = with_edits((*document)->text, back ? change.back : change.edits);
-    if (!text) return tl::unexpected(text.error());
-    if (back ? change.created : change.removed)
-      on_disk.push_back({change.file, std::nullopt, text_of(folder_ / change.file)});
-  }
-  if (auto changed = change_disk(on_disk); !changed) return tl::unexpected(changed.error());
-  std::vector<std::string> files;
-  for (const FileChange& change : step.changes) {
-    files.push_back(change.file);
-    const TextEdits& edits = back ? change.back : change.edits;
-    if (back ? change.removed : change.created) {
-      std::string text = with_edits("", edits).value_or("");
-      const auto [at, is_new] = documents_.try_emplace(change.file);
-      if (is_new) at->second.saved = text;
-      set_text(at->second, std::move(text));
-    } else if (back ? change.created : change.removed) {
-      documents_.erase(change.file);
-    } else {
-      Document& document = documents_[change.file];
-      set_text(document, *with_edits(document.text, edits));
+    const auto [at, is_new] = documents_.try_emplace(change->file);
+    std::string text = with_edits(at->second.text, edits).value_or("");
+    if (is_new) {
+      at->second.saved = text;
+      at->second.saved_here = true;
     }
+    set_text(at->second, std::move(text));
+  }
+  return reverted;
+}
+
+Result<Workspace::Reverted> Workspace::undo() {
+  if (auto may = may_edit(); !may) return tl::unexpected(may.error());
+  if (undo_.empty()) return fail("design.nothing-to-undo", "there is nothing to undo");
+  return take_back(true);
+}
+
+Result<Workspace::Reverted> Workspace::redo() {
+  if (auto may = may_edit(); !may) return tl::unexpected(may.error());
+  if (redo_.empty()) return fail("design.nothing-to-undo", "there is nothing to do again");
+  return take_back(false);
+}
+
+Result<Workspace::Reverted> Workspace::take_back(bool back) {
+  Step step = back ? undo_.back() : redo_.back();
+  auto reverted = revert(step, back);
+  if (!reverted) return reverted;
+  if (back) {
+    undo_.pop_back();
+    journaled_.undo = std::min(journaled_.undo, undo_.size());
+  } else {
+    redo_.pop_back();
+    journaled_.redo = std::min(journaled_.redo, redo_.size());
   }
   journal_due_ = true;
   may_join_ = false;
-  return files;
-}
-
-Result<std::vector<std::string>> Workspace::undo() {
-  if (undo_.empty()) return fail("design.nothing-to-undo", "there is nothing to undo");
-  auto files = revert(undo_.back(), true);
-  if (!files) return files;
-  redo_.push_back(std::move(undo_.back()));
-  undo_.pop_back();
-  return files;
-}
-
-Result<std::vector<std::string>> Workspace::redo() {
-  if (redo_.empty()) return fail("design.nothing-to-undo", "there is nothing to do again");
-  auto files = revert(redo_.back(), false);
-  if (!files) return files;
-  undo_.push_back(std::move(redo_.back()));
-  redo_.pop_back();
-  return files;
+  if (reverted->files.empty()) {
+    // Else what lies behind it could never be reached.
+    return fail("design.not-as-known",
+                fmt::format("\"{}\" cannot be {}: {} is not as it was then, and stays as it is. The step is forgotten; "
+                            "those behind it are not",
+                            step.name, back ? "undone" : "done again", fmt::join(reverted->left, ", ")));
+  }
+  if (back)
+    redo_.push_back(std::move(step));
+  else
+    undo_.push_back(std::move(step));
+  return reverted;
 }
 
 Result<void> Workspace::write(const std::string& file, const std::string& text) const {
   const auto place = place_of(file);
   if (!place) return tl::unexpected(place.error());
-  std::error_code error;
-  fs::create_directories(place->parent_path(), error);
-  constexpr mode_t kNewFile = 0644;
-  constexpr mode_t kPermissions = 07777;
-  struct stat before {};
-  const bool is_there = stat(place->c_str(), &before) == 0;
-  const mode_t mode = is_there ? before.st_mode & kPermissions : kNewFile;
-  // A file beside it could take its place all the same, against the will of who protected it.
-  if (is_there && ((mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0 || access(place->c_str(), W_OK) != 0))
-    return fail("file.read-only",
-                fmt::format("{} is read-only; what is edited is kept: make it writable (chmod u+w {}), and save again",
-                            file, file),
-                SourceSpan{file});
-  const fs::path beside = place->parent_path() / fmt::format(".{}.part", place->filename().string());
-  unlink(beside.c_str());  // what a machine that stopped has left
-  const int descriptor = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode);
-  if (descriptor < 0) return unwritable(file);
-  Temporary temporary(beside, descriptor);
-  if (fchmod(descriptor, mode) != 0 || !temporary.write(text) || !temporary.finish(*place)) return unwritable(file);
-  // The file is there; whether its name would survive a crash of the machine, a file system may not be able to say.
-  (void)synchronise_folder(place->parent_path());
-  return {};
+  const Document* const known = find(file);
+  const auto encoded = known != nullptr ? text::xml_encoded_as(known->begin, text) : std::nullopt;
+  return write_safely(*place, file, encoded ? *encoded : text);
 }
 
 Result<void> Workspace::save(const std::string& file) {
   const auto document = editable(file);
   if (!document) return tl::unexpected(document.error());
   if (!(*document)->is_dirty()) return {};
-  const auto there = text_of(folder_ / file);
-  if (there && *there != (*document)->saved) {
+  const auto there = look_at(folder_ / file, kDocumentBytesMax);
+  if (!there.problem.empty()) {
+    refresh({file});
+    return unreadable(file, there.problem);
+  }
+  if (there.text && *there.text != (*document)->saved) {
     refresh({file});
     return fail("design.conflict", file + " has changed on disk meanwhile; look at what came of it, and save again");
   }
   if (auto written = write(file, (*document)->text); !written) return written;
   (*document)->saved = (*document)->text;
-  journal_due_ = true;
+  (*document)->saved_here = true;
+  (*document)->due = journal_due_ = true;
   return {};
 }
 
 // True: the document is not as it was. What it did to the text is added to `step`.
 bool Workspace::take_from_disk(const std::string& file, Step& step) {
-  const auto there = text_of(folder_ / file);
+  const auto [there, begin, problem] = look_at(folder_ / file, kDocumentBytesMax);
   const auto found = documents_.find(file);
+  if (!problem.empty()) {
+    // What is edited stays, and so does what is there.
+    if (found == documents_.end() || found->second.unreadable == problem) return false;
+    found->second.unreadable = problem;
+    found->second.theirs.reset();
+    return true;
+  }
+  const bool was_unreadable = found != documents_.end() && !std::exchange(found->second.unreadable, {}).empty();
   if (!there) {
     if (found == documents_.end()) return false;
     // What is not saved stays, and comes back by saving it.
     if (found->second.is_dirty()) {
-      const bool news = !found->second.saved.empty() || found->second.theirs;
+      const bool news = was_unreadable || !found->second.saved.empty() || found->second.theirs;
       found->second.saved.clear();
+      found->second.due = true;
       found->second.theirs.reset();
       return news;
     }
-    const std::string text = found->second.text;
-    step.changes.push_back({file, {{0, text.size(), ""}}, {{0, 0, text}}, false, true});
+    step.changes.push_back(removal_of(file, found->second.text));
     documents_.erase(found);
     return true;
   }
@@ -490,15 +463,19 @@ bool Workspace::take_from_disk(const std::string& file, Step& step) {
     // No step: to undo it would be to delete what somebody else has made.
     if (documents_.size() >= kFilesMax) return false;
     documents_[file].text = documents_[file].saved = *there;
+    documents_[file].begin = begin;
     return true;
   }
   Document& document = found->second;
   if (*there == document.saved) {
     // Also where it was another text between: then nothing is to be chosen any more.
-    const bool news = document.theirs.has_value();
+    const bool news = was_unreadable || document.theirs.has_value();
     document.theirs.reset();
     return news;
   }
+  document.saved_here = false;
+  document.begin = begin;
+  document.due = true;
   if (*there == document.text) {
     document.saved = *there;
     document.theirs.reset();
@@ -513,7 +490,7 @@ bool Workspace::take_from_disk(const std::string& file, Step& step) {
   document.saved = *there;
   if (*merged != document.text) {
     const TextEdits edits = edits_between(document.text, *merged);
-    step.changes.push_back({file, edits, inverse(document.text, edits)});
+    step.changes.push_back(change_of(file, document.text, edits, *merged));
     set_text(document, std::move(*merged));
   }
   return true;
@@ -533,7 +510,9 @@ std::vector<std::string> Workspace::refresh(const std::vector<std::string>& path
     }
   }
   Step step;
-  std::erase_if(files, [&](const std::string& file) { return !place_of(file) || !take_from_disk(file, step); });
+  std::erase_if(files, [&](const std::string& file) {
+    return (!place_of(file) && !documents_.contains(file)) || !take_from_disk(file, step);
+  });
   take_step_from_disk(std::move(step));
   if (!files.empty()) journal_due_ = true;
   return {files.begin(), files.end()};
@@ -546,80 +525,30 @@ void Workspace::take_step_from_disk(Step step) {
 }
 
 Result<void> Workspace::resolve(const std::string& file, const std::string& text) {
+  if (auto may = may_edit(); !may) return may;
   const auto found = documents_.find(file);
   if (found == documents_.end()) return fail("design.no-such-file", file + " is no file of this project");
   Document& document = found->second;
+  if (!document.unreadable.empty()) {
+    if (text != document.text)
+      return fail("design.bad-edit", file + " on disk cannot be read; only what is edited here can be kept");
+    if (auto written = write(file, text); !written) return written;
+    document.unreadable.clear();
+    document.saved = text;
+    document.saved_here = true;
+    document.due = journal_due_ = true;
+    return {};
+  }
   if (!document.theirs) return fail("design.bad-edit", file + " has no conflict");
   document.saved = std::move(*document.theirs);
   document.theirs.reset();
-  journal_due_ = true;
+  document.due = journal_due_ = true;
   if (text == document.text) return {};
   const TextEdits edits = edits_between(document.text, text);
-  Step step{"resolve " + file, {{file, edits, inverse(document.text, edits)}}};
+  Step step{"resolve " + file, {change_of(file, document.text, edits, text)}};
   set_text(document, text);
   did(std::move(step), false);
   return {};
-}
-
-// ---- The journal ----
-
-void Workspace::keep_journal() {
-  if (!journal_due_) return;
-  journal_due_ = false;
-  List steps;
-  List undone;
-  std::map<std::string, bool> touched;
-  for (const Step& step : undo_) {
-    steps.push_back(to_value(step));
-    for (const FileChange& change : step.changes) touched[change.file] = true;
-  }
-  for (const Step& step : redo_) {
-    undone.push_back(to_value(step));
-    for (const FileChange& change : step.changes) touched[change.file] = true;
-  }
-  Map files;
-  for (const auto& [file, document] : documents_) {
-    if (!touched.contains(file) && !document.is_dirty()) continue;
-    Map kept{{"text", document.text}};
-    if (document.is_dirty()) kept.append("saved", document.saved);
-    files.append(file, std::move(kept));
-  }
-  const fs::path folder = folder_ / kJournalFolder;
-  std::error_code error;
-  fs::create_directory(folder, error);
-  // The folder is nobody's business but this machine's.
-  if (!fs::exists(folder / ".gitignore", error)) (void)text::write_file(folder / ".gitignore", "*\n");
-  (void)text::write_file(folder / kJournal, to_json(Value(Map{{"form", kJournalForm},
-                                                              {"files", std::move(files)},
-                                                              {"undo", std::move(steps)},
-                                                              {"redo", std::move(undone)}})));
-}
-
-void Workspace::read_journal() {
-  const auto source = text::read_file(folder_ / kJournalFolder / kJournal);
-  if (!source) return;
-  const auto journal = text::parse_json(*source);
-  if (!journal) return;
-  const Value* form = journal->find("form");
-  const Value* files = journal->find("files");
-  if (form == nullptr || form->as_int() == nullptr || *form->as_int() != kJournalForm || files == nullptr ||
-      files->as_map() == nullptr)
-    return;
-  for (const Value& step : list_of(*journal, "undo")) undo_.push_back(step_of(step));
-  for (const Value& step : list_of(*journal, "redo")) redo_.push_back(step_of(step));
-  // First as it was when the journal was written; what happened on disk since then comes as a step of its own.
-  std::map<std::string, std::string> on_disk;
-  for (const auto& [file, kept] : *files->as_map()) {
-    if (!place_of(file)) continue;
-    Document& document = documents_[file];
-    document.text = string_of(kept, "text");
-    document.saved = kept.find("saved") != nullptr ? string_of(kept, "saved") : document.text;
-  }
-  Step step;
-  std::vector<std::string> known;
-  for (const auto& [file, document] : documents_) known.push_back(file);
-  for (const std::string& file : known) (void)take_from_disk(file, step);
-  take_step_from_disk(std::move(step));
 }
 
 }  // namespace sentree::design

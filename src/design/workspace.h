@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +23,9 @@ inline constexpr std::size_t kFilesMax = 2'000;
 inline constexpr std::size_t kDocumentBytesMax = std::size_t{4} << 20U;
 /// Steps that can be undone; older ones are forgotten.
 inline constexpr std::size_t kStepsMax = 500;
+inline constexpr std::size_t kStepsBytesMax = std::size_t{16} << 20U;
+/// The journal. More is not written, which is told; steps take a part of it, texts that are not saved the rest.
+inline constexpr std::size_t kJournalBytesMax = std::size_t{256} << 20U;
 /// Earlier texts of a file that a late edit may still be based on.
 inline constexpr std::size_t kVersionsMax = 32;
 /// Folders inside each other that are looked into.
@@ -33,9 +38,17 @@ struct Document {
   std::uint64_t version = 1;  ///< Of `text`; grows with each change.
   /// What somebody else has written, where it cannot be joined with what is edited here: one of both must be chosen.
   std::optional<std::string> theirs;
+  /// Why what is on disk by now cannot be edited ("it is no UTF-8"); empty: it can. `text` and `saved` are as before;
+  /// it is written over only by `resolve`.
+  std::string unreadable;
+  std::string begin;        ///< Of a file in another encoding than UTF-8: its first bytes; it is saved in that again.
+  bool due = true;          ///< The journal has it otherwise.
+  bool saved_here = false;  ///< `saved` was written by the workspace, so its steps have it.
   std::deque<std::pair<std::uint64_t, std::string>> earlier;  ///< Versions before, newest last.
 
   [[nodiscard]] bool is_dirty() const { return text != saved; }
+  /// One of what is edited and what is on disk must be chosen before it can be saved.
+  [[nodiscard]] bool has_conflict() const { return theirs.has_value() || !unreadable.empty(); }
 };
 
 /// What one step did to one file.
@@ -45,19 +58,25 @@ struct FileChange {
   TextEdits back;        ///< What undoes them.
   bool created = false;  ///< The file came with it; `edits` are of an empty text.
   bool removed = false;  ///< The file went with it; `back` is of an empty text.
+  /// Hashes of the texts between which it lies; 0: not known.
+  std::int64_t before = 0;
+  std::int64_t after = 0;
 };
 
 /// What is undone at once.
 struct Step {
   std::string name;  ///< "move GoToKitchen under Recharge".
   std::vector<FileChange> changes;
+
+  [[nodiscard]] std::size_t bytes() const;
 };
 
 /// The texts of a project while they are edited, with one stack of undo over all files. Texts are UTF-8; a byte order
 /// mark, kinds of line ends, and whether the last line has one stay as they are.
 ///
 /// Files that come and go do so on disk at once; what is edited waits for `save`. Undoing restores identical bytes.
-/// The stack and what is not saved are kept in `.sentree/journal` of the folder, and found there again.
+/// The stack and what is not saved are kept in `.sentree/journal` of the folder, and found there again. One workspace
+/// at a time edits a folder, as long as it lives or its process does; others follow what is on disk.
 class Workspace {
  public:
   /// The texts of a folder: sentree.yaml, trees, charts, requirements, scenarios, worlds, interfaces. Left out are what
@@ -86,31 +105,51 @@ class Workspace {
     std::string text;
   };
   /// Several files become `texts` in one step; those that are not there are made, on disk too: all of them or none.
-  /// Errors: those of `edit`; design.outside (a path that leads out of the folder), file.unwritable.
+  /// Errors: those of `edit`; design.outside (a path that leads out of the folder), design.there-already (on disk is
+  /// something that is no text of the project), file.unwritable.
   Result<void> put(const std::vector<NewText>& texts, const std::string& name);
-  /// Deletes a file, on disk too. Errors: design.no-such-file, file.unwritable.
+  /// Deletes a file, on disk too. Errors: those of `save`.
   Result<void> remove(const std::string& file);
 
-  /// The files that it changed: all of the step, or none where one fails.
-  /// Errors: design.nothing-to-undo, file.unwritable, those of `edit`.
-  Result<std::vector<std::string>> undo();
-  Result<std::vector<std::string>> redo();
+  /// Of a step that was undone, or done again.
+  struct Reverted {
+    std::vector<std::string> files;  ///< That it changed.
+    /// That somebody else has changed so that the step is not of them: they stay as they are, in the folder too.
+    std::vector<std::string> left;
+  };
+  /// All of the step but what is `left`, or nothing where a file cannot be written. No file is deleted or written over
+  /// whose bytes the steps do not have.
+  /// Errors: design.nothing-to-undo, design.unresolved, file.unwritable; design.not-as-known: all of it is left, and
+  /// the step is forgotten.
+  Result<Reverted> undo();
+  Result<Reverted> redo();
 
   /// Writes a text so that whoever reads, or a machine that stops, finds the old or the new one: beside the file, with
   /// its mode, synchronised, renamed. Errors: design.no-such-file, design.unresolved, design.conflict (it was changed
-  /// on disk meanwhile, and is joined or waits to be resolved now), file.unwritable.
+  /// on disk meanwhile, and is joined or waits to be resolved now), design.unreadable (what is there is no text, and
+  /// stays), file.unwritable.
   Result<void> save(const std::string& file);
 
   /// Looks at files, or at all of folders ("": the whole project), on disk: what is new there is joined with what is
   /// edited here, as one step ("mission.xml changed on disk"), or waits in `theirs`. The files that are not as they
   /// were.
   std::vector<std::string> refresh(const std::vector<std::string>& paths);
-  /// Ends a conflict with this text; saving writes it over the file. Errors: design.no-such-file, design.bad-edit
-  /// (there is no conflict).
+  /// Ends a conflict with this text; saving writes it over the file. Over what cannot be read, the text that is edited
+  /// is written at once. Errors: design.no-such-file, design.bad-edit (there is no conflict), file.unwritable.
   Result<void> resolve(const std::string& file, const std::string& text);
 
-  /// Writes the journal, if anything has changed since. Failing costs only what a restart would find.
+  /// Writes what has changed since to the journal. Failing costs only what a restart would find.
+  /// Cost: of the changes; now and then of all that is kept.
   void keep_journal();
+  /// Why the journal could not be written; empty: it was.
+  [[nodiscard]] const std::string& journal_problem() const { return journal_problem_; }
+
+  /// Who edits the folder in place of this workspace, whose edits are refused then (design.held); empty: this one does.
+  [[nodiscard]] const std::string& held_by() const { return held_by_; }
+  /// True: the other has ended, and this one edits with what it has left.
+  bool take_over();
+  /// Where others are told to edit.
+  void tell_address(const std::string& address);
 
  private:
   explicit Workspace(std::filesystem::path folder) : folder_(std::move(folder)) {}
@@ -124,11 +163,17 @@ class Workspace {
     std::optional<std::string> before;
   };
   Result<void> change_disk(const std::vector<DiskChange>& changes) const;
-  Result<std::vector<std::string>> revert(const Step& step, bool back);
+  enum class Standing { kAsKnown, kDone, kOther };
+  [[nodiscard]] Standing standing_of(const FileChange& change, bool back) const;
+  Result<Reverted> revert(const Step& step, bool back);
+  Result<Reverted> take_back(bool back);
   bool take_from_disk(const std::string& file, Step& step);
   void take_step_from_disk(Step step);
   Result<void> write(const std::string& file, const std::string& text) const;
   Result<std::filesystem::path> place_of(const std::string& file) const;
+  [[nodiscard]] Result<void> may_edit() const;
+  void begin_journal();
+  bool take_lock();
   void read_journal();
 
   std::filesystem::path folder_;  // canonical
@@ -136,6 +181,20 @@ class Workspace {
   std::deque<Step> undo_;
   std::vector<Step> redo_;
   bool journal_due_ = false;
+  /// What the journal has, so that only what is other is appended.
+  struct Journaled {
+    bool whole = true;        // it is to be written anew
+    std::size_t dropped = 0;  // steps since that are forgotten
+    std::size_t undo = 0;     // first steps of the stacks that it has
+    std::size_t redo = 0;
+    std::set<std::string> files;
+    std::size_t size = 0;      // when it was written anew
+    std::size_t appended = 0;  // since
+  };
+  Journaled journaled_;
+  std::string journal_problem_;
+  std::shared_ptr<const int> lock_;
+  std::string held_by_;
   bool may_join_ = true;  ///< False: the last step was undone since, and what is typed now is another.
 };
 

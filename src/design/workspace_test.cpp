@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <random>
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
@@ -75,36 +77,124 @@ TEST_F(WorkspaceTest, UndoesOverFilesToIdenticalBytes) {
 
 TEST_F(WorkspaceTest, DoesAllOfAStepOrNothing) {
   Workspace workspace = open();
-  // What nobody can write over, nor take away as a file.
-  const auto in_the_way = [&](const std::string& file) { fs::create_directory(folder_.path() / file); };
-  const std::vector<Workspace::NewText> parts{{"mission.xml", "<root/>"}, {"a.scxml", "<a/>"}, {"b.scxml", "<b/>"}};
-  in_the_way("b.scxml");
-  EXPECT_EQ(workspace.put(parts, "add").error().code, "file.unwritable");
+  const std::vector<Workspace::NewText> parts{{"mission.xml", "<root/>"}, {"a.scxml", "<a/>"}, {"in/b.scxml", "<b/>"}};
+  // Nobody can make a file in what is no folder.
+  write("in", "");
+  const auto refused = workspace.put(parts, "add");
+  EXPECT_EQ(refused.error().code, "file.unwritable");
+  EXPECT_THAT(refused.error().message, testing::StartsWith("in/b.scxml cannot be written: "));
   EXPECT_EQ(read("a.scxml"), "(none)");
   EXPECT_EQ(workspace.find("a.scxml"), nullptr);
   EXPECT_FALSE(workspace.find("mission.xml")->is_dirty());
   EXPECT_TRUE(workspace.undo_steps().empty());
 
-  fs::remove(folder_.path() / "b.scxml");
+  fs::remove(folder_.path() / "in");
   ASSERT_TRUE(workspace.put(parts, "add"));
-  fs::remove(folder_.path() / "b.scxml");
-  in_the_way("b.scxml");
-  EXPECT_EQ(workspace.undo().error().code, "file.unwritable");
-  EXPECT_EQ(read("a.scxml"), "<a/>");
-  EXPECT_NE(workspace.find("a.scxml"), nullptr);
-  EXPECT_EQ(workspace.find("mission.xml")->text, "<root/>");
-
-  fs::remove(folder_.path() / "b.scxml");
   ASSERT_TRUE(workspace.undo());
-  EXPECT_EQ(read("a.scxml"), "(none)");
-  in_the_way("b.scxml");
+  EXPECT_EQ(read("a.scxml") + read("in/b.scxml"), "(none)(none)");
+  fs::remove(folder_.path() / "in");
+  write("in", "");
   EXPECT_EQ(workspace.redo().error().code, "file.unwritable");
   EXPECT_EQ(read("a.scxml"), "(none)");
   EXPECT_FALSE(workspace.find("mission.xml")->is_dirty());
 
-  fs::remove(folder_.path() / "b.scxml");
+  fs::remove(folder_.path() / "in");
   ASSERT_TRUE(workspace.redo());
-  EXPECT_EQ(read("a.scxml") + read("b.scxml"), "<a/><b/>");
+  EXPECT_EQ(read("a.scxml") + read("in/b.scxml"), "<a/><b/>");
+}
+
+TEST_F(WorkspaceTest, UndoLeavesWhatItsStepDoesNotKnow) {
+  Workspace workspace = open();
+  // What is no text stands in a new file's way, and in the way of one that is undone.
+  write("b.scxml", "caf\xE9");
+  EXPECT_EQ(workspace.put({{"b.scxml", "<b/>"}}, "add").error().code, "design.there-already");
+  fs::remove(folder_.path() / "b.scxml");
+  ASSERT_TRUE(workspace.put({{"mission.xml", "<root/>"}, {"a.scxml", "<a/>"}, {"b.scxml", "<b/>"}}, "add"));
+  fs::remove(folder_.path() / "b.scxml");
+  fs::create_directory(folder_.path() / "b.scxml");
+  const auto undone = workspace.undo();
+  ASSERT_TRUE(undone) << undone.error().message;
+  EXPECT_THAT(undone->files, ElementsAre("mission.xml", "a.scxml"));
+  EXPECT_THAT(undone->left, ElementsAre("b.scxml"));
+  EXPECT_EQ(read("a.scxml"), "(none)");
+  EXPECT_TRUE(fs::is_directory(folder_.path() / "b.scxml"));
+  EXPECT_FALSE(workspace.find("mission.xml")->is_dirty());
+
+  // What we have written ourselves may go: the steps have it.
+  ASSERT_TRUE(workspace.put({{"c.scxml", "<c/>"}}, "add"));
+  replace(workspace, "c.scxml", "<c/>", "<cc/>");
+  ASSERT_TRUE(workspace.save("c.scxml"));
+  ASSERT_TRUE(workspace.undo());
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(read("c.scxml"), "(none)");
+  ASSERT_TRUE(workspace.redo());
+  ASSERT_TRUE(workspace.redo());
+  EXPECT_EQ(workspace.find("c.scxml")->text, "<cc/>");
+}
+
+// Another branch is checked out, and the one before again; then another editor goes on with a file that came back.
+TEST_F(WorkspaceTest, DoingAgainNeverTakesAwayWhatCameBackAsAnother) {
+  write("skills/A.scxml", "<scxml/>\n");
+  write("more.yaml", "a: 1\n");
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<c/>", "<first/>");
+  fs::remove(folder_.path() / "skills/A.scxml");
+  write("more.yaml", "a: 2\n");
+  workspace.refresh({"skills/A.scxml", "more.yaml"});
+  write("skills/A.scxml", "<scxml/>\n");
+  write("more.yaml", "a: 1\n");
+  workspace.refresh({"skills/A.scxml", "more.yaml"});
+  const std::string theirs = "<scxml/>\n<!-- another's work -->\n";
+  write("skills/A.scxml", theirs);
+  workspace.refresh({"skills/A.scxml"});
+  ASSERT_EQ(workspace.undo_steps().size(), 4U);
+  while (!workspace.undo_steps().empty()) ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(read("skills/A.scxml"), theirs);
+  // The step is done as far as it is known.
+  ASSERT_TRUE(workspace.redo());
+  const auto again = workspace.redo();
+  ASSERT_TRUE(again);
+  EXPECT_THAT(again->left, ElementsAre("skills/A.scxml"));
+  EXPECT_EQ(workspace.find("more.yaml")->text, "a: 2\n");
+  EXPECT_EQ(read("skills/A.scxml"), theirs);
+  while (!workspace.redo_steps().empty()) ASSERT_TRUE(workspace.redo());
+  EXPECT_EQ(workspace.find("skills/A.scxml")->text, theirs);
+
+  // A step of which nothing is as it was does not stand before those behind it.
+  fs::remove(folder_.path() / "more.yaml");
+  workspace.refresh({"more.yaml"});
+  write("more.yaml", "another: 1\n");
+  workspace.refresh({"more.yaml"});
+  const auto refused = workspace.undo();
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, "design.not-as-known");
+  EXPECT_THAT(refused.error().message, testing::HasSubstr("\"more.yaml deleted on disk\" cannot be undone"));
+  EXPECT_EQ(workspace.find("more.yaml")->text, "another: 1\n");
+  ASSERT_TRUE(workspace.undo());
+}
+
+TEST_F(WorkspaceTest, AFileStaysInItsEncoding) {
+  const std::string latin = "<?xml version='1.0' encoding='ISO-8859-1'?>\r\n<root>\r\n  <a b='caf\xE9'/>\r\n</root>";
+  write("mission.xml", latin);
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<a ", "<A ");
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  std::string wanted = latin;
+  wanted.replace(wanted.find("<a "), 3, "<A ");
+  const auto bytes = [&] {
+    std::ifstream file(folder_.path() / "mission.xml", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  EXPECT_EQ(bytes(), wanted);
+  // What that encoding does not have is saved in UTF-8; undone, the bytes are those that were.
+  replace(workspace, "mission.xml", "<A ", "<\xE2\x82\xAC ");
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  EXPECT_THAT(bytes(), testing::HasSubstr("encoding='UTF-8'"));
+  EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre());
+  ASSERT_TRUE(workspace.undo());
+  ASSERT_TRUE(workspace.undo());
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  EXPECT_EQ(bytes(), latin);
 }
 
 TEST_F(WorkspaceTest, WhatOneTypesIsOneStep) {
@@ -216,6 +306,56 @@ TEST_F(WorkspaceTest, AConflictIsOverWhenTheDiskIsAsItWas) {
   EXPECT_EQ(read("mission.xml"), mine);
 }
 
+TEST_F(WorkspaceTest, WhatBecomesNoTextIsNeitherGoneNorWrittenOver) {
+  const std::string before = read("mission.xml");
+  const fs::path path = folder_.path() / "mission.xml";
+  const auto make = [&](const std::string& what) {
+    fs::remove_all(path);
+    if (what == "no UTF-8") write("mission.xml", "<root>caf\xE9</root>\n");
+    if (what == "larger") write("mission.xml", std::string(kDocumentBytesMax + 1, 'x'));
+    if (what == "no regular file") {
+      EXPECT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    }
+    if (what == "folder") fs::create_directory(path);
+    if (what == "link") fs::create_symlink(folder_.path() / "sentree.yaml", path);
+  };
+  for (const std::string what : {"no UTF-8", "larger", "no regular file", "folder", "link"}) {
+    SCOPED_TRACE(what);
+    make("");
+    write("mission.xml", before);
+    fs::remove_all(folder_.path() / ".sentree");
+    Workspace workspace = open();
+    make(what);
+    const auto type = fs::symlink_status(path).type();
+    EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre("mission.xml"));
+    EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre());
+    ASSERT_NE(workspace.find("mission.xml"), nullptr);
+    EXPECT_THAT(workspace.find("mission.xml")->unreadable, testing::HasSubstr(what));
+    EXPECT_TRUE(workspace.undo_steps().empty());
+    // Edited on, undone, saved, deleted: what is there stays.
+    replace(workspace, "mission.xml", "<a/>", "<mine/>");
+    ASSERT_TRUE(workspace.undo());
+    ASSERT_TRUE(workspace.redo());
+    EXPECT_EQ(workspace.save("mission.xml").error().code, "design.unreadable");
+    EXPECT_EQ(workspace.remove("mission.xml").error().code, "design.unreadable");
+    EXPECT_EQ(fs::symlink_status(path).type(), type);
+    // Mended there, what was edited is still to be saved.
+    make("");
+    write("mission.xml", before);
+    EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre("mission.xml"));
+    EXPECT_EQ(workspace.find("mission.xml")->unreadable, "");
+    ASSERT_TRUE(workspace.save("mission.xml"));
+    EXPECT_THAT(read("mission.xml"), testing::HasSubstr("<mine/>"));
+  }
+  Workspace workspace = open();
+  make("no UTF-8");
+  workspace.refresh({"mission.xml"});
+  const std::string mine = workspace.find("mission.xml")->text;
+  ASSERT_TRUE(workspace.resolve("mission.xml", mine));
+  EXPECT_EQ(read("mission.xml"), mine);
+  EXPECT_FALSE(workspace.find("mission.xml")->has_conflict());
+}
+
 TEST_F(WorkspaceTest, AFileThatIsProtectedStaysAsItIs) {
   const std::string before = read("mission.xml");
   ::chmod((folder_.path() / "mission.xml").c_str(), 0444);
@@ -250,6 +390,124 @@ TEST_F(WorkspaceTest, FindsAgainWhatWasNotSaved) {
   ASSERT_TRUE(workspace.undo());
   ASSERT_TRUE(workspace.undo());
   EXPECT_EQ(workspace.find("mission.xml")->text, read("mission.xml"));
+}
+
+TEST_F(WorkspaceTest, OneAtATimeEditsAFolder) {
+  std::string edited;
+  Workspace second = [&] {
+    Workspace first = open();
+    first.tell_address("http://127.0.0.1:1234");
+    replace(first, "mission.xml", "<a/>", "<A/>");
+    edited = first.find("mission.xml")->text;
+    first.keep_journal();
+    Workspace other = open();
+    EXPECT_THAT(other.held_by(), testing::HasSubstr("http://127.0.0.1:1234"));
+    const auto refused = other.edit("sentree.yaml", 1, {{0, 0, "# "}}, "type");
+    EXPECT_EQ(refused.error().code, "design.held");
+    EXPECT_THAT(refused.error().message, testing::HasSubstr("http://127.0.0.1:1234"));
+    EXPECT_EQ(other.put({{"a.scxml", ""}}, "add").error().code, "design.held");
+    EXPECT_EQ(other.remove("mission.xml").error().code, "design.held");
+    EXPECT_EQ(other.undo().error().code, "design.held");
+    // It shows what is saved, and keeps nothing.
+    write("sentree.yaml", "changed: true\n");
+    EXPECT_THAT(other.refresh({"sentree.yaml"}), ElementsAre("sentree.yaml"));
+    other.keep_journal();
+    EXPECT_FALSE(other.take_over());
+    return other;
+  }();
+  ASSERT_TRUE(second.take_over());
+  EXPECT_EQ(second.held_by(), "");
+  EXPECT_EQ(second.find("mission.xml")->text, edited);
+  EXPECT_EQ(second.find("sentree.yaml")->text, "changed: true\n");
+  ASSERT_TRUE(second.undo());
+  EXPECT_FALSE(second.find("mission.xml")->is_dirty());
+}
+
+TEST_F(WorkspaceTest, TheJournalSaysWhatWasWhateverIsDone) {
+  const auto seed = static_cast<unsigned>(std::chrono::system_clock::now().time_since_epoch().count());
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  const auto draw = [&](unsigned bound) { return random() % bound; };
+  std::optional<Workspace> workspace(open());
+  for (int i = 0; i < 400; ++i) {
+    std::vector<std::string> files;
+    for (const auto& [name, document] : workspace->documents()) files.push_back(name);
+    const std::string& file = files[draw(static_cast<unsigned>(files.size()))];
+    const Document& document = *workspace->find(file);
+    switch (draw(8)) {
+      case 0: (void)workspace->undo(); break;
+      case 1: (void)workspace->redo(); break;
+      case 2: (void)workspace->save(file); break;
+      case 3: (void)workspace->put({{"s" + std::to_string(draw(5)) + ".scxml", std::to_string(i)}}, "add"); break;
+      case 4:
+        if (file != "sentree.yaml") (void)workspace->remove(file);
+        break;
+      default: {
+        const std::size_t at = draw(static_cast<unsigned>(document.text.size() + 1));
+        (void)workspace->edit(file, document.version, {{at, at, std::to_string(i)}}, "type", draw(2) == 0);
+      }
+    }
+    workspace->keep_journal();
+    ASSERT_EQ(workspace->journal_problem(), "");
+    if (draw(20) != 0) continue;
+    std::map<std::string, std::pair<std::string, std::string>> texts;
+    for (const auto& [name, known] : workspace->documents()) texts[name] = {known.text, known.saved};
+    const auto names = [&] {
+      std::vector<std::string> all;
+      for (const Step& step : workspace->undo_steps()) all.push_back(step.name);
+      all.emplace_back("|");
+      for (const Step& step : workspace->redo_steps()) all.push_back(step.name);
+      return all;
+    };
+    const auto before = names();
+    workspace.reset();
+    // A program that was killed while it wrote.
+    if (draw(2) == 0) std::ofstream(folder_.path() / ".sentree/journal", std::ios::app) << "{\"files\":{\"mis";
+    workspace.emplace(open());
+    EXPECT_EQ(names(), before) << i;
+    for (const auto& [name, known] : workspace->documents())
+      EXPECT_EQ(texts[name], std::make_pair(known.text, known.saved)) << name << " " << i;
+    EXPECT_EQ(texts.size(), workspace->documents().size());
+  }
+}
+
+TEST_F(WorkspaceTest, TheJournalIsBoundedAndOnlyAppendedTo) {
+  constexpr std::size_t kLarge = std::size_t{3} << 20U;
+  const fs::path journal = folder_.path() / ".sentree/journal";
+  Workspace workspace = open();
+  replace(workspace, "sentree.yaml", "mission", "precious");
+  for (int i = 0; i < 8; ++i) {
+    const Document& document = *workspace.find("mission.xml");
+    const std::string text(kLarge, static_cast<char>('a' + i));
+    ASSERT_TRUE(workspace.edit("mission.xml", document.version, {{0, document.text.size(), text}}, "paste"));
+    workspace.keep_journal();
+  }
+  EXPECT_LT(workspace.undo_steps().size(), 5U);
+  EXPECT_LT(fs::file_size(journal), 4 * kStepsBytesMax);
+  const auto before = fs::file_size(journal);
+  replace(workspace, "sentree.yaml", "precious", "more precious");
+  workspace.keep_journal();
+  EXPECT_LT(fs::file_size(journal), before + 1000);
+  EXPECT_GT(fs::file_size(journal), before);
+  const std::string text = workspace.find("mission.xml")->text;
+  { const Workspace ended = std::move(workspace); }
+  workspace = open();
+  EXPECT_EQ(workspace.find("mission.xml")->text, text);
+  EXPECT_THAT(workspace.find("sentree.yaml")->text, testing::StartsWith("more precious"));
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_THAT(workspace.find("sentree.yaml")->text, testing::StartsWith("precious"));
+}
+
+TEST_F(WorkspaceTest, AJournalThatCannotBeWrittenIsTold) {
+  Workspace workspace = open();
+  fs::create_directory(folder_.path() / ".sentree/journal");
+  replace(workspace, "mission.xml", "<a/>", "<A/>");
+  workspace.keep_journal();
+  EXPECT_THAT(workspace.journal_problem(), testing::HasSubstr("cannot be written"));
+  fs::remove(folder_.path() / ".sentree/journal");
+  workspace.keep_journal();
+  EXPECT_EQ(workspace.journal_problem(), "");
+  EXPECT_THAT(read(".sentree/journal"), testing::HasSubstr("<A/>"));
 }
 
 TEST_F(WorkspaceTest, ADamagedJournalCostsNothing) {

@@ -78,6 +78,12 @@ namespace {
 
 Value number(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 
+// Without what lets one steer.
+std::string address_of(const Server& server) {
+  const std::string url = server.url();
+  return url.substr(0, url.find('#'));
+}
+
 // Where the element that a gesture is about stands afterwards.
 std::size_t place_after(const design::TextEdits& edits) {
   std::size_t best = 0;
@@ -133,7 +139,7 @@ Value Workshop::Impl::summary() const {
                         {"kind", kind_of_file(file, document.text)},
                         {"version", number(document.version)},
                         {"dirty", document.is_dirty()},
-                        {"conflict", document.theirs.has_value()},
+                        {"conflict", document.has_conflict()},
                         {"errors", counts[file].first},
                         {"warnings", counts[file].second}});
   }
@@ -167,6 +173,8 @@ Value Workshop::Impl::summary() const {
              {"scenario", scenario},
              {"scenarios", std::move(names)},
              {"runs", runs()},
+             {"held_by", workspace.held_by()},
+             {"journal", workspace.journal_problem()},
              {"reached_by_all", all != nullptr && all_of == revision},
              {"shadow", Map{{"ready", shadow != nullptr},
                             {"current", shadow != nullptr && shadow_of == revision},
@@ -212,6 +220,12 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   const std::lock_guard lock(mutex);
   const std::string file = asked.text("file");
   if (!server) return fail("studio.request", "not yet: the project is being opened");
+  if (workspace.take_over()) {
+    workspace.tell_address(address_of(*server));
+    std::vector<std::string> texts;
+    for (const auto& [name, document] : workspace.documents()) texts.push_back(name);
+    changed(texts);
+  }
   if (op == "design") {
     Value value = summary();
     value.as_map()->erase("type");
@@ -248,24 +262,28 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return help_with(file, asked.count("byte"), op == "design_complete");
   if (op == "design_reached") return asked.flag("verification") ? verified() : reached(asked.flag("all"));
   if (op == "design_undo" || op == "design_redo") {
-    auto files = op == "design_undo" ? workspace.undo() : workspace.redo();
-    if (!files) return tl::unexpected(files.error());
-    changed(*files);
-    List list;
-    for (const std::string& name : *files) list.emplace_back(name);
-    return Value(Map{{"files", std::move(list)}});
+    const auto reverted = op == "design_undo" ? workspace.undo() : workspace.redo();
+    if (!reverted) {
+      changed({});
+      return tl::unexpected(reverted.error());
+    }
+    changed(reverted->files);
+    const auto listed = [](const std::vector<std::string>& files) { return List(files.begin(), files.end()); };
+    return Value(Map{{"files", listed(reverted->files)}, {"left", listed(reverted->left)}});
   }
   if (op == "design_save") return save(asked);
   if (op == "design_resolve") {
     const design::Document* document = workspace.find(file);
-    if (document == nullptr || !document->theirs) return fail("design.bad-edit", file + " has no conflict");
-    const std::string text = asked.text("keep") == "theirs" ? *document->theirs : document->text;
+    if (document == nullptr || !document->has_conflict()) return fail("design.bad-edit", file + " has no conflict");
+    const std::string text = asked.text("keep") == "theirs" ? document->theirs.value_or(std::string()) : document->text;
     if (auto resolved = workspace.resolve(file, text); !resolved) return tl::unexpected(resolved.error());
     changed({file});
     return Value(Map());
   }
   if (op == "design_add") return add(asked);
   if (op == "design_init") {
+    if (!workspace.held_by().empty())
+      return fail("design.held", workspace.held_by() + " edits this project; begin it there");
     if (auto begun = design::begin_project(folder); !begun) return tl::unexpected(begun.error());
     changed(workspace.refresh({""}));
     return Value(Map());
@@ -433,7 +451,7 @@ Result<Value> Workshop::Impl::save(const AskedEdit& asked) {
     files.push_back(asked.text("file"));
   } else {
     for (const auto& [file, document] : workspace.documents()) {
-      if (document.is_dirty() && !document.theirs) files.push_back(file);
+      if (document.is_dirty() && !document.has_conflict()) files.push_back(file);
     }
   }
   for (const std::string& file : files) {
@@ -454,6 +472,10 @@ Result<Value> Workshop::Impl::save(const AskedEdit& asked) {
 Workshop::Workshop(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Workshop::~Workshop() = default;
 const Server& Workshop::server() const { return *impl_->server; }
+std::string Workshop::held_by() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->workspace.held_by();
+}
 
 Result<std::unique_ptr<Workshop>> Workshop::start(const fs::path& folder, ServerOptions options,
                                                   std::function<std::string(const runtime::MonitorReport&)> story) {
@@ -491,6 +513,7 @@ Result<std::unique_ptr<Workshop>> Workshop::start(const fs::path& folder, Server
     // A page may be there already.
     const std::lock_guard lock(impl->mutex);
     impl->server = std::move(*server);
+    impl->workspace.tell_address(address_of(*impl->server));
   }
   sigset_t all, before;
   sigfillset(&all);

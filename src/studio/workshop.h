@@ -30,6 +30,8 @@ class Workshop {
   Workshop& operator=(const Workshop&) = delete;
 
   [[nodiscard]] const Server& server() const;
+  /// Who else edits the project, so that it is only shown here; empty: nobody.
+  [[nodiscard]] std::string held_by() const;
 
  private:
   struct Impl;

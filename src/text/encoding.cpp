@@ -83,24 +83,109 @@ std::string declared_as_utf8(std::string source) {
   return source;
 }
 
+enum class Form { kUtf8, kLittle, kBig, kWindows, kLatin, kNamedWrongly };
+struct Encoding {
+  Form form = Form::kUtf8;
+  std::size_t mark = 0;  // bytes before the text
+};
+
+constexpr std::size_t kBegin = 1024;
+
+Encoding encoding_of(std::string_view source) {
+  // UTF-32 begins with the same octets, and two more zeros.
+  if (source.starts_with("\xFF\xFE\0\0"sv)) return {};
+  if (source.starts_with("\xFF\xFE")) return {Form::kLittle, 2};
+  if (source.starts_with("\xFE\xFF")) return {Form::kBig, 2};
+  if (source.starts_with("<\0?\0"sv)) return {Form::kLittle};
+  if (source.starts_with("\0<\0?"sv)) return {Form::kBig};
+  const auto name = declared(source.substr(0, kBegin));
+  if (!name) return {};
+  std::string lower(*name);
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+  if (lower == "utf-16") return {Form::kNamedWrongly};
+  if (lower == "windows-1252" || lower == "cp1252") return {Form::kWindows};
+  if (lower == "iso-8859-1" || lower == "latin1" || lower == "latin-1") return {Form::kLatin};
+  return {};
+}
+
+std::string decoded(std::string_view source, const Encoding& encoding) {
+  source.remove_prefix(encoding.mark);
+  switch (encoding.form) {
+    case Form::kLittle:
+    case Form::kBig: return from_utf16(source, encoding.form == Form::kBig);
+    case Form::kWindows:
+    case Form::kLatin: return from_single_bytes(source, encoding.form == Form::kWindows);
+    case Form::kUtf8:
+    case Form::kNamedWrongly: break;
+  }
+  return std::string(source);
+}
+
+// Of valid UTF-8.
+std::uint32_t next_character(std::string_view text, std::size_t& at) {
+  const auto first = static_cast<unsigned char>(text[at++]);
+  if (first < 0x80) return first;
+  const int more = first >= 0xF0 ? 3 : first >= 0xE0 ? 2 : 1;
+  std::uint32_t character = first & (0x3FU >> static_cast<unsigned>(more));
+  for (int i = 0; i < more && at < text.size(); ++i)
+    character = character << 6U | (static_cast<unsigned char>(text[at++]) & 0x3FU);
+  return character;
+}
+
+void append_unit(std::string& out, std::uint32_t unit, bool is_big) {
+  const char high = static_cast<char>(unit >> 8U);
+  const char low = static_cast<char>(unit & 0xFFU);
+  out += is_big ? high : low;
+  out += is_big ? low : high;
+}
+
+bool append_as(std::string& out, std::uint32_t character, Form form) {
+  if (form == Form::kLittle || form == Form::kBig) {
+    if (character < 0x10000) {
+      append_unit(out, character, form == Form::kBig);
+    } else {
+      append_unit(out, 0xD800 + ((character - 0x10000) >> 10U), form == Form::kBig);
+      append_unit(out, 0xDC00 + ((character - 0x10000) & 0x3FFU), form == Form::kBig);
+    }
+    return true;
+  }
+  if (form == Form::kWindows) {
+    const auto* const found = std::find(kWindows1252.begin(), kWindows1252.end(), character);
+    if (found != kWindows1252.end()) character = 0x80 + static_cast<std::uint32_t>(found - kWindows1252.begin());
+  }
+  if (character > 0xFF) return false;
+  out += static_cast<char>(character);
+  return true;
+}
+
 }  // namespace
 
 std::optional<std::string> xml_as_utf8(std::string_view source) {
-  // UTF-32 begins with the same octets, and two more zeros.
-  if (source.starts_with("\xFF\xFE\0\0"sv)) return std::nullopt;
-  if (source.starts_with("\xFF\xFE")) return declared_as_utf8(from_utf16(source.substr(2), false));
-  if (source.starts_with("\xFE\xFF")) return declared_as_utf8(from_utf16(source.substr(2), true));
-  if (source.starts_with("<\0?\0"sv)) return declared_as_utf8(from_utf16(source, false));
-  if (source.starts_with("\0<\0?"sv)) return declared_as_utf8(from_utf16(source, true));
-  const auto name = declared(source.substr(0, 1024));
-  if (!name) return std::nullopt;
-  std::string lower(*name);
-  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-  if (lower == "utf-16") return declared_as_utf8(std::string(source));
-  const bool is_windows = lower == "windows-1252" || lower == "cp1252";
-  if (is_windows || lower == "iso-8859-1" || lower == "latin1" || lower == "latin-1")
-    return declared_as_utf8(from_single_bytes(source, is_windows));
-  return std::nullopt;
+  const Encoding encoding = encoding_of(source);
+  if (encoding.form == Form::kUtf8) return std::nullopt;
+  return declared_as_utf8(decoded(source, encoding));
+}
+
+std::optional<std::string> xml_encoded_as(std::string_view begin, std::string_view text) {
+  const Encoding encoding = encoding_of(begin);
+  if (encoding.form == Form::kUtf8) return std::nullopt;
+  const std::string before = decoded(begin.substr(0, kBegin), encoding);
+  std::string named(text);
+  if (const auto name = declared(text)) {
+    const auto as = declared(before);
+    if (!as || *name != "UTF-8") return std::nullopt;
+    named.replace(static_cast<std::size_t>(name->data() - text.data()), name->size(), *as);
+  }
+  std::string out(begin.substr(0, encoding.mark));
+  if (encoding.form == Form::kNamedWrongly) {
+    out += named;
+  } else {
+    for (std::size_t at = 0; at < named.size();) {
+      if (!append_as(out, next_character(named, at), encoding.form)) return std::nullopt;
+    }
+  }
+  if (xml_as_utf8(out) != text) return std::nullopt;
+  return out;
 }
 
 }  // namespace sentree::text

@@ -13,4 +13,9 @@ namespace sentree::text {
 /// Source: XML 1.0, appendix F; WHATWG Encoding, index windows-1252.
 [[nodiscard]] std::optional<std::string> xml_as_utf8(std::string_view source);
 
+/// The other way: bytes of which `xml_as_utf8` makes `text`, in the encoding of the document that begins with `begin`
+/// (its first kilobyte is enough). Nothing: that was in UTF-8, `text` declares another encoding, or has what it cannot
+/// hold.
+[[nodiscard]] std::optional<std::string> xml_encoded_as(std::string_view begin, std::string_view text);
+
 }  // namespace sentree::text

@@ -60,6 +60,28 @@ TEST(Encoding, HalfAPairIsRefusedByTheReaderOfXml) {
   EXPECT_FALSE(XmlDocument::parse(*text, "a.xml").has_value());
 }
 
+TEST(Encoding, WhatWasReadIsWrittenAsItWas) {
+  for (const std::string& source :
+       {std::string("<?xml version='1.0' encoding='ISO-8859-1'?>\r\n<a b='caf\xE9'/>"),
+        std::string("<?xml version=\"1.0\" encoding=\"Windows-1252\"?><a b='\x80\xE9\x81'/>"),
+        utf16(u"\uFEFF" + kDocument, false), utf16(u"\uFEFF" + kDocument, true), utf16(kDocument, false),
+        std::string("<?xml version='1.0' encoding='UTF-16'?><a/>")}) {
+    const auto text = xml_as_utf8(source);
+    ASSERT_TRUE(text);
+    EXPECT_EQ(xml_encoded_as(source, *text), source);
+    std::string edited = *text;
+    edited.insert(edited.find("/>"), " c=''");
+    const auto written = xml_encoded_as(source.substr(0, 1024), edited);
+    ASSERT_TRUE(written) << edited;
+    EXPECT_EQ(xml_as_utf8(*written), edited);
+    EXPECT_LE(written->size(), source.size() + 10);
+  }
+  const std::string latin = "<?xml version='1.0' encoding='latin1'?><a/>";
+  EXPECT_EQ(xml_encoded_as(latin, "<?xml version='1.0' encoding='UTF-8'?><a b='\xE2\x82\xAC'/>"), std::nullopt);
+  EXPECT_EQ(xml_encoded_as(latin, "<?xml version='1.0' encoding='ascii'?><a/>"), std::nullopt);
+  EXPECT_EQ(xml_encoded_as("<a/>", "<a b=''/>"), std::nullopt);
+}
+
 TEST(Encoding, FilesAreReadSo) {
   const TemporaryFolder folder("encoding");
   const auto path = folder.path() / "a.xml";

@@ -491,8 +491,11 @@ Result<std::string> without(std::string_view source, const YamlPath& path, const
   return editor.remove(path);
 }
 
-Result<std::string> with_entry(std::string_view source, std::string_view section, std::string_view entry,
-                               const std::string& file) {
+namespace {
+
+// With LF, and one at the end.
+Result<std::string> with_entry_line(std::string_view source, std::string_view section, std::string_view entry,
+                                    const std::string& file) {
   const auto root = parse_yaml(source, file);
   if (!root) return tl::unexpected(root.error());
   std::vector<std::string> lines = lines_of(source);
@@ -532,6 +535,25 @@ Result<std::string> with_entry(std::string_view source, std::string_view section
   while (!says_something(lines[next - 1])) --next;
   lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(next), indent + std::string(entry) + "\n");
   return joined();
+}
+
+}  // namespace
+
+Result<std::string> with_entry(std::string_view source, std::string_view section, std::string_view entry,
+                               const std::string& file) {
+  auto text = with_entry_line(source, section, entry, file);
+  if (!text) return text;
+  // As the lines that are there end.
+  if (const std::size_t first = source.find('\n');
+      first != std::string_view::npos && first > 0 && source[first - 1] == '\r') {
+    for (std::size_t at = text->find('\n'); at != std::string::npos; at = text->find('\n', at + 1)) {
+      if (at == 0 || (*text)[at - 1] != '\r') text->insert(at++, 1, '\r');
+    }
+  }
+  if (!source.empty() && source.back() != '\n') {
+    while (!text->empty() && (text->back() == '\n' || text->back() == '\r')) text->pop_back();
+  }
+  return text;
 }
 
 }  // namespace sentree::text

@@ -21,7 +21,7 @@ TEST(YamlEdit, AddsAtTheEndOfASection) {
   EXPECT_EQ(added("monitors:\n- a\n- {x: 1,\n   y: 2}\n", "monitors", "- b"),
             "monitors:\n- a\n- {x: 1,\n   y: 2}\n- b\n");
   EXPECT_EQ(added("services:\n  battery: {at: sim}", "services", "arm: {at: sim}"),
-            "services:\n  battery: {at: sim}\n  arm: {at: sim}\n");
+            "services:\n  battery: {at: sim}\n  arm: {at: sim}");
 }
 
 TEST(YamlEdit, MakesASectionThatIsMissingOrEmpty) {
@@ -30,6 +30,12 @@ TEST(YamlEdit, MakesASectionThatIsMissingOrEmpty) {
             "monitors: # none yet\n  - b\nworld: w\n");
   EXPECT_EQ(added("monitors:\n", "monitors", "- b"), "monitors:\n  - b\n");
   EXPECT_EQ(added("", "monitors", "- b"), "\nmonitors:\n  - b\n");
+}
+
+TEST(YamlEdit, AnEntryEndsAsTheLinesThatAreThere) {
+  EXPECT_EQ(added("world: w\r\nmonitors:\r\n  - a", "monitors", "- b"), "world: w\r\nmonitors:\r\n  - a\r\n  - b");
+  EXPECT_EQ(added("world: w\r\n", "monitors", "- b"), "world: w\r\n\r\nmonitors:\r\n  - b\r\n");
+  EXPECT_EQ(added("monitors:\n  - a", "monitors", "- b"), "monitors:\n  - a\n  - b");
 }
 
 TEST(YamlEdit, RefusesWhatItCannotAddTo) {

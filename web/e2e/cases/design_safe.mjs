@@ -61,8 +61,22 @@ test("no page edits without the token, none reaches out of the project", async (
     await assert.rejects(operate(page, "design_edit", { file, base: 1, cause: "x", edits: [] }), /no file of this project/);
   }
   await assert.rejects(operate(page, "design_add", { kind: "skill", name: "../../x" }), /is no name/);
+  // One program at a time edits a project.
+  const second = await serve_design(folder, ["--at", "127.0.0.1:0"]);
+  const shown = await open_design(second.url);
+  await shown.page.getByTestId("standing").getByText(new URL(program.url).host).waitFor();
+  const { version } = await operate(page, "design_read", { file: "mission.xml" });
+  const edit = { file: "mission.xml", base: version, cause: "x", edits: [{ from: 0, to: 0, text: "<!--first-->" }] };
+  await assert.rejects(operate(shown.page, "design_edit", edit), /edits this project/);
+  await operate(page, "design_edit", edit);
   await close();
   await program.stop();
+  // With what the first has left.
+  assert.match((await operate(shown.page, "design_read", { file: "mission.xml" })).text, /^<!--first-->/);
+  await shown.page.getByTestId("standing").waitFor({ state: "detached" });
+  await operate(shown.page, "design_undo", {});
+  await shown.close();
+  await second.stop();
 
   const open = await serve_design(folder, ["--at", "0.0.0.0:0", "--insecure"]);
   const with_token = new URL(open.url);

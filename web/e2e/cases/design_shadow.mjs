@@ -61,6 +61,7 @@ for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`a m
   await until(async () => (await page.getByTestId("difference").count()) === 0, "it is undone");
   await page.locator('[data-monitor-chip="recharge"]').getByRole("button").click();
   await until(async () => (await page.getByTestId("design-clock").innerText()).includes("53.1"), "the violation is on show");
+  await page.getByTestId("happened").getByText("recharge is violated at 0:53.1").waitFor();
 
   // What does not load is not run.
   await page.locator('[data-file="mission.xml"]').click();

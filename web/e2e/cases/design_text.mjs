@@ -1,7 +1,7 @@
 // A project's text and its pictures keep in step, whoever writes: the page, another editor, or undo.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
-import { readFileSync } from "node:fs";
+import { appendFileSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
@@ -109,6 +109,22 @@ test("what another editor writes is shown; where both wrote, both are kept until
   await page.getByTestId("save").click();
   await until(() => readFileSync(file, "utf8").includes('name="DriveToStation"'), "it is saved");
   assert.ok(!readFileSync(file, "utf8").includes("RollToStation"));
+
+  // What is no text any more is neither gone nor written over.
+  const mended = readFileSync(file);
+  appendFileSync(file, "<!-- caf\xe9 -->\n", "latin1");
+  await page.getByTestId("conflict").getByText("it is no UTF-8").waitFor();
+  assert.equal(await node(page, "DriveToStation").count(), 1);
+  await page.keyboard.press("Control+z");
+  await node(page, "AtTheKitchen").waitFor();
+  await page.keyboard.press("Control+s");
+  await page.getByTestId("refused").getByText("not saved: mission.xml").waitFor();
+  assert.ok(readFileSync(file, "latin1").includes("caf\xe9"));
+  await page.keyboard.press("Control+Shift+Z");
+  await node(page, "AtKitchen").waitFor();
+  await page.getByRole("button", { name: "Write this text over it" }).click();
+  await until(async () => (await page.getByTestId("conflict").count()) === 0, "it was chosen");
+  assert.deepEqual(readFileSync(file), mended);
   await close();
   await program.stop();
 });

@@ -49,6 +49,38 @@ test("impossible drops say why while one drags, and change nothing", async () =>
   assert.ok(framed.x <= box.x && framed.x + framed.width >= box.x + box.width, "the node that takes it is framed");
   await page.keyboard.press("Escape");
   await page.mouse.up();
+
+  // What is dropped has the next keys; after it is deleted, the node beside it.
+  const focused = () => page.evaluate(() => document.activeElement?.dataset.testid);
+  const chosen = () => page.locator("[data-testid=design-tree] [aria-selected=true]").getAttribute("data-name");
+  await drag(page, await middle(page.locator('[data-palette="AlwaysSuccess"]')), { x: recharge.box.x + recharge.box.width + 12, y: recharge.y });
+  await page.mouse.up();
+  await node(page, "AlwaysSuccess").waitFor();
+  assert.equal(await focused(), "design-tree");
+  await page.keyboard.press("Delete");
+  await until(async () => (await node(page, "AlwaysSuccess").count()) === 0, "it is deleted");
+  await until(async () => ["Recharge", "EnergyOk"].includes(await chosen()), "the node beside it is chosen");
+  // By key, and by the right button.
+  await node(page, "Recharge").click();
+  await page.locator(".design-palette [role=group]").focus();
+  await page.keyboard.press("ArrowDown");
+  await page.keyboard.press("Enter");
+  await until(async () => (await undo_name(page)).endsWith("to Recharge"), "it is below the chosen node");
+  assert.equal(await focused(), "design-tree");
+  await page.keyboard.press("Control+z");
+  await until(async () => (await undo_name(page)).startsWith("delete"), "it is undone");
+  await node(page, "Recharge").click({ button: "right" });
+  await page.getByRole("menuitem", { name: "Rename Recharge" }).click();
+  await until(() => page.evaluate(() => document.activeElement?.id === "design-name" && document.activeElement.selectionStart === 0 && document.activeElement.selectionEnd > 0), "the name is selected");
+  await page.keyboard.press("Escape");
+  while ((await undo_name(page)) !== "") {
+    const before_undo = await undo_name(page);
+    await page.getByTestId("undo").click();
+    await until(async () => (await undo_name(page)) !== before_undo, "undone");
+  }
+  await page.keyboard.press("Control+z");
+  await page.getByText("there is nothing to undo").waitFor();
+  assert.equal(await page.getByTestId("refused").count(), 0);
   await close();
   await program.stop();
 });

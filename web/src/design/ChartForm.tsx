@@ -4,7 +4,7 @@ import type { EditedChart, EditedState, EditedTransition, StateKind } from "../p
 import { useStudio } from "../store/store";
 import { Actions } from "./Actions";
 import { condition_words, event_words, transition_text } from "./chart_words";
-import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, focus_field, gesture, useDesign } from "./design";
+import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, focus_field, focus_picture, gesture, useDesign } from "./design";
 import { Options, TextField } from "./TextField";
 
 export const kStateKinds: readonly { kind: StateKind; name: string }[] = [
@@ -51,7 +51,11 @@ function StatePart({ chart, state }: { chart: EditedChart; state: EditedState })
   const { id, kind } = state;
   const states = chart.states.filter((one) => one.id !== "" && one.id !== id);
   const leads_out = kind !== "final" && !is_history(kind);
-  const rename = (name: string) => void gesture({ what: "rename_state", state: id, id: name }).then((done) => done && choose_state(name));
+  const rename = (name: string) => void gesture({ what: "rename_state", state: id, id: name }).then((done) => {
+      if (!done) return;
+      choose_state(name);
+      focus_picture();
+    });
   return (
     <>
       <h2 className="inspector-title">{id}</h2>
@@ -183,6 +187,7 @@ function NewTransition({ chart, source }: { chart: EditedChart; source: string }
       if (!done) return;
       set_event("");
       set_condition("");
+      focus_picture();
     });
   };
   return (
@@ -214,6 +219,7 @@ function NewState({ state }: { state: EditedState | null }) {
       if (!done) return;
       choose_state(fresh);
       set_fresh("");
+      focus_picture();
     });
   };
   return (

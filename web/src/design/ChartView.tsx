@@ -11,8 +11,9 @@ import { curve } from "../panels/mission/TreePicture";
 import type { EditedChart, Rect } from "../protocol/types";
 import { request } from "../store/store";
 import { ChartMenu } from "./ChartMenu";
+import { part_lines } from "./chart_places";
 import { transition_text } from "./chart_words";
-import { add_fresh_state, choose_state, choose_transition, chosen_transition, doc_of, focus_field, gesture, go_to, obstacle, refusal, useDesign } from "./design";
+import { add_fresh_state, choose_state, choose_transition, chosen_transition, doc_of, findings_of, focus_field, gesture, go_to, obstacle, refusal, useDesign } from "./design";
 import { line_start } from "./places";
 import { payload_of, play_chart, useSimulation } from "./simulate";
 import { in_turn } from "./turns";
@@ -172,7 +173,11 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   }, [edge_key, view]);
 
   const nests = useMemo(() => composites(layout), [layout]);
-  const lines = useMemo(() => new Set((summary?.findings ?? []).filter((found) => found.file === file && found.severity === "error").map(({ line }) => line)), [summary, file]);
+  const places = useDesign((state) => doc_of(state)?.places ?? null);
+  const lines = useMemo(() => {
+    const errors = findings_of(summary, file).filter(({ severity }) => severity === "error");
+    return new Set(places ? part_lines(chart, places.shown, errors.map(({ from }) => places.at(from))) : []);
+  }, [summary, file, chart, places]);
   const active = useMemo(() => new Set(played?.active ?? []), [played]);
   const taken = useMemo(() => new Set(played?.taken ?? []), [played]);
   const enabled = useMemo(() => new Map((played?.enabled ?? []).map(({ transition, event }) => [transition, event] as const)), [played]);

@@ -12,7 +12,7 @@ import { useEffect, useRef } from "react";
 
 import { request } from "../store/store";
 import { choose_at, doc_of, findings_of, fix, redo, save_all, session_of, undo, useCaret, useDesign, type Doc } from "./design";
-import { splice_between } from "./places";
+import { splices_between } from "./joining";
 
 /** A change that the program made: it is not told to it again. */
 const kFromProgram = Annotation.define<boolean>();
@@ -162,8 +162,8 @@ export default function CodeEditor({ file }: { file: string }) {
     view.current = made;
     made.scrollDOM.tabIndex = 0;
     session.show = (text) => {
-      const splice = splice_between(made.state.doc.toString(), text);
-      if (splice) made.dispatch({ changes: { from: splice.from, to: splice.to, insert: splice.text }, annotations: kFromProgram.of(true) });
+      const changes = splices_between(made.state.doc.toString(), text).map(({ from, to, text: insert }) => ({ from, to, insert }));
+      if (changes.length > 0) made.dispatch({ changes, annotations: kFromProgram.of(true) });
     };
     const marks = () => mark(made, file);
     const stop_marks = useDesign.subscribe((state, before) => {

@@ -27,7 +27,7 @@ import { RequirementBlocks } from "./RequirementBlocks";
 import { set_share, useShares } from "./shares";
 import { simulate, useSimulation } from "./simulate";
 import { SimulatePanel } from "./SimulatePanel";
-import { Problems, ShadowStrip, useTimeline } from "./Strip";
+import { Happened, Problems, ShadowStrip, useTimeline } from "./Strip";
 import { useRoom } from "./use_room";
 
 const CodeEditor = lazy(() => import("./CodeEditor"));
@@ -125,6 +125,8 @@ function Bench() {
       <div className="design-middle">
         <DesignBar />
         <Refused />
+        <Standing />
+        <Happened />
         <Conflict />
         {empty ? <Nothing /> : <Views picture={picture} ask={set_asked} />}
         {below !== null && <div className={`below-frame ${below}`}>{below === "problems" ? <Problems /> : <ReachedBelow />}</div>}
@@ -251,9 +253,25 @@ function Refused() {
   );
 }
 
+/** What stands in the way of all edits, or of keeping them. */
+function Standing() {
+  const held_by = useDesign((state) => state.summary?.held_by ?? "");
+  const journal = useDesign((state) => state.summary?.journal ?? "");
+  if (held_by === "" && journal === "") return null;
+  return (
+    <div className="conflict" role="alert" data-testid="standing">
+      <p>
+        <Icon name="warning" />
+        {held_by !== "" ? `${held_by} edits this project: here it is only shown. Once that program has ended, what is done here next takes over what it has left.` : `What is not saved would be lost if the program ended now: its journal in .sentree ${journal}. Save, or make room; the next edit tries again.`}
+      </p>
+    </div>
+  );
+}
+
 /** Two changes of the same lines: one of them must be chosen. */
 function Conflict() {
   const doc = useDesign(doc_of);
+  if (doc && doc.unreadable !== "") return <Unreadable doc={doc} />;
   if (!doc || doc.theirs === null) return null;
   return (
     <div className="conflict" role="alert" data-testid="conflict">
@@ -285,6 +303,21 @@ function Conflict() {
   );
 }
 
+/** What another has put in the file's place is no text; it stays until one says otherwise. */
+function Unreadable({ doc: { file, unreadable } }: { doc: Doc }) {
+  return (
+    <div className="conflict" role="alert" data-testid="conflict">
+      <p>
+        <Icon name="warning" />
+        <strong>{file} on disk cannot be read:</strong> {unreadable}. It stays as it is there, and the text stays here: mend it on disk, or
+        <button className="button small" onClick={() => void resolve(file, "mine")}>
+          Write this text over it
+        </button>
+      </p>
+    </div>
+  );
+}
+
 /** The lines that the other text does not have, with two around them. */
 function Differing({ text, other }: { text: string; other: string }) {
   const lines = text.split("\n");
@@ -310,7 +343,7 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const room = useRoom(frame, doc !== null);
   const size = tree?.layout.size ?? doc?.shown_chart?.layout.size ?? null;
   const stacked = narrow || (size !== null && room !== null && larger_stacked(size, room));
-  if (!doc) return <p className="empty">Choose a file.</p>;
+  if (!doc) return <Gone />;
   // Not before it is known how much room there is: it is laid out once.
   const drawn = !has_picture_of(doc) || room === null ? null : tree ? (
     <Picture key={doc.file} tree={tree} handle={picture} ask={ask} />
@@ -360,6 +393,15 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   );
 }
 
+function Gone() {
+  const gone = useDesign((state) => state.gone);
+  return (
+    <p className="empty" role="status" data-testid="gone">
+      {gone === null ? "Choose a file." : `${gone} is not there any more: somebody has deleted or moved it. It is shown again when it is back; Undo brings it back.`}
+    </p>
+  );
+}
+
 /** Whether a file is shown as anything else than its text. */
 function has_picture_of(doc: Doc): boolean {
   return doc.shown_trees !== null || doc.shown_chart !== null || doc.shown_requirements !== null || ["world", "scenario", "project"].includes(doc.kind);
@@ -392,21 +434,38 @@ function PaletteList({ picture }: { picture: React.RefObject<PictureHandle | nul
     <li
       key={id}
       className={`palette-row${subtree ? " subtree" : ""}`}
-      title={title || `Drag ${id} into the tree`}
+      title={title || `Drag ${id} into the tree; double click, or Enter, puts it below the chosen node`}
       data-palette={id}
+      onDoubleClick={() => picture.current?.add(id, subtree)}
+      onKeyDown={(event) => {
+        if (event.key !== "Enter") return;
+        event.preventDefault();
+        event.stopPropagation();
+        picture.current?.add(id, subtree);
+      }}
       onPointerDown={(event) => {
         if (event.button !== 0) return;
         event.preventDefault();
+        event.currentTarget.querySelector("span")?.focus({ preventScroll: true });
         picture.current?.drag({ id, subtree }, event);
       }}
     >
-      <span className="ellipsis">{id}</span>
+      <span className="ellipsis" role="button" tabIndex={-1}>
+        {id}
+      </span>
     </li>
   );
+  const next_row = (event: React.KeyboardEvent<HTMLElement>) => {
+    if (event.key !== "ArrowDown" && event.key !== "ArrowUp") return;
+    const rows = [...event.currentTarget.querySelectorAll<HTMLElement>(".palette-row > span")];
+    const at = rows.findIndex((one) => one === document.activeElement) + (event.key === "ArrowDown" ? 1 : -1);
+    rows[Math.max(0, Math.min(at, rows.length - 1))]?.focus();
+    event.preventDefault();
+  };
   return (
     <section className="design-palette" aria-label="Palette">
       <input className="field" type="search" aria-label="Find in the palette" placeholder="Find a node" value={text} onChange={(event) => set_text(event.target.value)} />
-      <div className="scroll" tabIndex={0} role="group" aria-label="Nodes">
+      <div className="scroll" tabIndex={0} role="group" aria-label="Nodes; arrows choose one" onKeyDown={next_row}>
         {kSections.map(({ title, of }) => {
           const nodes = palette.filter((node) => of(node) && matches(text, node.id));
           if (nodes.length === 0) return null;

@@ -10,9 +10,10 @@ import { Minimap } from "../picture/Minimap";
 import { usePictureView } from "../picture/use_picture_view";
 import { to_picture } from "../picture/viewport";
 import { useCommand } from "../widgets/commands";
+import { Menu } from "../widgets/Menu";
 import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
-import { choose, doc_of, findings_at, findings_of, gesture, node_now, obstacle, refusal, tree_of, useDesign, version_now } from "./design";
+import { choose, doc_of, findings_at, findings_of, focus_field, gesture, node_now, obstacle, refusal, tree_of, useDesign, version_now } from "./design";
 import { kAnswers, play_tree, useSimulation } from "./simulate";
 import { near, slot_words, type SlotPlace } from "./slots";
 import { statuses_of, useRunStatuses } from "./run_statuses";
@@ -24,6 +25,8 @@ export type Dragged = { node: OutlineNode } | { id: string; subtree: boolean; na
 export interface PictureHandle {
   /** Follows the pointer with something new, until it is dropped. */
   drag(what: Dragged, event: { clientX: number; clientY: number }): void;
+  /** Below the chosen node as its last child, or after it where it takes none. */
+  add(id: string, subtree: boolean): void;
   fit(): void;
   focus(): void;
 }
@@ -63,6 +66,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   const summary = useDesign((state) => state.summary);
   const file = useDesign((state) => state.file);
   const [drag, set_drag] = useState<Drag | null>(null);
+  const [menu, set_menu] = useState<{ x: number; y: number } | null>(null);
   const findings = useMemo(() => findings_of(summary, file), [summary, file]);
 
   // What each node said in the last tick of a simulation.
@@ -135,7 +139,11 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         const slot = slot_under(dropped);
         const now = "node" in what ? node_now(what.node) : null;
         if (slot && "node" in what && !now) useDesign.setState({ refused: `${what.node.name || what.node.id} is not there any more` });
-        else if (slot) void gesture(gesture_for(now ? { node: now } : what, slot, dropped.altKey));
+        else if (slot) {
+          // The next keys are of what was dropped.
+          svg.current?.focus({ preventScroll: true });
+          void gesture(gesture_for(now ? { node: now } : what, slot, dropped.altKey));
+        }
       },
       end: () => set_drag(null),
     });
@@ -148,7 +156,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     svg.current?.focus({ preventScroll: true });
     begin({ node }, event, false);
   };
-  useImperativeHandle(handle, () => ({ drag: (what, event) => begin(what, event, true), fit: () => view.fit(), focus: () => svg.current?.focus() }));
+  useImperativeHandle(handle, () => ({ drag: (what, event) => begin(what, event, true), add: (id, subtree) => add(id, subtree), fit: () => view.fit(), focus: () => svg.current?.focus() }));
 
   // ---- keys ----
   const node_of = (element: number | null) => tree.nodes.find((node) => node.element === element) ?? null;
@@ -179,6 +187,24 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     const inside = !node || (count < node.children_max && node.element !== now.element);
     const slot = !node ? { parent: tree.element, index: 0 } : inside || node.parent < 0 ? { parent: node.element, index: count } : { ...slot_of(node), index: slot_of(node).index + 1 };
     void gesture({ what: "move", node: now.element, parent: slot.parent, index: slot.index, ...(kept.cut ? {} : { copy: true }) }).then((done) => done && kept.cut && keep(null));
+  };
+  const add = (id: string, subtree: boolean) => {
+    const node = node_of(chosen);
+    const count = node ? children_of(tree.nodes.indexOf(node)).length : 0;
+    const below = node !== null && (node.parent < 0 || (node.children_max > count && node.children_max > 0));
+    const slot = !node ? { parent: tree.nodes[0]?.element ?? tree.element, index: tree.nodes.length > 0 ? children_of(0).length : 0 } : below ? { parent: node.element, index: count } : { ...slot_of(node), index: slot_of(node).index + 1 };
+    svg.current?.focus({ preventScroll: true });
+    void gesture(gesture_for({ id, subtree }, slot, false));
+  };
+  /** Then the nodes around it can be reached by key. */
+  const remove = (node: OutlineNode) => {
+    const siblings = children_of(node.parent);
+    const at = siblings.indexOf(node);
+    const near_it = siblings[at + 1] ?? siblings[at - 1] ?? tree.nodes[node.parent] ?? null;
+    void gesture({ what: "delete", node: node.element }).then((done) => {
+      const now = done && near_it && node_now(near_it);
+      if (now) choose(now);
+    });
   };
   const duplicate = (node: OutlineNode) => {
     if (node.parent < 0) return useDesign.setState({ refused: "the root has no siblings" });
@@ -227,12 +253,16 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     } else if (event.key === "Escape") choose(null);
     else if (!node) {
       if (!view.key(event, true)) return;
-    } else if (event.key === "Delete" || event.key === "Backspace") void gesture({ what: "delete", node: node.element });
+    } else if (event.key === "Delete" || event.key === "Backspace") remove(node);
     else if (event.key === "w" || event.key === "W") ask_at(node, `Wrap ${node.name || node.id} in`, (id) => void gesture({ what: "wrap", node: (node_now(node) ?? node).element, id }), false);
     else if (event.key === "u" || event.key === "U") void gesture({ what: "unwrap", node: node.element });
     else if (event.key === "e" || event.key === "E") void extract(node);
     else if (event.key === "d" || event.key === "D") duplicate(node);
-    else if (event.key === "F2") document.getElementById("design-name")?.focus();
+    else if (event.key === "F2") focus_field("design-name");
+    else if (event.key === "m" || event.key === "M" || event.key === "ContextMenu") {
+      const box = svg.current?.querySelector(`[data-element="${node.element}"]`)?.getBoundingClientRect();
+      set_menu({ x: box?.left ?? 0, y: box?.bottom ?? 0 });
+    }
     else if (!view.key(event, false)) return;
     event.preventDefault();
     event.stopPropagation();
@@ -271,6 +301,13 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         onDoubleClick={(event) => {
           if (event.target === svg.current) view.fit();
         }}
+        onContextMenu={(event) => {
+          event.preventDefault();
+          const at = event.target instanceof Element ? event.target.closest("[data-element]")?.getAttribute("data-element") : null;
+          choose(at ? node_of(Number(at)) : null);
+          svg.current?.focus({ preventScroll: true });
+          set_menu(at ? { x: event.clientX, y: event.clientY } : null);
+        }}
       >
         <g ref={group}>
           <Links layout={tree.layout} />
@@ -283,6 +320,16 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         </g>
       </svg>
       <Minimap view={view} box={box} rects={tree.layout.nodes} />
+      {menu && chosen_node && (
+        <Menu
+          {...menu}
+          close={() => set_menu(null)}
+          label={called}
+          head={<strong>{called}</strong>}
+          // Once the menu has given the focus back.
+          entries={kNodeCommands.map(({ title, keys, key: name, held }) => ({ label: title.replace("NODE", called), hint: keys, why_not: why_dim, run: () => setTimeout(() => press_key(name, held)) }))}
+        />
+      )}
       {drag && (
         <div className={`drag-label${drag.why_not ? " refused" : ""}`} style={{ left: drag.x + 14, top: drag.y + 12 }} role="status" data-testid="drag-label">
           {"node" in drag.what ? drag.what.node.name || drag.what.node.id : drag.what.id}

@@ -1,11 +1,12 @@
 import { clock_text } from "../draw/format";
 import { go_to_violation } from "../panels/violation/violations";
 import { MenuButton } from "../picture/PictureTools";
+import type { Violation } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
 import { Icon } from "../widgets/Icon";
 import { useWindow } from "../widgets/layout";
-import { choose_scenario, fix, open_file, useDesign, kNoFindings, kNoNames } from "./design";
+import { choose_part_at, choose_scenario, fix, open_file, show_node, tree_of, useDesign, kNoFindings, kNoNames } from "./design";
 import { show_recording, useMode } from "./mode";
 
 const kSigns: Record<string, string> = { violated: "✗", satisfied: "✓", undecided: "·" };
@@ -99,6 +100,39 @@ function TimelineSwitch() {
   );
 }
 
+/** The moment, and in the tree the leaf that was at work; what happened is said. */
+async function show_violation(violation: Violation): Promise<void> {
+  go_to_violation(violation);
+  useMode.setState({ happened: violation.monitor });
+  const { index, selection } = useStudio.getState();
+  const leaf = index?.model.tree.nodes.find(({ id }) => id === selection.node);
+  // Who looks at another file stays there.
+  if (leaf && tree_of(useDesign.getState())) await show_node(leaf.type, leaf.name);
+}
+
+/** What happened, of the violation that one has asked for. */
+export function Happened() {
+  const happened = useMode((state) => state.happened);
+  const known = useStudio(({ violations }) => violations.find(({ monitor }) => monitor === happened));
+  if (!known) return null;
+  return (
+    <div className="conflict" role="status" data-testid="happened">
+      <p>
+        <Icon name="warning" />
+        <span>
+          <strong>{known.monitor}</strong> is violated at {clock_text(known.time)}. {known.story}
+        </span>
+        <button className="button small" onClick={() => useMode.setState({ mode: "run" })}>
+          All panels at that moment
+        </button>
+        <button className="icon-button small" aria-label="Put away what happened" title="Put away" onClick={() => useMode.setState({ happened: null })}>
+          <Icon name="close" />
+        </button>
+      </p>
+    </div>
+  );
+}
+
 function Verdicts() {
   const monitors = useStudio((studio) => studio.state?.monitors);
   const time = useStudio((studio) => studio.state?.time ?? 0);
@@ -116,7 +150,7 @@ function Verdicts() {
         return (
           <li key={name} className="verdict" data-verdict={verdict} data-monitor-chip={name}>
             {violation ? (
-              <button className={`badge ${verdict}`} title={`${name} is violated at ${clock_text(violation.time)}: go there`} onClick={() => go_to_violation(violation)}>
+              <button className={`badge ${verdict}`} title={`${name} is violated at ${clock_text(violation.time)}: go there`} onClick={() => void show_violation(violation)}>
                 {text}
                 {verdict !== "violated" && " ›"}
               </button>
@@ -140,7 +174,7 @@ export function Problems() {
     <ul className="problems scroll" aria-label="Problems">
       {findings.map((finding, i) => (
         <li key={i} className={finding.severity}>
-          <button className="problem" onClick={() => finding.file !== "" && void open_file(finding.file, finding.from)}>
+          <button className="problem" onClick={() => finding.file !== "" && void open_file(finding.file, finding.from).then(() => choose_part_at(finding.from))}>
             <span className="sign" aria-label={finding.severity}>{finding.severity === "error" ? "✗" : "!"}</span>
             <span className="mono muted">
               {finding.file}:{finding.line}

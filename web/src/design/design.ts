@@ -1,9 +1,12 @@
 import { create } from "zustand";
 
+import { LostError } from "../protocol/client";
 import type { Design, DesignDocument, DesignPast, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
 import { useEdit } from "../store/edit";
 import { note, on_design, request, type DesignMessage } from "../store/store";
-import { take_runs, useMode } from "./mode";
+import { part_lines } from "./chart_places";
+import { is_in, joined } from "./joining";
+import { take_summary, useMode } from "./mode";
 import { Places, splice_between } from "./places";
 import { under_way_with } from "./turns";
 
@@ -49,6 +52,8 @@ export interface DesignState {
   timeline: boolean | null;
   /** What the project's texts are compared with, while they are. */
   comparing: string | null;
+  /** The file that was open, while it is not there. */
+  gone: string | null;
 }
 
 const kLookStored = "sentree.design.look";
@@ -73,6 +78,7 @@ export const useDesign = create<DesignState>()(() => ({
   below: null,
   timeline: null,
   comparing: null,
+  gone: null,
 }));
 
 useDesign.subscribe(({ file }, before) => {
@@ -139,6 +145,8 @@ function receive(message: DesignMessage): void {
       const { type: _, ...summary } = message;
       const before = useDesign.getState().summary;
       useDesign.setState({ summary });
+      const { gone } = useDesign.getState();
+      if (gone !== null && summary.files.some(({ file }) => file === gone)) void open_file(gone);
       if (summary.checked && before?.checked !== true) void load_palette();
       if (summary.checked && useDesign.getState().autosave && summary.files.some(({ dirty, conflict }) => dirty && !conflict)) void request("design_save", {}).catch(() => undefined);
       break;
@@ -155,7 +163,7 @@ function receive(message: DesignMessage): void {
     }
     case "design_gone": {
       const { [message.file]: _gone, ...docs } = useDesign.getState().docs;
-      useDesign.setState((state) => ({ docs, ...(state.file === message.file ? { file: null, chosen: null } : {}) }));
+      useDesign.setState((state) => ({ docs, ...(state.file === message.file ? { file: null, chosen: null, gone: message.file } : {}) }));
       break;
     }
   }
@@ -204,7 +212,7 @@ export async function start_design(): Promise<() => void> {
   const stop = on_design((message) => receive(message));
   const summary = await request("design", {});
   useDesign.setState({ summary });
-  take_runs(summary.runs);
+  take_summary(summary);
   if (summary.checked) void load_palette();
   const { file } = useDesign.getState();
   const wanted = useMode.getState().file;
@@ -229,14 +237,21 @@ async function edit_wanted(): Promise<void> {
     choose_state(wanted.state || null);
     return;
   }
-  for (const { file } of summary.files.filter(({ kind }) => kind === "mission")) {
+  if (!(await show_node(wanted.node.id, wanted.node.name))) note("error", `${wanted.node.name} is in no file of this project`);
+}
+
+/** Opens the file in which a node of that kind and name is, and chooses it. False: none is. */
+export async function show_node(id: string, name: string): Promise<boolean> {
+  for (const { file } of useDesign.getState().summary?.files.filter(({ kind }) => kind === "mission") ?? []) {
     if (useDesign.getState().docs[file] === undefined && !(await read(file))) continue;
     for (const { nodes } of useDesign.getState().docs[file]?.trees ?? []) {
-      const node = nodes.find(({ id, name }) => id === wanted.node.id && (name || id) === wanted.node.name);
-      if (node) return open_file(file, node.from);
+      const node = nodes.find((one) => one.id === id && (one.name || one.id) === (name || id));
+      if (!node) continue;
+      await open_file(file, node.from);
+      return true;
     }
   }
-  note("error", `${wanted.node.name} is in no file of this project`);
+  return false;
 }
 useEdit.subscribe(() => void edit_wanted());
 
@@ -253,7 +268,7 @@ async function read(file: string): Promise<boolean> {
 export async function open_file(file: string, byte?: number): Promise<void> {
   const known = useDesign.getState().docs[file] !== undefined || (await read(file));
   if (!known) return;
-  if (useDesign.getState().file !== file) useDesign.setState({ file, tree: null, chosen: null, state: null, transition: null, refused: null });
+  if (useDesign.getState().file !== file) useDesign.setState({ file, gone: null, tree: null, chosen: null, state: null, transition: null, refused: null });
   if (byte !== undefined) go_to(byte);
 }
 
@@ -288,6 +303,18 @@ export function choose_at(byte: number): void {
   }
 }
 
+/** Of a chart that is open: the transition or state that is drawn around a byte. */
+export function choose_part_at(byte: number): void {
+  const doc = doc_of(useDesign.getState());
+  const chart = doc?.shown_chart;
+  if (!doc || !chart) return;
+  const [line] = part_lines(chart, doc.places.shown, [doc.places.at(byte)]);
+  const transition = chart.transitions.find((one) => one.line === line);
+  if (transition) choose_transition(transition);
+  else choose_state(chart.states.find((one) => one.line === line)?.id || null);
+  useCaret.setState({ wanted: { byte, to: byte, focus: false } });
+}
+
 // ---- editing ----
 
 /** Writes of one who types come together, and are told so often at most. */
@@ -295,9 +322,14 @@ const kTyping_ms = 60;
 /** What is typed after such a pause is another step. */
 const kPause_ms = 1000;
 
+/** Times that an edit is refused because of others' before one is told so. */
+const kTriesMax = 20;
+const kHalfCharacter = /\p{Surrogate}/gu;
+
 /**
  * One file while it is typed in. Its text is what the program has (`base`) and what was typed since (`local`); one edit
- * is on its way at a time. The program joins what comes late with what happened meanwhile.
+ * is on its way at a time. What others change meanwhile is joined with what is typed: nothing of both is lost. While
+ * the program cannot be reached, or a conflict with the disk is to be resolved, what is typed waits here.
  */
 export class Session {
   private base: { version: number; places: Places };
@@ -307,6 +339,11 @@ export class Session {
   private last_ms = -Infinity;
   /** What waits belongs to the step before: nobody paused between, however long the program took. */
   private joins = false;
+  /** Until the program has told the file again. */
+  private waits = false;
+  /** The text that was on its way when the connection was lost. */
+  private unsure: string | null = null;
+  private refused = 0;
   /** Gives the editor another text. */
   show: ((text: string) => void) | null = null;
 
@@ -320,41 +357,58 @@ export class Session {
     return this.local;
   }
 
+  private get is_ahead(): boolean {
+    return this.local !== this.base.places.shown;
+  }
+
   typed(text: string): void {
     const now = performance.now();
     if (now - this.last_ms >= kPause_ms) this.joins = false;
     this.last_ms = now;
     this.local = text;
+    this.soon();
+  }
+
+  private soon(): void {
     if (this.timer === 0) this.timer = window.setTimeout(() => void this.flush(), kTyping_ms);
   }
 
   /** The program has another version. */
   came(): void {
-    if (this.busy || this.local !== this.base.places.shown) return;
-    this.rebase();
+    if (this.busy) return;
+    this.waits = false;
+    const { shown } = this.base.places;
+    const now = useDesign.getState().docs[this.file]?.places.shown ?? shown;
+    this.rebase(this.unsure !== null && is_in(shown, this.unsure, now) ? this.unsure : shown);
+    this.unsure = null;
+    if (this.is_ahead) this.soon();
   }
 
-  private rebase(): void {
+  /** What the program has is the base; what was typed since `from` is joined with it. */
+  private rebase(from: string): void {
     const doc = useDesign.getState().docs[this.file];
     if (!doc) return;
     this.base = { version: doc.version, places: doc.places };
-    if (this.local === doc.places.shown) return;
-    this.local = doc.places.shown;
-    this.show?.(this.local);
+    const before = this.local;
+    this.local = before === from ? doc.places.shown : joined(from, before, doc.places.shown);
+    if (this.local !== before) this.show?.(this.local);
   }
 
-  /** Everything that was typed is with the program. */
+  /** Everything that was typed is with the program, if it can be reached. */
   async flush(): Promise<void> {
     window.clearTimeout(this.timer);
     this.timer = 0;
     while (this.busy) await this.busy;
-    if (this.local === this.base.places.shown) return;
-    this.busy = this.send();
-    await this.busy;
-    if (this.local !== this.base.places.shown) await this.flush();
+    while (this.is_ahead && !this.waits && (useDesign.getState().docs[this.file]?.theirs ?? null) === null) {
+      this.busy = this.send();
+      await this.busy;
+    }
   }
 
   private async send(): Promise<void> {
+    // Half a character cannot be told to anybody.
+    const whole = this.local.replace(kHalfCharacter, "\uFFFD");
+    if (whole !== this.local) this.show?.((this.local = whole));
     const sent = this.local;
     const { places, version } = this.base;
     const splice = splice_between(places.shown, sent)!;
@@ -364,14 +418,33 @@ export class Session {
     try {
       await request("design_edit", { file: this.file, base: version, edits: [{ from: places.byte(splice.from), to: places.byte(splice.to), text }], cause: `type in ${this.file}`, join });
       this.busy = null;
-      const doc = useDesign.getState().docs[this.file]!;
-      if (this.local === sent) this.rebase();
-      else if (doc.places.shown === sent) this.base = { version: doc.version, places: doc.places };
+      this.refused = 0;
+      this.rebase(sent);
     } catch (error) {
       this.busy = null;
-      // What was typed cannot be joined with what is there: the text that is there stays.
+      this.again(error, places.text, sent);
+    }
+  }
+
+  /** What becomes of what was typed when the text `of` could not be edited. */
+  private again(error: unknown, of: string, sent: string): void {
+    const doc = useDesign.getState().docs[this.file];
+    if (error instanceof LostError) {
+      this.waits = true;
+      this.unsure = sent;
+      note("info", "the program cannot be reached; what is typed is kept here until it is back");
+    } else if (!doc || doc.theirs !== null) {
+      this.waits = true;
       note("error", text_of(error));
-      this.rebase();
+    } else if (doc.places.text !== of && this.refused++ < kTriesMax) {
+      // The same lines were changed meanwhile.
+      this.rebase(this.base.places.shown);
+    } else {
+      this.refused = 0;
+      note("error", text_of(error));
+      this.local = this.base.places.shown;
+      this.rebase(this.local);
+      this.show?.(this.local);
     }
   }
 }
@@ -501,6 +574,11 @@ export function focus_field(id: string, value?: string): void {
   look(kFramesMax);
 }
 
+/** What was done in a form is done: the next keys are of the picture. */
+export function focus_picture(): void {
+  requestAnimationFrame(() => document.querySelector<SVGElement>("svg.design-picture")?.focus({ preventScroll: true }));
+}
+
 /** Why a gesture would be refused; null: it would not. */
 export async function refusal(wanted: Gesture): Promise<string | null> {
   const state = useDesign.getState();
@@ -536,12 +614,19 @@ export async function edit_text(file: string, text: string, edits: readonly { fr
   });
 }
 
-export async function undo(): Promise<void> {
-  show_one_of((await attempt(() => request("design_undo", {})))?.files);
+/** Nothing is refused where there is nothing to be taken back. */
+async function take_back(op: "design_undo" | "design_redo", none: string): Promise<void> {
+  const done = await attempt(async () => {
+    const { summary } = useDesign.getState();
+    const there = op === "design_undo" ? summary?.undo : summary?.redo;
+    return there === null ? null : request(op, {});
+  });
+  if (done) show_one_of(done.files);
+  else if (useDesign.getState().refused === null) note("info", none);
+  if (done && done.left.length > 0) useDesign.setState({ refused: `${done.left.join(", ")} ${done.left.length === 1 ? "is" : "are"} not as in that step, somebody else has changed it; it stays as it is` });
 }
-export async function redo(): Promise<void> {
-  show_one_of((await attempt(() => request("design_redo", {})))?.files);
-}
+export const undo = () => take_back("design_undo", "there is nothing to undo");
+export const redo = () => take_back("design_redo", "there is nothing to do again");
 /** What was undone is to be seen, also where it is of another file. */
 function show_one_of(files: readonly string[] = []): void {
   const { file, summary } = useDesign.getState();
@@ -559,7 +644,7 @@ export async function save_all(): Promise<void> {
   }
   const done = await attempt(() => request("design_save", {}), false);
   const waiting = useDesign.getState().summary?.files.filter(({ conflict }) => conflict).map(({ file }) => file) ?? [];
-  if (done && waiting.length > 0) useDesign.setState({ refused: `not saved: ${waiting.join(", ")}; it was changed on disk where it is edited here, choose one of both first` });
+  if (done && waiting.length > 0) useDesign.setState({ refused: `not saved: ${waiting.join(", ")}; it was changed on disk where it is edited here, or cannot be read there: choose one of both first` });
   if (done && done.saved > 0) note("info", done.saved === 1 ? "saved" : `saved ${done.saved} files`);
 }
 export async function resolve(file: string, keep: "mine" | "theirs"): Promise<void> {

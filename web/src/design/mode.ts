@@ -15,17 +15,19 @@ interface Refusals {
 }
 
 /** What the page of a project that is edited shows: its files, or how it goes; which run that is, and which file is open, or is to be opened first. */
-export const useMode = create<{ mode: "design" | "run"; file: string | null; runs: Runs; refused: Refusals | null }>()(() => ({ mode: "design", file: null, runs: { recordings: [], on_show: "", goes_on: null, continues: "", outdated: false, problem: "" }, refused: null }));
+export const useMode = create<{ mode: "design" | "run"; project: string; file: string | null; /** The monitor whose violation in the shadow run is told. */ happened: string | null; runs: Runs; refused: Refusals | null }>()(() => ({ mode: "design", project: "", file: null, happened: null, runs: { recordings: [], on_show: "", goes_on: null, continues: "", outdated: false, problem: "" }, refused: null }));
 
-export function take_runs(runs: Runs): void {
+export function take_summary({ project, runs }: Pick<Design, "project" | "runs">): void {
   const before = useMode.getState().runs;
-  useMode.setState({ runs });
+  useMode.setState({ project, runs });
   if (before.goes_on === null || runs.goes_on !== null) return;
   if (runs.problem !== "") note("error", `the run: ${runs.problem}`);
   note("info", `recorded: runs/${before.goes_on}`);
 }
 useEdit.subscribe(({ wanted }) => wanted && useMode.setState({ mode: "design" }));
-on_design((message) => message.type === "design" && take_runs(message.runs));
+on_design((message) => {
+  if (message.type === "design") take_summary(message);
+});
 
 /** Begins a run that is steered and recorded, of the scenario that is open. */
 export async function record(how: { factor?: number; real_time?: boolean }): Promise<void> {

@@ -43,7 +43,11 @@ export const statuses_of = (code: number): [now: number, last: number] => [code 
 
 /** By element, its `status_code` in the run that goes on, or in the recording on show. */
 export function useRunStatuses(tree: OutlineTree): ReadonlyMap<number, number> {
-  const shown = useMode(({ runs }) => runs.on_show !== "");
+  const recorded = useMode(({ runs }) => runs.on_show !== "");
+  // Of the shadow run too, while one looks at what happened in it.
+  const happened = useMode((state) => state.happened);
+  const told = useStudio(({ violations }) => violations.some(({ monitor }) => monitor === happened));
+  const shown = recorded || told;
   const ran = useStudio(({ index }) => index?.model.tree);
   const now = useStudio(({ state }) => (shown ? state?.tree : undefined));
   const of_run = useMemo(() => (shown && ran ? nodes_of_run(tree, ran.nodes, ran.id) : kNone), [shown, tree, ran]);

@@ -16,6 +16,8 @@ export interface ClientOptions {
 
 /** An operation that the program refused, or whose answer cannot come any more. */
 export class RefusedError extends Error {}
+/** The program cannot be reached; whether it has done what was asked is not known. */
+export class LostError extends RefusedError {}
 
 /** Waits between attempts to connect: doubling from the first to the last. */
 export const kRetryFirst_ms = 250;
@@ -60,7 +62,7 @@ export class Client {
 
   request<Op extends Operation>(op: Op, args: Operations[Op][0]): Promise<Operations[Op][1]> {
     const socket = this.socket;
-    if (!socket || this.attempt > 0) return Promise.reject(new RefusedError("not connected to the program"));
+    if (!socket || this.attempt > 0) return Promise.reject(new LostError("not connected to the program"));
     if (this.waiting.size >= kRequestsMax) return Promise.reject(new RefusedError("too many requests wait for an answer"));
     const id = this.next_id++;
     return new Promise((resolve, reject) => {
@@ -98,7 +100,7 @@ export class Client {
     this.socket = null;
     const waiting = [...this.waiting.values()];
     this.waiting.clear();
-    for (const { reject } of waiting) reject(new RefusedError("the connection was lost"));
+    for (const { reject } of waiting) reject(new LostError("the connection was lost"));
   }
 
   private receive(text: string): void {

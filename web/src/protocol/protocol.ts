@@ -293,6 +293,8 @@ export const Design = object({
     outdated: Type.Boolean({ description: "The run that goes on runs other texts than those that are edited now" }),
     problem: Type.String({ description: "Why the last of these runs, or its recording, is not whole; empty: it is" }),
   }),
+  held_by: Type.String({ description: "Who else edits the project, so that edits are refused here until that program ends; empty: nobody" }),
+  journal: Type.String({ description: "Why what is not saved would not be there again if the program ended now; empty: it would" }),
   reached_by_all: Type.Boolean({ description: "`design_reached` knows what all scenarios reach with the texts as they are now" }),
   shadow: object({
     ready: boolean(),
@@ -368,12 +370,14 @@ export const DesignDocument = object({
   kind: FileKind,
   text: string(),
   theirs: or_null(Type.String({ description: "What is on disk, where both changed the same" })),
+  unreadable: Type.String({ description: "Why what is on disk cannot be edited, as of another editor: it is written over only by `design_resolve`; empty: it can" }),
   error: or_null(object({ line: index(), column: index(), message: string() })),
   main: or_null(string()),
   trees: or_null(list(OutlineTree)),
   chart: or_null(EditedChart),
   requirements: or_null(list(Sentence)),
 });
+export const Reverted = object({ files: list(string()), left: Type.Array(string(), { description: "That somebody else has changed since, so that the step is not of them: they stay as they are" }) });
 /** What a file of requirements would have said of the last runs; `violated`: when first [ns], by run. */
 export const DesignPast = object({
   file: string(),
@@ -552,8 +556,8 @@ export const Operations = {
   ],
   design_explain: [object({ file: string(), byte: byte() }), or_null(object({ from: byte(), to: byte(), text: Type.String({ description: "Markdown" }) }))],
   design_reached: [object({ all: optional(Type.Boolean({ description: "What all scenarios reach together, not the shadow run alone" })), verification: optional(boolean()) }), or_null(Reached)],
-  design_undo: [nothing(), object({ files: list(string()) })],
-  design_redo: [nothing(), object({ files: list(string()) })],
+  design_undo: [nothing(), Reverted],
+  design_redo: [nothing(), Reverted],
   design_save: [object({ file: optional(string()) }), object({ saved: index() })],
   design_resolve: [object({ file: string(), keep: one_of("mine", "theirs") }), Type.Unknown()],
   design_add: [object({ kind: one_of("skill", "monitor", "requirement", "scenario", "component"), name: string() }), object({ file: string() })],

@@ -252,12 +252,15 @@ export function Header() {
   const compares = useStudio((studio) => studio.hello?.compare ?? false);
   const is_design = useStudio((studio) => studio.hello?.design ?? false);
   const designs = compares || (is_design && mode === "design");
+  const project = useMode((state) => state.project);
+  // Also while the shadow run is of a scenario, or there is none yet.
+  const of_project = designs && !compares && project !== "";
   return (
     <header className="header" data-boot={boot}>
       <img className="logo" src="./icon.svg" alt="" width="22" height="22" />
       <h1 className="title ellipsis" title={description}>
-        {compares ? "Differences" : title}
-        {description && <span className="description">{description}</span>}
+        {compares ? "Differences" : of_project ? project : title}
+        {of_project ? title !== project && <span className="description">{title}</span> : description && <span className="description">{description}</span>}
       </h1>
       <ModeSwitch />
       <Recording />

@@ -1,6 +1,6 @@
 import { create } from "zustand";
 
-import { Client, RefusedError, socket_address, type Phase } from "../protocol/client";
+import { Client, LostError, socket_address, type Phase } from "../protocol/client";
 import type {
   ChartModel,
   Hello,
@@ -255,7 +255,7 @@ export function retry(): void {
 
 /** The answer of the program; rejects with a RefusedError that says why not. */
 export function request<Op extends Operation>(op: Op, args: Operations[Op][0]): Promise<Operations[Op][1]> {
-  return client ? client.request(op, args) : Promise.reject(new RefusedError("not connected to the program"));
+  return client ? client.request(op, args) : Promise.reject(new LostError("not connected to the program"));
 }
 
 /** As `request`; a refusal is shown to the person, and the value is null. */

@@ -1,11 +1,17 @@
-import { useEffect, useRef, type ReactNode } from "react";
+import { useEffect, useRef, useState, type ReactNode } from "react";
 
-/** A modal dialog of the browser: keeps the focus inside, closes with Escape and by a click beside it. */
+/** A modal dialog of the browser: keeps the focus inside, closes with Escape and by a click beside it; then the focus is where it was. */
 export function Dialog({ label, className, close, children }: { label: string; className: string; close(): void; children: ReactNode }) {
   const dialog = useRef<HTMLDialogElement>(null);
+  // Before a field of it takes the focus.
+  const [before] = useState(() => document.activeElement);
   useEffect(() => {
     dialog.current?.showModal();
-  }, []);
+    return () => {
+      const lost = document.activeElement === null || document.activeElement === document.body;
+      if (lost && (before instanceof HTMLElement || before instanceof SVGElement)) before.focus({ preventScroll: true });
+    };
+  }, [before]);
   return (
     <dialog ref={dialog} className={`dialog ${className}`} aria-label={label} onClose={close} onClick={(event) => event.target === event.currentTarget && close()}>
       {children}
