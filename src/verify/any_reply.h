@@ -42,8 +42,8 @@ struct MadeModel {
 /// Writes a model for each service of the scenario that has none, FOLDER/SERVICE.scxml, and makes the scenario use it;
 /// written down, it does so too.
 /// @param plan  Of the scenario as it is.
-/// @param keeps  They are to be edited: one that is unsure is no error, but a file that is there and says something else.
-/// Errors: those of `any_reply`; verify.any-reply; those of writing.
+/// @param keeps  They are to be edited: one that is unsure is no error, but a file that is there and says something
+/// else. Errors: those of `any_reply`; verify.any-reply; those of writing.
 [[nodiscard]] Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const project::Plan& plan,
                                                         const std::filesystem::path& folder, bool keeps = false);
 
