@@ -64,7 +64,6 @@ class Writer {
   }
 
   std::string transition(const idl::Method& method) {
-    method_ = method.name;
     const std::string head = fmt::format("    <transition event=\"{}.{}.request\">\n", service_, method.name);
     std::string reply = fmt::format("<send type=\"thrift\" target=\"{}\" event=\"{}.reply\"", service_, method.name);
     if (method.result->kind == idl::Kind::kVoid)
@@ -167,8 +166,9 @@ class Writer {
     std::vector<const idl::Field*> members;
     const idl::Field* other = nullptr;
     for (const idl::Field& field : type.fields) {
-      const bool is_deep = depth + 1 >= kReplyNestingMax && field.type->kind == idl::Kind::kStruct;
-      if (!is_deep && mentioned(field, depth))
+      // One that holds itself ends at the second level.
+      if (depth > 1 && field.type->kind == idl::Kind::kStruct) continue;
+      if (mentioned(field, depth))
         members.push_back(&field);
       else if (other == nullptr)
         other = &field;
@@ -275,7 +275,6 @@ class Writer {
   const std::string& service_;
   const Distinctions& uses_;
   AnyReply& out_;
-  std::string method_;
   std::optional<Diagnostic> trouble_;
 };
 }  // namespace

@@ -77,6 +77,8 @@ TEST_F(AnyReplyOf, TriesWhatComparisonsTellApart) {
   EXPECT_EQ(tried("i32", "Math.abs(v) > 3"), "ask: -4, -3, -2, 0, 3, 4");
   EXPECT_EQ(tried("i32", "v == '3'"), "ask: 2, 3, 4");
   EXPECT_EQ(tried("i32", "v === 3000000000 || v > 5"), "ask: 4, 5, 6, 1500000002");
+  EXPECT_EQ(tried("double", "Math.floor(v) > 2 && v !== 2.1"), "ask: 1.5, 2, 2.05, 2.1, 2.55, 3, 3.5");
+  EXPECT_EQ(tried("double", "1 / v > 4"), "ask: -0.125, 0, 0.125, 0.25, 0.375");
   EXPECT_EQ(tried("double", "v === 2.5"), "ask: 1.5, 2.5, 3.5");
   EXPECT_EQ(tried("bool", "v"), "ask: false, true");
   EXPECT_EQ(tried("string", "v"), "ask: '', 'other'");
@@ -105,6 +107,8 @@ TEST_F(AnyReplyOf, IsRefusedWhereWhatIsToldApartIsNotKnown) {
   EXPECT_EQ(tried("string", "v.length > 3"), "a reply has its length looked at");
   EXPECT_EQ(tried("list<i32>", "v.length > 0"), "a reply has its length looked at");
   EXPECT_EQ(tried("S", "v.a * v.b > 10"), "a reply is compared after * with what is no constant");
+  EXPECT_EQ(tried("i32", "v > (v === 1 ? 3 : Math.pow(2, 3))"), "a reply is compared with what is no constant");
+  EXPECT_EQ(tried("i32", "v > (v === 1 ? 3 : 17 % 9)"), "a reply is compared with what is no constant");
   EXPECT_EQ(tried("i32", "v == true"), "a reply is compared by == with a truth value");
   EXPECT_EQ(tried("i32", "(function(x) { return x === 7; })(v) === true"), "a reply is looked at in a function");
   EXPECT_EQ(tried("string", "v.startsWith('a') === true"), "a reply has its startsWith looked at");
@@ -178,6 +182,8 @@ TEST_F(AnyReplyInto, IsFollowedThroughTheBlackboard) {
   EXPECT_EQ(through_blackboard("<Switch2 variable=\"{v}\" case_1=\"1\" "
                                "case_2=\"2\"><AlwaysSuccess/><AlwaysSuccess/><AlwaysSuccess/></Switch2>"),
             "Switch2" + kLooks);
+  EXPECT_EQ(through_blackboard("<Action ID=\"Read\" x=\"{@v}\"/>"),
+            "a reply comes through the blackboard from another leaf and is compared");
   EXPECT_EQ(through_blackboard("<ScriptCondition code=\"v > 3\"/>"), "ScriptCondition" + kLooks);
   EXPECT_EQ(through_blackboard("<AlwaysSuccess _skipIf=\"v > 3\"/>"), "AlwaysSuccess" + kLooks);
 }
@@ -264,12 +270,12 @@ class RandomCondition {
     }
   }
   // Values for members of a reply, whatever is done with them.
-  std::string reply() {
+  std::string reply(bool is_whole) {
     std::string numbers = "pick('a'";
-    for (int i = -6; i <= 12; ++i) numbers += ", " + std::to_string(i);
+    for (int i = -24; i <= 48; i += is_whole ? 4 : 2) numbers += ", " + std::to_string(i / 4.0);
     for (int i = 0; i < 2; ++i) numbers += ", " + std::to_string(static_cast<int>(rng_.uniform(0, 2'000)) - 1'000);
     return "({a: " + numbers +
-           "), s: pick('s', '', 'a', 'b', '5', 'x', 'ax'), b: pick('b', true, false), o: pick('o', undefined, 0, 5, "
+           "), s: pick('s', '', 'a', 'b', '5', 'x'), b: pick('b', true, false), o: pick('o', undefined, 0, 5, "
            "-3)})";
   }
 
@@ -287,14 +293,15 @@ TEST_F(AnyReplyOf, BringsAboutWhatRandomRepliesDo) {
   const char* only = std::getenv("SENTREE_SEED");
   const std::uint64_t first = only != nullptr ? std::strtoull(only, nullptr, 10) : 1;
   const char* many = std::getenv("SENTREE_SEEDS");
-  const std::uint64_t last = only != nullptr ? first : many != nullptr ? std::strtoull(many, nullptr, 10) : 60;
-  write("interfaces/door.thrift",
-        "struct S { 1: i32 a, 2: string s, 3: bool b, 4: optional i32 o }\nservice Door { S ask() }\n");
+  const std::uint64_t last = only != nullptr ? first : many != nullptr ? std::strtoull(many, nullptr, 10) : 40;
   tree("<Condition ID=\"Ask\"/>");
   write("r.req", "silent: never event(request(door.ask) from Nobody).\n");
   int tried = 0;
   for (std::uint64_t seed = first; seed <= last; ++seed) {
     RandomCondition random(seed);
+    const bool is_whole = seed % 2 == 0;
+    write("interfaces/door.thrift", std::string("struct S { 1: ") + (is_whole ? "i32" : "double") +
+                                        " a, 2: string s, 3: bool b, 4: optional i32 o }\nservice Door { S ask() }\n");
     std::string condition = random.truth(3);
     const std::string kept = random.number(1);
     SCOPED_TRACE("seed " + std::to_string(seed) + ": " + condition + ", v: " + kept);
@@ -348,7 +355,8 @@ TEST_F(AnyReplyOf, BringsAboutWhatRandomRepliesDo) {
     if (!by_any) continue;
     write("models/door.scxml", kChart + R"(initial="there"><state id="there"><transition event="door.ask.request">
   <send type="thrift" target="door" event="ask.reply"><param name="result" expr=")" +
-                                   text::xml_escape(random.reply()) + "\"/></send></transition></state></scxml>");
+                                   text::xml_escape(random.reply(is_whole)) +
+                                   "\"/></send></transition></state></scxml>");
     const auto by_random = outcomes(false);
     ASSERT_TRUE(by_random);
     ++tried;
@@ -356,7 +364,7 @@ TEST_F(AnyReplyOf, BringsAboutWhatRandomRepliesDo) {
     EXPECT_TRUE(by_any->second || !by_random->second) << "a reply that fails is not tried";
   }
   std::cout << tried << " of " << last - first + 1 << " conditions are understood\n";
-  EXPECT_TRUE(only != nullptr || tried > 15);
+  EXPECT_TRUE(only != nullptr || tried > 10);
 }
 
 }  // namespace

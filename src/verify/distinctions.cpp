@@ -18,6 +18,9 @@ namespace {
 using scxml::ScriptTree;
 using Node = scxml::ScriptNode::Kind;
 
+// Of one variable or expression; beyond, what it can be is as good as unknown.
+constexpr std::size_t kConstantsMax = 64;
+
 double inverse(const std::string& sign, double result, double known, bool known_is_left) {
   if (sign == "+") return result - known;
   if (sign == "-") return known_is_left ? known - result : result + known;
@@ -249,100 +252,99 @@ class Comparisons {
            flow_.sources(tree, a) == flow_.sources(tree, b);
   }
 
-  // Whether the numbers and texts that it can be are those that are written.
-  bool is_constant(const ScriptTree& tree, std::uint32_t id, std::set<std::string>& seen) const {
+  // What a part of an expression can be, if it is made of constants only, and all that is made of them is known.
+  struct Constants {
+    std::set<double> numbers;
+    std::set<std::string> texts;
+
+    // A port that is written down is a text that may count as a number.
+    bool are_numbers() const {
+      return std::all_of(texts.begin(), texts.end(),
+                         [](const std::string& text) { return !numbers_in(Value(text)).empty(); });
+    }
+    bool add(const std::optional<Constants>& more) {
+      if (!more) return false;
+      numbers.insert(more->numbers.begin(), more->numbers.end());
+      texts.insert(more->texts.begin(), more->texts.end());
+      return numbers.size() <= kConstantsMax && texts.size() <= kConstantsMax;
+    }
+  };
+  std::optional<Constants> known(const ScriptTree& tree, std::uint32_t id) {
     const scxml::ScriptNode& node = tree.at(id);
     switch (node.kind) {
-      case Node::kNumber:
-      case Node::kText:
-      case Node::kTruth:
-      case Node::kNothing: return true;
-      case Node::kName: {
-        if (given_.open.contains(node.text) || flow_.is_scripted(node.text) || flow_.is_of_reply(tree, id) ||
-            !seen.insert(node.text).second)
-          return false;
-        const auto& all = flow_.assigned(node.text);
-        const bool is_known = std::all_of(all.begin(), all.end(), [&](scxml::ExpressionId one) {
-          return flow_.tree(one) && is_constant(*flow_.tree(one), flow_.tree(one)->root(), seen);
-        });
-        seen.erase(node.text);
-        return is_known && (!all.empty() || given_.numbers.contains(node.text) || given_.texts.contains(node.text));
+      case Node::kNumber: return Constants{{node.number}, {}};
+      case Node::kText: return Constants{numbers_in(Value(node.text)), {node.text}};
+      case Node::kNothing: return Constants{};
+      case Node::kName: return known(node.text);
+      case Node::kConditional: {
+        Constants all;
+        const bool is_known = all.add(known(tree, node.operands[1])) && all.add(known(tree, node.operands[2]));
+        return is_known ? std::optional(std::move(all)) : std::nullopt;
       }
-      case Node::kConditional:
-        return is_constant(tree, node.operands[1], seen) && is_constant(tree, node.operands[2], seen);
-      case Node::kCall:
-        return std::all_of(node.operands.begin() + 1, node.operands.end(),
-                           [&](std::uint32_t one) { return is_constant(tree, one, seen); });
-      case Node::kUnary:
-      case Node::kBinary:
-        return std::all_of(node.operands.begin(), node.operands.end(),
-                           [&](std::uint32_t one) { return is_constant(tree, one, seen); });
-      default: return false;
+      case Node::kCall: return known_of_call(tree, node);
+      case Node::kUnary: {
+        const auto operand = known(tree, node.operands[0]);
+        if (node.text != "-" || !operand || !operand->are_numbers()) return std::nullopt;
+        Constants all;
+        for (const double number : operand->numbers) all.numbers.insert(-number);
+        return all;
+      }
+      case Node::kBinary: return known_of_arithmetic(tree, node);
+      default: return std::nullopt;
     }
   }
-
-  // The numbers that a part of an expression can be, if it is made of constants only.
-  std::set<double> constants(const ScriptTree& tree, std::uint32_t id) const {
-    std::set<std::string> seen;
-    return is_constant(tree, id, seen) ? values(tree, id) : std::set<double>();
+  std::optional<Constants> known(const std::string& variable) {
+    // While it is looked at, it is computed from itself.
+    const auto [at, is_new] = known_.try_emplace(variable);
+    if (!is_new) return at->second;
+    const auto& assigned = flow_.assigned(variable);
+    const auto numbers = given_.numbers.find(variable);
+    const auto texts = given_.texts.find(variable);
+    const bool is_given = numbers != given_.numbers.end() || texts != given_.texts.end();
+    if (given_.open.contains(variable) || flow_.is_scripted(variable) || flow_.is_of_reply(variable) ||
+        (assigned.empty() && !is_given))
+      return std::nullopt;
+    Constants all;
+    if (numbers != given_.numbers.end()) all.numbers = numbers->second;
+    if (texts != given_.texts.end()) all.texts = texts->second;
+    for (const scxml::ExpressionId one : assigned) {
+      const auto& tree = flow_.tree(one);
+      if (!tree || !all.add(known(*tree, tree->root()))) return std::nullopt;
+    }
+    return known_[variable] = std::move(all);
   }
-  std::set<double> values(const ScriptTree& tree, std::uint32_t id) const {
-    const scxml::ScriptNode& node = tree.at(id);
-    if (node.kind == Node::kNumber) return {node.number};
-    std::set<double> all;
-    if (node.kind == Node::kName) {
-      if (const auto given = given_.numbers.find(node.text); given != given_.numbers.end()) all = given->second;
-      for (const scxml::ExpressionId expression : flow_.assigned(node.text))
-        all.merge(values(*flow_.tree(expression), flow_.tree(expression)->root()));
-    } else if (node.kind == Node::kConditional) {
-      all = values(tree, node.operands[1]);
-      all.merge(values(tree, node.operands[2]));
-    } else if (node.kind == Node::kUnary && node.text == "-") {
-      for (const double number : values(tree, node.operands[0])) all.insert(-number);
-    } else if (node.kind == Node::kCall) {
-      return values_of_call(tree, node);
-    } else if (node.kind == Node::kBinary) {
-      for (const double a : values(tree, node.operands[0])) {
-        for (const double b : values(tree, node.operands[1])) {
-          if (node.text == "+") all.insert(a + b);
-          if (node.text == "-") all.insert(a - b);
-          if (node.text == "*") all.insert(a * b);
-          if (node.text == "/" && b != 0) all.insert(a / b);
-        }
+  std::optional<Constants> known_of_arithmetic(const ScriptTree& tree, const scxml::ScriptNode& node) {
+    static const std::set<std::string> kArithmetic{"+", "-", "*", "/"};
+    if (!kArithmetic.contains(node.text)) return std::nullopt;
+    const auto left = known(tree, node.operands[0]);
+    const auto right = known(tree, node.operands[1]);
+    if (!left || !right || !left->are_numbers() || !right->are_numbers()) return std::nullopt;
+    Constants all;
+    for (const double a : left->numbers) {
+      for (const double b : right->numbers) {
+        all.numbers.insert(node.text == "+" ? a + b : node.text == "-" ? a - b : node.text == "*" ? a * b : a / b);
+        if (all.numbers.size() > kConstantsMax) return std::nullopt;
       }
     }
     return all;
   }
-
-  // Of functions of which it is known.
-  std::set<double> values_of_call(const ScriptTree& tree, const scxml::ScriptNode& node) const {
+  std::optional<Constants> known_of_call(const ScriptTree& tree, const scxml::ScriptNode& node) {
     const std::string function = tree.path(node.operands[0]);
-    if (function != "Math.min" && function != "Math.max") return {};
-    std::set<double> all;
+    if (function != "Math.min" && function != "Math.max") return std::nullopt;
+    Constants all;
     for (std::size_t i = 1; i < node.operands.size(); ++i) {
-      auto some = values(tree, node.operands[i]);
-      if (some.empty()) return {};
-      all.merge(some);  // one of them
+      if (!all.add(known(tree, node.operands[i])) || !all.are_numbers()) return std::nullopt;  // one of them
     }
+    all.texts.clear();
     return all;
   }
-  std::set<std::string> text_constants(const ScriptTree& tree, std::uint32_t id) const {
-    std::set<std::string> seen;
-    return is_constant(tree, id, seen) ? texts(tree, id) : std::set<std::string>();
+  std::set<double> constants(const ScriptTree& tree, std::uint32_t id) {
+    const auto all = known(tree, id);
+    return all ? all->numbers : std::set<double>();
   }
-  std::set<std::string> texts(const ScriptTree& tree, std::uint32_t id) const {
-    const scxml::ScriptNode& node = tree.at(id);
-    if (node.kind == Node::kText) return {node.text};
-    std::set<std::string> all;
-    if (node.kind == Node::kConditional) {
-      all = texts(tree, node.operands[1]);
-      all.merge(texts(tree, node.operands[2]));
-    } else if (node.kind == Node::kName) {
-      if (const auto given = given_.texts.find(node.text); given != given_.texts.end()) all = given->second;
-      for (const scxml::ExpressionId expression : flow_.assigned(node.text))
-        all.merge(texts(*flow_.tree(expression), flow_.tree(expression)->root()));
-    }
-    return all;
+  std::set<std::string> text_constants(const ScriptTree& tree, std::uint32_t id) {
+    const auto all = known(tree, id);
+    return all ? all->texts : std::set<std::string>();
   }
 
   void equal(const ScriptTree& tree, std::uint32_t id, const std::string& text) {
@@ -364,6 +366,8 @@ class Comparisons {
       const std::set<double> left = constants(tree, node.operands[0]);
       const std::set<double> right = constants(tree, node.operands[1]);
       for (const double known : left) equal(tree, node.operands[1], inverse(node.text, number, known, true));
+      // On both sides of 0 what is divided by it is far away.
+      if (node.text == "/" && !left.empty()) equal(tree, node.operands[1], 0);
       for (const double known : right) equal(tree, node.operands[0], inverse(node.text, number, known, false));
       if (left.empty() && right.empty())
         give_up(tree, id, fmt::format("is compared after {} with what is no constant", node.text));
@@ -421,9 +425,19 @@ class Comparisons {
     }
     if (!is_steady(function)) give_up(tree, id, "is given to " + (function.empty() ? "a function" : function + "()"));
     for (std::size_t i = 1; i < node.operands.size(); ++i) {
-      equal(tree, node.operands[i], number);
-      if (function == "Math.abs") equal(tree, node.operands[i], -number);
+      for (const double at : jumps(function, number)) equal(tree, node.operands[i], at);
     }
+  }
+
+  // Where what is given to a function is when its value passes `number`.
+  static std::vector<double> jumps(const std::string& function, double number) {
+    if (function == "Math.abs") return {number, -number};
+    if (function == "Math.floor") return {number, std::floor(number), std::floor(number) + 1};
+    if (function == "Math.ceil") return {number, std::ceil(number), std::ceil(number) - 1};
+    if (function == "Math.round")
+      return {number, std::floor(number) - 0.5, std::ceil(number) - 0.5, std::floor(number) + 0.5,
+              std::ceil(number) + 0.5};
+    return {number};
   }
 
   static constexpr const char* kIsFar = "comes through the blackboard from another leaf and is compared";
@@ -433,7 +447,8 @@ class Comparisons {
   Distinctions& uses_;
   std::optional<SourceSpan> place_;
   std::set<scxml::ExpressionId> conditions_;
-  std::map<std::string, std::vector<double>> followed_;  // variables on the way from a comparison to a reply
+  std::map<std::string, std::optional<Constants>> known_;  // by variable
+  std::map<std::string, std::vector<double>> followed_;    // variables on the way from a comparison to a reply
   scxml::ExpressionId expression_ = 0;
 };
 

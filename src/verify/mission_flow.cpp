@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "sentree/scxml/script_syntax.h"
@@ -15,7 +14,9 @@ namespace {
 std::string entry_of(const bt::PortFact& port) {
   if (port.text == "{=}") return std::string(port.name);
   if (port.text.size() < 3 || port.text.front() != '{' || port.text.back() != '}') return {};
-  return std::string(port.text.substr(1, port.text.size() - 2));
+  // One of the root blackboard is the same from everywhere.
+  const std::size_t first = port.text[1] == '@' ? 2 : 1;
+  return std::string(port.text.substr(first, port.text.size() - first - 1));
 }
 
 }  // namespace
@@ -45,6 +46,8 @@ std::optional<Diagnostic> MissionFlow::trouble() const {
     if (!plan_.tree.subtree_id(node).empty() || charted_.contains(node)) continue;
     for (const bt::PortFact& port : plan_.tree.ports(node)) {
       const bool is_bound = port.text.find('{') != std::string_view::npos;
+      // Its name need not be one of a script.
+      if (const auto bound = entry_of(port); entries_.contains(bound)) return told(node, bound);
       if (const auto entry = is_bound || is_script ? mentioned(port.text) : ""; !entry.empty())
         return told(node, entry);
     }
@@ -97,7 +100,7 @@ void MissionFlow::follow(bt::NodeId node) {
   }
 }
 void MissionFlow::add(const std::string& entry) {
-  if (!entry.empty()) entries_.insert(entry.substr(entry.front() == '@' ? 1 : 0));
+  if (!entry.empty()) entries_.insert(entry);
 }
 
 }  // namespace sentree::verify

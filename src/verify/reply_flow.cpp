@@ -343,10 +343,12 @@ class Parts {
   void member(std::uint32_t id) {
     const scxml::ScriptNode& node = tree_.at(id);
     if (!is_of_reply(id)) return;
+    const auto kinds = flow_.kinds(tree_, node.operands[0]);
+    const bool is_struct = kinds.empty() || kinds.contains(idl::Kind::kStruct);
     if (tree_.path(id).empty()) {
       why_ = "is looked into after it was changed";
-    } else if (node.text != "data" && node.text != "result" && !flow_.types().fields.contains(node.text) &&
-               !flow_.is_far(tree_, id)) {
+    } else if (node.text != "data" && node.text != "result" &&
+               !(is_struct && flow_.types().fields.contains(node.text)) && !flow_.is_far(tree_, id)) {
       why_ = fmt::format("has its {} looked at", node.text);
     }
   }

@@ -46,6 +46,10 @@ class ReplyFlow {
   ReplyFlow(const scxml::Chart& chart, std::string service, const ReplyTypes& types, std::set<std::string> far,
             const std::string& answer);
 
+  ReplyFlow(const ReplyFlow&) = delete;
+  ReplyFlow& operator=(const ReplyFlow&) = delete;
+  ~ReplyFlow() = default;
+
   [[nodiscard]] const scxml::Chart& chart() const { return chart_; }
   [[nodiscard]] const ReplyTypes& types() const { return types_; }
   [[nodiscard]] const std::vector<Use>& uses() const { return uses_; }
@@ -59,6 +63,9 @@ class ReplyFlow {
 
   /// Whether more of a reply goes into a part of an expression than what its comparisons tell.
   [[nodiscard]] bool is_of_reply(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  [[nodiscard]] bool is_of_reply(const std::string& variable) const {
+    return far_.contains(variable) || of_reply_.contains(variable);
+  }
   /// The same of an expression that cannot be read, or of one with functions: as far as its words tell.
   [[nodiscard]] bool mentions_reply(scxml::ExpressionId expression) const;
   /// Whether it is what an event of the service holds, as it is: "_event.data.result.pose.x".
