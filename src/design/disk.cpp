@@ -73,8 +73,8 @@ OnDisk look_at(const fs::path& path, std::size_t size_max) {
   std::error_code error;
   switch (fs::symlink_status(path, error).type()) {
     case fs::file_type::regular: break;
-    case fs::file_type::none:
     case fs::file_type::not_found: return {};
+    case fs::file_type::none: return {{}, {}, "it cannot be looked at: " + error.message()};
     case fs::file_type::symlink: return {{}, {}, "it is a link"};
     case fs::file_type::directory: return {{}, {}, "it is a folder"};
     default: return {{}, {}, "it is no regular file"};

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <system_error>
+#include <utility>
 
 #include "sentree/base/value.h"
 #include "sentree/design/disk.h"
@@ -38,11 +40,11 @@ std::int64_t hash_of(const std::string& text) { return static_cast<std::int64_t>
 
 FileChange change_of(const std::string& file, const std::string& before, const TextEdits& edits,
                      const std::string& after) {
-  return {file, edits, inverse(before, edits), false, false, hash_of(before), hash_of(after)};
+  return {file, edits, inverse(before, edits), false, false, hash_of(before), hash_of(after), {}};
 }
 
-FileChange removal_of(const std::string& file, const std::string& text) {
-  return {file, {{0, text.size(), ""}}, {{0, 0, text}}, false, true, hash_of(text), 0};
+FileChange removal_of(const std::string& file, const std::string& text, const std::string& begin) {
+  return {file, {{0, text.size(), ""}}, {{0, 0, text}}, false, true, hash_of(text), 0, begin};
 }
 
 tl::unexpected<Diagnostic> unreadable(const std::string& file, const std::string& problem) {
@@ -238,7 +240,7 @@ Result<void> Workspace::put(const std::vector<NewText>& texts, const std::string
     if (there.text || !there.problem.empty())
       return fail("design.there-already", fmt::format("{} is there already on disk{}{}; choose another name", text.file,
                                                       there.problem.empty() ? "" : ", but ", there.problem));
-    on_disk.push_back({text.file, text.text, std::nullopt});
+    on_disk.push_back({text.file, text.text, std::nullopt, {}});
   }
   if (auto changed = change_disk(on_disk); !changed) return changed;
   for (const NewText& text : texts) {
@@ -247,7 +249,7 @@ Result<void> Workspace::put(const std::vector<NewText>& texts, const std::string
       set_text(documents_[text.file], text.text);
       documents_[text.file].saved_here = true;
       step.changes.push_back(
-          {text.file, {{0, 0, text.text}}, {{0, text.text.size(), ""}}, true, false, 0, hash_of(text.text)});
+          {text.file, {{0, 0, text.text}}, {{0, text.text.size(), ""}}, true, false, 0, hash_of(text.text), {}});
       continue;
     }
     Document& document = documents_[text.file];
@@ -263,7 +265,7 @@ Result<void> Workspace::put(const std::vector<NewText>& texts, const std::string
 Result<void> Workspace::remove(const std::string& file) {
   const auto document = editable(file);
   if (!document) return tl::unexpected(document.error());
-  const std::string text = (*document)->text;
+  const FileChange removal = removal_of(file, (*document)->text, (*document)->begin);
   const auto there = look_at(folder_ / file, kDocumentBytesMax);
   if (!there.problem.empty()) return unreadable(file, there.problem);
   if (there.text && *there.text != (*document)->saved) {
@@ -273,7 +275,7 @@ Result<void> Workspace::remove(const std::string& file) {
   }
   if (auto gone = take_away(folder_ / file, file); !gone) return gone;
   documents_.erase(file);
-  did({"delete " + file, {removal_of(file, text)}}, false);
+  did({"delete " + file, {removal}}, false);
   return {};
 }
 
@@ -283,7 +285,7 @@ Result<void> Workspace::change_disk(const std::vector<DiskChange>& changes) cons
   auto result = [&]() -> Result<void> {
     for (const DiskChange& change : changes) {
       if (change.text) {
-        if (auto written = write(change.file, *change.text); !written) return written;
+        if (auto written = write(change.file, *change.text, change.begin); !written) return written;
       } else if (auto gone = take_away(folder_ / change.file, change.file); !gone) {
         return gone;
       }
@@ -296,7 +298,7 @@ Result<void> Workspace::change_disk(const std::vector<DiskChange>& changes) cons
   while (done-- > 0) {
     const DiskChange& change = changes[done];
     if (change.before)
-      (void)write(change.file, *change.before);
+      (void)write(change.file, *change.before, change.begin);
     else
       (void)take_away(folder_ / change.file, change.file);
   }
@@ -342,9 +344,11 @@ Result<Workspace::Reverted> Workspace::revert(const Step& step, bool back) {
       case Standing::kAsKnown: doing.push_back(&change);
     }
     if (back ? change.removed : change.created)
-      on_disk.push_back({change.file, with_edits("", back ? change.back : change.edits).value_or(""), std::nullopt});
+      on_disk.push_back(
+          {change.file, with_edits("", back ? change.back : change.edits).value_or(""), std::nullopt, change.begin});
     else if (back ? change.created : change.removed)
-      on_disk.push_back({change.file, std::nullopt, look_at(folder_ / change.file, kDocumentBytesMax).text});
+      on_disk.push_back(
+          {change.file, std::nullopt, look_at(folder_ / change.file, kDocumentBytesMax).text, found->second.begin});
   }
   if (doing.empty() && reverted.files.empty()) return reverted;
   if (auto changed = change_disk(on_disk); !changed) return tl::unexpected(changed.error());
@@ -360,6 +364,7 @@ Result<Workspace::Reverted> Workspace::revert(const Step& step, bool back) {
     if (is_new) {
       at->second.saved = text;
       at->second.saved_here = true;
+      at->second.begin = change->begin;
     }
     set_text(at->second, std::move(text));
   }
@@ -405,11 +410,20 @@ Result<Workspace::Reverted> Workspace::take_back(bool back) {
   return reverted;
 }
 
-Result<void> Workspace::write(const std::string& file, const std::string& text) const {
+Result<void> Workspace::write(const std::string& file, const std::string& text, const std::string& begin) const {
   const auto place = place_of(file);
   if (!place) return tl::unexpected(place.error());
-  const Document* const known = find(file);
-  const auto encoded = known != nullptr ? text::xml_encoded_as(known->begin, text) : std::nullopt;
+  auto encoded = text::xml_encoded_as(begin, text);
+  if (const auto declared = encoded ? std::nullopt : text::xml_declared_otherwise(text)) {
+    encoded = text::xml_as_declared(text);
+    const bool is_ascii = std::all_of(text.begin(), text.end(), [](char c) { return (c & 0x80) == 0; });
+    if (!encoded && !is_ascii)
+      return fail("design.encoding",
+                  fmt::format("{} says encoding=\"{}\", in which this text cannot be written; write "
+                              "encoding=\"UTF-8\" there, and save again",
+                              file, *declared),
+                  SourceSpan{file});
+  }
   return write_safely(*place, file, encoded ? *encoded : text);
 }
 
@@ -426,10 +440,16 @@ Result<void> Workspace::save(const std::string& file) {
     refresh({file});
     return fail("design.conflict", file + " has changed on disk meanwhile; look at what came of it, and save again");
   }
-  if (auto written = write(file, (*document)->text); !written) return written;
+  if (auto written = write(file, (*document)->text, (*document)->begin); !written) return written;
   (*document)->saved = (*document)->text;
-  (*document)->saved_here = true;
   (*document)->due = journal_due_ = true;
+  if (text::xml_declared_otherwise((*document)->saved)) {
+    // It is shown in UTF-8 from now on, as any file in that encoding.
+    Step step{"show " + file + " in UTF-8", {}};
+    if (take_from_disk(file, step) && !step.changes.empty()) did(std::move(step), false);
+    if (find(file) == nullptr) return {};
+  }
+  (*document)->saved_here = true;
   return {};
 }
 
@@ -455,7 +475,7 @@ bool Workspace::take_from_disk(const std::string& file, Step& step) {
       found->second.theirs.reset();
       return news;
     }
-    step.changes.push_back(removal_of(file, found->second.text));
+    step.changes.push_back(removal_of(file, found->second.text, found->second.begin));
     documents_.erase(found);
     return true;
   }
@@ -532,7 +552,12 @@ Result<void> Workspace::resolve(const std::string& file, const std::string& text
   if (!document.unreadable.empty()) {
     if (text != document.text)
       return fail("design.bad-edit", file + " on disk cannot be read; only what is edited here can be kept");
-    if (auto written = write(file, text); !written) return written;
+    if (look_at(folder_ / file, kDocumentBytesMax).text) {
+      refresh({file});
+      return fail("design.conflict",
+                  file + " can be read on disk again; look at what came of it, and say again what is to be kept");
+    }
+    if (auto written = write(file, text, document.begin); !written) return written;
     document.unreadable.clear();
     document.saved = text;
     document.saved_here = true;

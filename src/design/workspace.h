@@ -61,6 +61,7 @@ struct FileChange {
   /// Hashes of the texts between which it lies; 0: not known.
   std::int64_t before = 0;
   std::int64_t after = 0;
+  std::string begin;  ///< `Document::begin` of a file that came or went with it.
 };
 
 /// What is undone at once.
@@ -127,7 +128,8 @@ class Workspace {
   /// Writes a text so that whoever reads, or a machine that stops, finds the old or the new one: beside the file, with
   /// its mode, synchronised, renamed. Errors: design.no-such-file, design.unresolved, design.conflict (it was changed
   /// on disk meanwhile, and is joined or waits to be resolved now), design.unreadable (what is there is no text, and
-  /// stays), file.unwritable.
+  /// stays), design.encoding (its XML declaration names one that it cannot be written in), file.unwritable,
+  /// file.read-only.
   Result<void> save(const std::string& file);
 
   /// Looks at files, or at all of folders ("": the whole project), on disk: what is new there is joined with what is
@@ -135,11 +137,14 @@ class Workspace {
   /// were.
   std::vector<std::string> refresh(const std::vector<std::string>& paths);
   /// Ends a conflict with this text; saving writes it over the file. Over what cannot be read, the text that is edited
-  /// is written at once. Errors: design.no-such-file, design.bad-edit (there is no conflict), file.unwritable.
+  /// is written at once. Errors: design.held, design.no-such-file, design.bad-edit (there is no conflict, or another
+  /// text over what cannot be read), design.conflict (it can be read again, and is joined or waits to be resolved now),
+  /// design.outside (a link is in its place), design.encoding, file.unwritable (also: a folder is), file.read-only.
   Result<void> resolve(const std::string& file, const std::string& text);
 
   /// Writes what has changed since to the journal. Failing costs only what a restart would find.
-  /// Cost: of the changes; now and then of all that is kept.
+  /// Cost: of the new steps and the whole texts of the files that they changed, twice if not saved; now and then of all
+  /// that is kept.
   void keep_journal();
   /// Why the journal could not be written; empty: it was.
   [[nodiscard]] const std::string& journal_problem() const { return journal_problem_; }
@@ -161,6 +166,7 @@ class Workspace {
     std::string file;
     std::optional<std::string> text;
     std::optional<std::string> before;
+    std::string begin;  // of either
   };
   Result<void> change_disk(const std::vector<DiskChange>& changes) const;
   enum class Standing { kAsKnown, kDone, kOther };
@@ -169,10 +175,12 @@ class Workspace {
   Result<Reverted> take_back(bool back);
   bool take_from_disk(const std::string& file, Step& step);
   void take_step_from_disk(Step step);
-  Result<void> write(const std::string& file, const std::string& text) const;
+  Result<void> write(const std::string& file, const std::string& text, const std::string& begin) const;
   Result<std::filesystem::path> place_of(const std::string& file) const;
   [[nodiscard]] Result<void> may_edit() const;
   void begin_journal();
+  void make_journal_folder() const;
+  [[nodiscard]] bool has_lock() const;
   bool take_lock();
   void read_journal();
 
@@ -194,6 +202,7 @@ class Workspace {
   Journaled journaled_;
   std::string journal_problem_;
   std::shared_ptr<const int> lock_;
+  std::string address_;
   std::string held_by_;
   bool may_join_ = true;  ///< False: the last step was undone since, and what is typed now is another.
 };

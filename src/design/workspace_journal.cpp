@@ -2,11 +2,15 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
+#include <span>
 #include <system_error>
+#include <utility>
 
 #include "sentree/base/json.h"
 #include "sentree/base/value.h"
@@ -37,16 +41,21 @@ Value to_value(const TextEdits& edits) {
   return list;
 }
 
+// Bytes of any encoding.
+std::string as_base64(const std::string& bytes) {
+  std::string out;
+  append_base64(out, std::as_bytes(std::span(bytes)));
+  return out;
+}
+
 Value to_value(const Step& step) {
   List changes;
   for (const FileChange& change : step.changes) {
-    changes.push_back(Map{{"file", change.file},
-                          {"edits", to_value(change.edits)},
-                          {"back", to_value(change.back)},
-                          {"created", change.created},
-                          {"removed", change.removed},
-                          {"before", change.before},
-                          {"after", change.after}});
+    Map value{{"file", change.file},       {"edits", to_value(change.edits)}, {"back", to_value(change.back)},
+              {"created", change.created}, {"removed", change.removed},       {"before", change.before},
+              {"after", change.after}};
+    if (!change.begin.empty()) value.append("begin", as_base64(change.begin));
+    changes.push_back(std::move(value));
   }
   return Map{{"name", step.name}, {"changes", std::move(changes)}};
 }
@@ -60,6 +69,15 @@ const List& list_of(const Value& value, std::string_view name) {
 std::string string_of(const Value& value, std::string_view name) {
   const Value* found = value.find(name);
   return found != nullptr && found->as_string() != nullptr ? *found->as_string() : std::string();
+}
+
+std::string bytes_of(const Value& value, std::string_view name) {
+  const auto bytes = decode_base64(string_of(value, name));
+  std::string out;
+  if (bytes) {
+    for (const std::byte byte : *bytes) out += static_cast<char>(byte);
+  }
+  return out;
 }
 
 bool flag_of(const Value& value, std::string_view name) {
@@ -90,7 +108,7 @@ Step step_of(const Value& value) {
   for (const Value& change : list_of(value, "changes")) {
     step.changes.push_back({string_of(change, "file"), edits_of(list_of(change, "edits")),
                             edits_of(list_of(change, "back")), flag_of(change, "created"), flag_of(change, "removed"),
-                            number_of(change, "before"), number_of(change, "after")});
+                            number_of(change, "before"), number_of(change, "after"), bytes_of(change, "begin")});
   }
   return step;
 }
@@ -131,7 +149,7 @@ List steps_from(const Steps& steps, std::size_t from, std::set<std::string>& tou
 std::size_t Step::bytes() const {
   std::size_t sum = name.size();
   for (const FileChange& change : changes) {
-    sum += change.file.size();
+    sum += change.file.size() + change.begin.size();
     for (const TextEdits* edits : {&change.edits, &change.back}) {
       for (const TextEdit& edit : *edits) sum += sizeof edit + edit.text.size();
     }
@@ -141,36 +159,66 @@ std::size_t Step::bytes() const {
 
 // ---- Who edits ----
 
-void Workspace::begin_journal() {
+void Workspace::make_journal_folder() const {
   const fs::path folder = folder_ / kJournalFolder;
   std::error_code error;
   fs::create_directory(folder, error);
   // The folder is nobody's business but this machine's.
   if (!fs::exists(folder / ".gitignore", error)) (void)text::write_file(folder / ".gitignore", "*\n");
-  if (take_lock()) read_journal();
 }
 
-// False: another has it. Where no lock can be made no journal can be written, which is told.
+void Workspace::begin_journal() {
+  make_journal_folder();
+  if (take_lock()) read_journal();
+  // Nothing is to be kept yet.
+  journal_problem_.clear();
+}
+
+// False: another has it, or may have it. True without `lock_`: none can be made here, and no journal is to be written,
+// as `journal_problem_` says.
 bool Workspace::take_lock() {
-  constexpr mode_t kMine = 0600;
+  constexpr mode_t kAnybody = 0666;  // less the umask
   const fs::path path = folder_ / kJournalFolder / kLock;
-  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kMine);
+  lock_.reset();
   held_by_.clear();
-  if (descriptor < 0) return true;
-  lock_ = owned(descriptor);
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
-    tell_address("");
+  int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kAnybody);
+  // Another user's can be locked all the same.
+  if (descriptor < 0 && errno == EACCES) descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  const auto why = [] { return std::generic_category().message(errno); };
+  if (descriptor < 0 && (errno == EROFS || errno == ENOENT || errno == ENOTDIR)) {
+    journal_problem_ = "cannot be written: " + why();
     return true;
   }
-  if (errno != EWOULDBLOCK) return true;
-  lock_.reset();
+  if (descriptor < 0) {
+    held_by_ = fmt::format("somebody whose {}/{} cannot be opened ({})", kJournalFolder, kLock, why());
+    return false;
+  }
+  auto lock = owned(descriptor);
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
+    lock_ = std::move(lock);
+    tell_address(address_);
+    return true;
+  }
+  if (errno != EWOULDBLOCK) {
+    journal_problem_ = "cannot be locked: " + why();
+    return true;
+  }
   held_by_ = text::read_file(path).value_or("");
   held_by_ = held_by_.substr(0, held_by_.find('\n'));
   if (held_by_.empty()) held_by_ = "another program";
   return false;
 }
 
+// It may have been removed, as by `git clean`, and made by another.
+bool Workspace::has_lock() const {
+  struct stat ours {
+  }, there{};
+  return lock_ && fstat(*lock_, &ours) == 0 && stat((folder_ / kJournalFolder / kLock).c_str(), &there) == 0 &&
+         ours.st_dev == there.st_dev && ours.st_ino == there.st_ino;
+}
+
 void Workspace::tell_address(const std::string& address) {
+  address_ = address;
   if (!lock_) return;
   const std::string line =
       fmt::format("sentree studio (process {}{}{})\n", getpid(), address.empty() ? "" : ", ", address);
@@ -190,12 +238,22 @@ bool Workspace::take_over() {
 
 void Workspace::keep_journal() {
   if (!journal_due_ || !held_by_.empty()) return;
+  if (!has_lock()) {
+    journaled_.whole = true;
+    make_journal_folder();
+    if (!take_lock()) {
+      // What is edited here is not given up for that; it can still be saved.
+      journal_problem_ = fmt::format("is {}'s by now", std::exchange(held_by_, {}));
+    }
+    if (!lock_) return;
+  }
   const bool whole = journaled_.whole || journaled_.appended > std::max(kAppendedMin, journaled_.size);
   if (whole) journaled_ = {};
   std::set<std::string> touched;
   List undo = steps_from(undo_, journaled_.undo, touched);
   List redo = steps_from(redo_, journaled_.redo, touched);
   Map files;
+  std::size_t bytes = 0;
   for (auto& [file, document] : documents_) {
     const bool is_in = journaled_.files.contains(file);
     const bool wanted = touched.contains(file) || document.is_dirty();
@@ -203,6 +261,8 @@ void Workspace::keep_journal() {
     Map kept{{"text", document.text}};
     if (document.is_dirty()) kept.append("saved", document.saved);
     if (document.saved_here) kept.append("here", true);
+    if (!document.begin.empty()) kept.append("begin", as_base64(document.begin));
+    bytes += document.text.size() + (document.is_dirty() ? document.saved.size() : 0);
     files.append(file, std::move(kept));
     journaled_.files.insert(file);
     document.due = false;
@@ -223,9 +283,10 @@ void Workspace::keep_journal() {
     line.append("undo_from", static_cast<std::int64_t>(journaled_.undo));
     line.append("redo_from", static_cast<std::int64_t>(journaled_.redo));
   }
-  const std::string written = to_json(Value(std::move(line))) + "\n";
+  const bool is_too_large = bytes > kJournalBytesMax;
+  const std::string written = is_too_large ? std::string() : to_json(Value(std::move(line))) + "\n";
   const fs::path path = folder_ / kJournalFolder / kJournal;
-  if (written.size() + (whole ? 0 : journaled_.size + journaled_.appended) > kJournalBytesMax) {
+  if (is_too_large || written.size() + (whole ? 0 : journaled_.size + journaled_.appended) > kJournalBytesMax) {
     journal_problem_ = fmt::format("would be larger than {} bytes", kJournalBytesMax);
   } else if (whole) {
     const auto done = text::write_file(path, written);
@@ -276,7 +337,10 @@ void Workspace::read_journal() {
   // First as it was when the journal was written; what happened on disk since then comes as a step of its own.
   for (const auto& [file, kept] : files) {
     if (!place_of(file)) continue;
-    Document& document = documents_[file];
+    const auto [at, is_new] = documents_.try_emplace(file);
+    Document& document = at->second;
+    // On disk it may be in another by now.
+    if (is_new) document.begin = bytes_of(kept, "begin");
     if (std::string text = string_of(kept, "text"); text != document.text) set_text(document, std::move(text));
     document.saved = kept.find("saved") != nullptr ? string_of(kept, "saved") : document.text;
     document.saved_here = flag_of(kept, "here");

@@ -276,7 +276,10 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     const design::Document* document = workspace.find(file);
     if (document == nullptr || !document->has_conflict()) return fail("design.bad-edit", file + " has no conflict");
     const std::string text = asked.text("keep") == "theirs" ? document->theirs.value_or(std::string()) : document->text;
-    if (auto resolved = workspace.resolve(file, text); !resolved) return tl::unexpected(resolved.error());
+    if (auto resolved = workspace.resolve(file, text); !resolved) {
+      changed({file});
+      return tl::unexpected(resolved.error());
+    }
     changed({file});
     return Value(Map());
   }
@@ -455,10 +458,14 @@ Result<Value> Workshop::Impl::save(const AskedEdit& asked) {
     }
   }
   for (const std::string& file : files) {
+    const design::Document* document = workspace.find(file);
+    const std::uint64_t before = document != nullptr ? document->version : 0;
     if (auto saved = workspace.save(file); !saved) {
       changed({file});
       return tl::unexpected(saved.error());
     }
+    document = workspace.find(file);
+    if (document == nullptr || document->version != before) changed({file});
   }
   // What goes with the saved texts is now what goes with the edited ones.
   if (is_saved() && shadow && shadow_of == revision) baseline = shadow;

@@ -83,6 +83,12 @@ std::string declared_as_utf8(std::string source) {
   return source;
 }
 
+std::string lowered(std::string_view name) {
+  std::string lower(name);
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+  return lower;
+}
+
 enum class Form { kUtf8, kLittle, kBig, kWindows, kLatin, kNamedWrongly };
 struct Encoding {
   Form form = Form::kUtf8;
@@ -100,8 +106,7 @@ Encoding encoding_of(std::string_view source) {
   if (source.starts_with("\0<\0?"sv)) return {Form::kBig};
   const auto name = declared(source.substr(0, kBegin));
   if (!name) return {};
-  std::string lower(*name);
-  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+  const std::string lower = lowered(*name);
   if (lower == "utf-16") return {Form::kNamedWrongly};
   if (lower == "windows-1252" || lower == "cp1252") return {Form::kWindows};
   if (lower == "iso-8859-1" || lower == "latin1" || lower == "latin-1") return {Form::kLatin};
@@ -186,6 +191,15 @@ std::optional<std::string> xml_encoded_as(std::string_view begin, std::string_vi
   }
   if (xml_as_utf8(out) != text) return std::nullopt;
   return out;
+}
+
+std::optional<std::string_view> xml_declared_otherwise(std::string_view text) {
+  const auto name = declared(text.substr(0, kBegin));
+  return name && lowered(*name) != "utf-8" && lowered(*name) != "utf8" ? name : std::nullopt;
+}
+
+std::optional<std::string> xml_as_declared(std::string_view text) {
+  return xml_encoded_as(text.substr(0, kBegin), declared_as_utf8(std::string(text)));
 }
 
 }  // namespace sentree::text

@@ -18,4 +18,10 @@ namespace sentree::text {
 /// hold.
 [[nodiscard]] std::optional<std::string> xml_encoded_as(std::string_view begin, std::string_view text);
 
+/// The encoding that the XML declaration of `text` names, if that is another than UTF-8.
+[[nodiscard]] std::optional<std::string_view> xml_declared_otherwise(std::string_view text);
+/// The bytes of a text, itself in UTF-8, in the encoding that its XML declaration names. Nothing: `xml_as_utf8` does
+/// not know that, or it cannot hold the text.
+[[nodiscard]] std::optional<std::string> xml_as_declared(std::string_view text);
+
 }  // namespace sentree::text

@@ -305,14 +305,17 @@ function Conflict() {
 
 /** What another has put in the file's place is no text; it stays until one says otherwise. */
 function Unreadable({ doc: { file, unreadable } }: { doc: Doc }) {
+  const can_be_replaced = !/^it (?:is a folder|is a link|cannot be looked at)/.test(unreadable);
   return (
     <div className="conflict" role="alert" data-testid="conflict">
       <p>
         <Icon name="warning" />
-        <strong>{file} on disk cannot be read:</strong> {unreadable}. It stays as it is there, and the text stays here: mend it on disk, or
-        <button className="button small" onClick={() => void resolve(file, "mine")}>
-          Write this text over it
-        </button>
+        <strong>{file} on disk cannot be read:</strong> {unreadable}. It stays as it is there, and the text stays here: mend it on disk{can_be_replaced ? ", or" : ""}
+        {can_be_replaced && (
+          <button className="button small" onClick={() => void resolve(file, "mine")}>
+            Write this text over it
+          </button>
+        )}
       </p>
     </div>
   );

@@ -1,6 +1,6 @@
 import { create } from "zustand";
 
-import { LostError } from "../protocol/client";
+import { BusyError, LostError } from "../protocol/client";
 import type { Design, DesignDocument, DesignPast, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
 import { useEdit } from "../store/edit";
 import { note, on_design, request, type DesignMessage } from "../store/store";
@@ -324,6 +324,8 @@ const kPause_ms = 1000;
 
 /** Times that an edit is refused because of others' before one is told so. */
 const kTriesMax = 20;
+/** What was refused for a while only is tried again after so long. */
+const kLater_ms = 1000;
 const kHalfCharacter = /\p{Surrogate}/gu;
 
 /**
@@ -344,6 +346,8 @@ export class Session {
   /** The text that was on its way when the connection was lost. */
   private unsure: string | null = null;
   private refused = 0;
+  /** That what is typed waits until it is not refused any more has been said. */
+  private told_later = false;
   /** Gives the editor another text. */
   show: ((text: string) => void) | null = null;
 
@@ -419,6 +423,7 @@ export class Session {
       await request("design_edit", { file: this.file, base: version, edits: [{ from: places.byte(splice.from), to: places.byte(splice.to), text }], cause: `type in ${this.file}`, join });
       this.busy = null;
       this.refused = 0;
+      this.told_later = false;
       this.rebase(sent);
     } catch (error) {
       this.busy = null;
@@ -433,6 +438,14 @@ export class Session {
       this.waits = true;
       this.unsure = sent;
       note("info", "the program cannot be reached; what is typed is kept here until it is back");
+    } else if (is_for_now(error)) {
+      this.waits = true;
+      if (!this.told_later) note("info", `what is typed is kept here, and told later: ${text_of(error)}`);
+      this.told_later = true;
+      // Not where the connection was lost since: then the file must have been told again.
+      window.setTimeout(() => {
+        if (this.unsure === null) this.came();
+      }, kLater_ms);
     } else if (!doc || doc.theirs !== null) {
       this.waits = true;
       note("error", text_of(error));
@@ -447,6 +460,11 @@ export class Session {
       this.show?.(this.local);
     }
   }
+}
+
+/** Refused for a while: the same may be done later. */
+function is_for_now(error: unknown): boolean {
+  return error instanceof BusyError || text_of(error).startsWith("not yet: ") || (useDesign.getState().summary?.held_by ?? "") !== "";
 }
 
 const sessions = new Map<string, Session>();

@@ -10,7 +10,7 @@ vi.stubGlobal("window", globalThis);
 const { Session, useDesign } = await import("./design");
 const { joined: both, splices_between } = await import("./joining");
 const { Places } = await import("./places");
-const { LostError } = await import("../protocol/client");
+const { BusyError, LostError, RefusedError } = await import("../protocol/client");
 
 /** The program takes so long for each edit. */
 const kSlow_ms = 1500;
@@ -177,4 +177,30 @@ it("half a character is told as one that nobody knows", async () => {
   await vi.advanceTimersByTimeAsync(1000);
   expect(useDesign.getState().docs["mission.xml"]!.text).toBe("a\ufffdb\u{1f600}");
   expect(shown).toEqual(["a\ufffdb\u{1f600}"]);
+});
+
+it("what is typed while edits are refused for a while is kept, and told later", async () => {
+  const is_held = (held_by: string) => useDesign.setState({ summary: { files: [], held_by } as never });
+  const tells = request.getMockImplementation()!;
+  for (const refusal of [new BusyError("too many requests wait for an answer"), new RefusedError("not yet: the project is being opened"), new RefusedError("another edits this project")]) {
+    is_now("");
+    is_held(refusal.message.startsWith("another") ? "another" : "");
+    request.mockImplementation(() => Promise.reject(refusal));
+    const session = new Session("mission.xml");
+    session.typed("precious");
+    await vi.advanceTimersByTimeAsync(5000);
+    expect(session.text, refusal.message).toBe("precious");
+    is_held("");
+    request.mockImplementation(tells);
+    await vi.advanceTimersByTimeAsync(10 * kSlow_ms);
+    expect(useDesign.getState().docs["mission.xml"]!.text, refusal.message).toBe("precious");
+  }
+  // What is refused for good is not.
+  is_now("");
+  useDesign.setState(({ docs }) => ({ docs: { "mission.xml": { ...docs["mission.xml"]!, theirs: null } } }));
+  request.mockImplementation(() => Promise.reject(new RefusedError("that is no UTF-8")));
+  const session = new Session("mission.xml");
+  session.typed("x");
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(session.text).toBe("");
 });

@@ -18,6 +18,8 @@ export interface ClientOptions {
 export class RefusedError extends Error {}
 /** The program cannot be reached; whether it has done what was asked is not known. */
 export class LostError extends RefusedError {}
+/** Nothing was asked: too much waits already. Later it can be. */
+export class BusyError extends RefusedError {}
 
 /** Waits between attempts to connect: doubling from the first to the last. */
 export const kRetryFirst_ms = 250;
@@ -63,7 +65,7 @@ export class Client {
   request<Op extends Operation>(op: Op, args: Operations[Op][0]): Promise<Operations[Op][1]> {
     const socket = this.socket;
     if (!socket || this.attempt > 0) return Promise.reject(new LostError("not connected to the program"));
-    if (this.waiting.size >= kRequestsMax) return Promise.reject(new RefusedError("too many requests wait for an answer"));
+    if (this.waiting.size >= kRequestsMax) return Promise.reject(new BusyError("too many requests wait for an answer"));
     const id = this.next_id++;
     return new Promise((resolve, reject) => {
       this.waiting.set(id, { resolve: resolve as (value: unknown) => void, reject });
