@@ -214,8 +214,8 @@ def examine(program, names, options):
             return None
     if done.returncode == 0:
         return ""
-    # Sources that are not compiled as one anyway may hide names of one another.
-    if len(names) > 1 and "[clang-diagnostic-error" in done.stdout:
+    # Sources that are not compiled as one anyway may hide names of one another, and clang-tidy 14 may crash on many.
+    if len(names) > 1 and ("[clang-diagnostic-error" in done.stdout or "Stack dump:" in done.stderr):
         half = (len(names) + 1) // 2
         said = [examine(program, some, options) for some in (names[:half], names[half:])]
         return None if None in said else "".join(said)
