@@ -164,7 +164,7 @@ class StatementTranslator {
       const std::size_t begin = after_comments(rest, closing(rest, 1) + 1);
       if (begin >= rest.size()) return cannot("an if without a statement");
       const std::size_t end = statement_end(rest, begin, 0);
-      if (const auto done = branch(rest.subspan(begin, end - begin), scope, depth, xml); !done) return done;
+      if (auto done = branch(rest.subspan(begin, end - begin), scope, depth, xml); !done) return done;
       const std::size_t otherwise = after_comments(rest, end);
       if (otherwise >= rest.size()) break;
       const std::size_t next = after_comments(rest, otherwise + 1);
@@ -175,7 +175,7 @@ class StatementTranslator {
         continue;
       }
       xml += "<else/>\n";
-      if (const auto done = branch(rest.subspan(next), scope, depth, xml); !done) return done;
+      if (auto done = branch(rest.subspan(next), scope, depth, xml); !done) return done;
       break;
     }
     put(scope, xml + "</if>");
@@ -227,7 +227,7 @@ class StatementTranslator {
       at = end;
       if (!drop_break(content) && end < body.size()) return cannot("a case that falls through to the next");
       std::string inner;
-      if (const auto done = branch(content, scope, depth, inner); !done) return done;
+      if (auto done = branch(content, scope, depth, inner); !done) return done;
       if (is_default) {
         otherwise = inner;
         has_default = true;
@@ -424,8 +424,8 @@ class StatementTranslator {
     if (!condition) return tl::unexpected(condition.error());
     std::string yes;
     std::string no;
-    if (const auto done = submit_named(colon[0], {&yes, scope.timer}, depth + 1); !done) return done;
-    if (const auto done = submit_named(colon[1], {&no, scope.timer}, depth + 1); !done) return done;
+    if (auto done = submit_named(colon[0], {&yes, scope.timer}, depth + 1); !done) return done;
+    if (auto done = submit_named(colon[1], {&no, scope.timer}, depth + 1); !done) return done;
     put(scope, fmt::format("<if{}>\n{}<else/>\n{}</if>", xml_attribute("cond", *condition), yes, no));
     return {};
   }

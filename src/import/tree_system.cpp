@@ -407,7 +407,7 @@ class TreeSystem {
     }
     std::set<std::string> taken;
     for (const bt::TreeFile& known : library_.files()) taken.insert(known.trees.begin(), known.trees.end());
-    const std::string id = unused_name("Mission", taken);
+    std::string id = unused_name("Mission", taken);
     const std::string file = made_file("to_the_goal");
     result_.files.push_back(
         {file, fmt::format("<root{0}>\n  <BehaviorTree ID=\"{1}\">\n    <Sequence>\n"
@@ -449,7 +449,7 @@ class TreeSystem {
       }
     }
     if (models.empty()) return {};
-    const std::string file = made_file("nodes");
+    std::string file = made_file("nodes");
     result_.files.push_back({file, "<root>\n" + bt::write_models(models) + "</root>\n"});
     return file;
   }
