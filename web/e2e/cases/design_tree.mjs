@@ -202,6 +202,7 @@ test("by keyboard alone a tree gets nodes, moves, wraps, renames and loses them"
   await until(async () => /move Parallel within Root/.test(await undo_name(page)), "it moved");
   await page.keyboard.press("Delete");
   await until(async () => (await node(page, "Parallel").count()) === 0, "it is gone");
+  await until(async () => /^delete/.test(await undo_name(page)), "and that can be undone");
   for (;;) {
     const name = await undo_name(page);
     if (name === "") break;
