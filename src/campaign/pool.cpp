@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "sentree/base/exit_status.h"
+#include "sentree/base/write_all.h"
 
 namespace sentree::campaign {
 
@@ -30,16 +31,10 @@ struct Answer {
   std::uint32_t is_last;  // the child ends behind it
 };
 
-bool write_all(int file, const void* data, std::size_t size) {
-  const char* at = static_cast<const char*>(data);
-  while (size > 0) {
-    const ssize_t written = ::write(file, at, size);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    at += written;
-    size -= static_cast<std::size_t>(written);
-  }
-  return true;
+// As a pipe carries it between processes of one program.
+template <class Plain>
+std::string_view octets_of(const Plain& plain) {
+  return {reinterpret_cast<const char*>(&plain), sizeof plain};
 }
 
 bool read_all(int file, void* data, std::size_t size) {
@@ -63,8 +58,7 @@ bool read_all(int file, void* data, std::size_t size) {
   while (read_all(in, &what, sizeof what)) {
     const std::string text = task.work(what);
     const Answer answer{what, static_cast<std::uint32_t>(text.size()), task.spoilt && task.spoilt() ? 1U : 0U};
-    if (!write_all(out, &answer, sizeof answer) || !write_all(out, text.data(), text.size()) || answer.is_last != 0)
-      break;
+    if (!write_all(out, octets_of(answer)) || !write_all(out, text) || answer.is_last != 0) break;
   }
   _exit(0);
 }
@@ -126,7 +120,7 @@ class Pool {
         }
         children_[i].given.push_back(*what);
         // A child that is gone is found out where its answers are read.
-        (void)write_all(children_[i].in, &*what, sizeof *what);
+        (void)write_all(children_[i].in, octets_of(*what));
       }
     }
     return {};

@@ -3,28 +3,13 @@
 
 #include <cerrno>
 #include <string>
-#include <string_view>
 
+#include "sentree/base/write_all.h"
 #include "sentree/cli/commands.h"
 #include "sentree/lsp/framing.h"
 #include "sentree/lsp/server.h"
 
 namespace sentree::cli {
-
-namespace {
-
-// False: nobody reads any more.
-bool write_all(std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t done = write(STDOUT_FILENO, text.data(), text.size());
-    if (done < 0 && errno == EINTR) continue;
-    if (done <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(done));
-  }
-  return true;
-}
-
-}  // namespace
 
 int lsp() {
   lsp::Server server(SENTREE_VERSION);
@@ -52,7 +37,7 @@ int lsp() {
       server.work();
     }
     for (const std::string& message : server.take_answers()) {
-      if (!write_all(lsp::framed(message))) return kEnvironment;
+      if (!write_all(STDOUT_FILENO, lsp::framed(message))) return kEnvironment;
     }
   }
   return server.is_over() ? server.exit_code() : kFindings;

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "sentree/base/write_all.h"
 #include "sentree/text/encoding.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
@@ -37,15 +38,7 @@ class Temporary {
   Temporary(const Temporary&) = delete;
   Temporary& operator=(const Temporary&) = delete;
 
-  bool write(std::string_view text) const {
-    while (!text.empty()) {
-      const ssize_t done = ::write(descriptor_, text.data(), text.size());
-      if (done < 0 && errno == EINTR) continue;
-      if (done <= 0) return false;
-      text.remove_prefix(static_cast<std::size_t>(done));
-    }
-    return true;
-  }
+  bool write(std::string_view text) const { return write_all(descriptor_, text); }
   bool finish(const fs::path& as) {
     const int descriptor = std::exchange(descriptor_, -1);
     const bool synchronised = fsync(descriptor) == 0;

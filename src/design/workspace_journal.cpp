@@ -14,6 +14,7 @@
 
 #include "sentree/base/json.h"
 #include "sentree/base/value.h"
+#include "sentree/base/write_all.h"
 #include "sentree/design/workspace.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
@@ -125,13 +126,7 @@ std::string append_to(const fs::path& path, std::string_view line) {
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (descriptor < 0) return std::generic_category().message(errno);
   const auto held = owned(descriptor);
-  while (!line.empty()) {
-    const ssize_t done = ::write(descriptor, line.data(), line.size());
-    if (done < 0 && errno == EINTR) continue;
-    if (done <= 0) return std::generic_category().message(errno);
-    line.remove_prefix(static_cast<std::size_t>(done));
-  }
-  return {};
+  return write_all(descriptor, line) ? std::string() : std::generic_category().message(errno);
 }
 
 template <typename Steps>

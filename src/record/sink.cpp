@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <system_error>
 
+#include "sentree/base/write_all.h"
+
 namespace sentree::record {
 
 namespace {
@@ -29,20 +31,14 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::filesystem::path& 
 FileSink::~FileSink() { ::close(file_); }
 
 Result<void> FileSink::write(std::string_view bytes) {
-  const std::uint64_t end = size_ + bytes.size();
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(file_, bytes.data(), bytes.size());
-    if (written < 0) {
-      if (errno == EINTR) continue;
-      auto failure = unwritable(name_);
-      // Half a record would be taken for damage.
-      if (::ftruncate(file_, static_cast<off_t>(size_)) != 0) return failure;
-      (void)::lseek(file_, static_cast<off_t>(size_), SEEK_SET);
-      return failure;
-    }
-    bytes.remove_prefix(static_cast<std::size_t>(written));
+  if (!write_all(file_, bytes)) {
+    auto failure = unwritable(name_);
+    // Half a record would be taken for damage.
+    if (::ftruncate(file_, static_cast<off_t>(size_)) != 0) return failure;
+    (void)::lseek(file_, static_cast<off_t>(size_), SEEK_SET);
+    return failure;
   }
-  size_ = end;
+  size_ += bytes.size();
   return {};
 }
 

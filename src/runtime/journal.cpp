@@ -20,6 +20,7 @@
 #include "sentree/base/encoder.h"
 #include "sentree/base/packed.h"
 #include "sentree/base/rng.h"
+#include "sentree/base/write_all.h"
 #include "sentree/text/file.h"
 
 namespace sentree::runtime {
@@ -72,19 +73,6 @@ std::int64_t clock_ns(clockid_t clock) {
   timespec time{};
   clock_gettime(clock, &time);
   return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
-}
-
-bool write_all(int file, std::string_view octets) {
-  while (!octets.empty()) {
-    const ssize_t count = ::write(file, octets.data(), octets.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) {
-      if (count == 0) errno = ENOSPC;
-      return false;
-    }
-    octets.remove_prefix(static_cast<std::size_t>(count));
-  }
-  return true;
 }
 
 class File {
