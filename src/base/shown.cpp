@@ -41,4 +41,10 @@ std::string shown_in_short(std::string_view text) {
   return shown(text.substr(0, first)) + std::string(kLeftOut) + shown(text.substr(second));
 }
 
+std::string grouped(std::uint64_t number) {
+  std::string text = std::to_string(number);
+  for (std::size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, ",");
+  return text;
+}
+
 }  // namespace sentree

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -11,5 +12,8 @@ namespace sentree {
 
 /// The same; of what is longer than 4,000 bytes the middle is left out.
 [[nodiscard]] std::string shown_in_short(std::string_view text);
+
+/// A number as people read it: 1,234,567.
+[[nodiscard]] std::string grouped(std::uint64_t number);
 
 }  // namespace sentree

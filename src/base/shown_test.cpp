@@ -26,6 +26,13 @@ TEST(Shown, WhatIsLongIsLeftOutInTheMiddleBetweenCharacters) {
   EXPECT_NE(out.find("é … é"), std::string::npos);
 }
 
+TEST(Shown, NumbersAreGroupedByThousands) {
+  EXPECT_EQ(grouped(0), "0");
+  EXPECT_EQ(grouped(999), "999");
+  EXPECT_EQ(grouped(1'000), "1,000");
+  EXPECT_EQ(grouped(18'446'744'073'709'551'615U), "18,446,744,073,709,551,615");
+}
+
 TEST(Shown, SoAreFindings) {
   EXPECT_EQ(to_string(Diagnostic{Severity::kError, "a.b", "no key \"k\x1b[1m\"", {"f.yaml", 3, 1, 0}}),
             "f.yaml:3:1: no key \"k\\x1b[1m\"");

@@ -108,7 +108,7 @@ std::optional<std::vector<scxml::TransitionIndex>> QuickMonitors::enabled(std::s
   auto enabled = heard.route.listeners.enabled(which, core);
   if (!enabled) enabled = scxml::enabled_by(of.model.chart(), core.session, heard.event(), heard.message.time);
   const auto in_content = [&](scxml::TransitionIndex t) { return of.reads.in_content(t); };
-  if (enabled && std::any_of(enabled->begin(), enabled->end(), in_content)) enabled.reset();
+  if (!enabled || std::any_of(enabled->begin(), enabled->end(), in_content)) return std::nullopt;
   return enabled;
 }
 

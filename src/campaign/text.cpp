@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sentree/base/shown.h"
 #include "sentree/campaign/summary.h"
 
 namespace sentree::campaign {
@@ -15,12 +16,6 @@ std::string percent(double rate) {
   const double value = rate * 100;
   if (value == 0 || value >= 100) return fmt::format("{:.0f} %", value);
   return value < 0.1 ? fmt::format("{:.2g} %", value) : fmt::format("{:.2f} %", value);
-}
-
-std::string grouped(std::uint64_t number) {
-  std::string text = std::to_string(number);
-  for (std::size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, ",");
-  return text;
 }
 
 std::string rate_text(const Summary& summary, std::uint64_t hits) {
