@@ -4,13 +4,13 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <functional>
 #include <iostream>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "sentree/base/detail/test_seeds.h"
 #include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/project/plan.h"
@@ -136,12 +136,8 @@ RandomMission shrunk(Bench& bench, RandomMission mission) {
 }
 
 TEST(RandomMissions, EndAnswerOnceAndAreTheSameAgain) {
-  const char* only = std::getenv("SENTREE_SEED");
-  const char* many = std::getenv("SENTREE_SEEDS");
-  const std::uint64_t first = only != nullptr ? std::strtoull(only, nullptr, 10) : 1;
-  const std::uint64_t count = only != nullptr ? 1 : many != nullptr ? std::strtoull(many, nullptr, 10) : kSeeds;
   Bench bench;
-  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+  for (const std::uint64_t seed : seeds(kSeeds)) {
     const RandomMission mission = MissionGenerator(seed).make();
     const std::string wrong = bench.judge(mission);
     if (wrong.empty()) continue;
@@ -153,7 +149,7 @@ TEST(RandomMissions, EndAnswerOnceAndAreTheSameAgain) {
            << scenario_text(less) << charts;
   }
   std::cout << bench.runs() << " missions, " << bench.observations() << " observations\n";
-  EXPECT_GT(bench.runs(), count / 2);  // the others are refused
+  EXPECT_GT(bench.runs(), seeds(kSeeds).size() / 2);  // the others are refused
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "sentree/scxml/encode.h"
 #include "sentree/verify/distinctions.h"
 #include "sentree/verify/explore.h"
+#include "sentree/verify/look.h"
 
 namespace sentree::verify {
 

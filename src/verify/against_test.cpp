@@ -11,10 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/base/detail/test_seeds.h"
 #include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/mission/virtual_host.h"
 #include "sentree/text/file.h"
+#include "sentree/verify/detail/test_in_folder.h"
 #include "sentree/verify/detail/test_random_project.h"
 #include "sentree/verify/period.h"
 #include "sentree/verify/verify.h"
@@ -58,8 +60,10 @@ class Recorded final : public mission::Surroundings {
 };
 
 // A mission that asks how warm a stove is, and gives it a number.
-class Against : public ::testing::Test {
+class Against : public InFolder {
  protected:
+  Against() : InFolder("against") {}
+
   void SetUp() override {
     write("interfaces/stove.thrift",
           "enum Way { ON, OFF, BROKEN }\nstruct Heat { 1: double degrees, 2: i32 job, 3: Way way, 4: double weight }\n"
@@ -75,8 +79,7 @@ class Against : public ::testing::Test {
   <transition event="stove.stop.reply" cond="_event.data.result" target="success"/>
   <transition event="stove.stop.reply" target="failure"/></state>
 <final id="success"/><final id="failure"/></scxml>)");
-    write("mission.xml",
-          "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><Action ID=\"Cook\"/></BehaviorTree></root>");
+    tree("<Action ID=\"Cook\"/>");
     // It warms up by ten degrees every 300 ms, and knows one job.
     write("models/stove.scxml", kAgainstHead + R"x(initial="there"><datamodel><data id="heat" expr="20"/></datamodel>
 <state id="there"><onentry><send event="warmer" delay="300ms"/></onentry>
@@ -90,11 +93,6 @@ class Against : public ::testing::Test {
     write("sentree.yaml",
           "mission: {file: mission.xml, rate: 10 Hz}\nservices: {stove: {interface: stove.thrift/Stove, at: model}}\n"
           "models: [{file: models/stove.scxml, name: cooker, serves: [stove]}]\nmonitors: [{file: r.req}]\n");
-  }
-  void write(const std::string& name, const std::string& text) {
-    const auto path = folder_.path() / name;
-    std::filesystem::create_directories(path.parent_path());
-    ASSERT_TRUE(text::write_file(path, text));
   }
   project::Plan plan() {
     auto project = project::load_project(folder_.path());
@@ -137,7 +135,6 @@ class Against : public ::testing::Test {
     return all->front();
   }
 
-  TemporaryFolder folder_{"against"};
   std::vector<Message> recording_;
   std::uint64_t calls_ = 0;
 };
@@ -258,12 +255,11 @@ TEST_F(Against, WhatLeavesTooMuchOpenIsToldWithItsPlace) {
 
 // What models do is what they allow; another number is not, unless some other behaviour gives it.
 TEST(AgainstRandomProjects, RunsWithModelsAreAllowed) {
-  const std::uint64_t seeds = environment("SENTREE_SEEDS", 60);
   std::size_t compared = 0;
   std::uint64_t answers = 0;
   std::size_t changed = 0;
   std::size_t noticed = 0;
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+  for (const std::uint64_t seed : seeds(60)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const TemporaryFolder folder("allowed");
     RandomProject(seed).write(folder.path());
@@ -294,7 +290,7 @@ TEST(AgainstRandomProjects, RunsWithModelsAreAllowed) {
     }
   }
   std::cout << compared << " runs, " << answers << " answers; " << noticed << " of " << changed << " changes noticed\n";
-  EXPECT_GT(compared, seeds / 2);
+  EXPECT_GT(compared, seeds(60).size() / 2);
   EXPECT_GT(answers, 3 * compared);
   EXPECT_GT(changed, 0U);
   EXPECT_EQ(noticed, changed) << "no model says 77";

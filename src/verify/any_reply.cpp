@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <set>
@@ -218,39 +219,62 @@ class Writer {
   }
   static double above(double number) { return 0.0 - below(-number); }
 
-  std::vector<std::string> numbers(const idl::Type& type, const std::string& name, const idl::Field* field) const {
-    const auto found = uses_.numbers.find(name);
-    if (found == uses_.numbers.end()) {
-      const double first = zero(field);
-      const bool has_next =
-          uses_.several.contains(name) && (field == nullptr || !field->max || first + 1 <= *field->max);
-      if (!has_next) return {plain_decimal(first)};
-      return {plain_decimal(first), plain_decimal(first + 1)};
+  // How many values must stand between two constants so that they and earlier ones come in every order.
+  std::size_t at_once(const std::string& name) const {
+    const auto found = uses_.several.find(name);
+    return found == uses_.several.end() ? 1 : found->second + 1;
+  }
+
+  // At least `count` numbers between two, if so many are.
+  static std::vector<double> between(double low, double high, std::size_t count, bool is_whole) {
+    std::vector<double> all;
+    if (is_whole) {
+      all.push_back(std::floor((low + high) / 2));
+      for (double next = above(low); next < high && all.size() <= count; next = above(next)) all.push_back(next);
+      return all;
     }
-    const bool is_whole = type.kind != idl::Kind::kDouble;
-    std::set<double> values;
-    const std::vector<double> at(found->second.begin(), found->second.end());
-    const std::pair<double, double> bounds = range(type.kind);
-    const auto add = [&](double number) {
-      if (number < bounds.first || number > bounds.second) return;
-      if (field != nullptr && field->min && number < *field->min) return;
-      if (field != nullptr && field->max && number > *field->max) return;
-      if (!is_whole || number == std::floor(number)) values.insert(number);
-    };
-    const double step = is_whole || at.size() < 2 ? 1 : std::max(1e-9, (at.back() - at.front()) / 2);
-    add(is_whole ? below(at.front()) : at.front() - step);
-    add(is_whole ? above(at.back()) : at.back() + step);
-    if (field != nullptr && field->min) add(*field->min);
-    if (field != nullptr && field->max) add(*field->max);
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      add(at[i]);
-      if (i + 1 == at.size()) break;
-      double between = (at[i] + at[i + 1]) / 2;
+    for (std::size_t i = 1; i <= count; ++i) {
+      double number = low + (high - low) * static_cast<double>(i) / static_cast<double>(count + 1);
       // A short one is easier to read.
-      if (const double rounded = std::round(between * 1e6) / 1e6; rounded > at[i] && rounded < at[i + 1])
-        between = rounded;
-      add(is_whole ? std::floor(between) : between);
-      if (is_whole) add(above(at[i]));
+      const double rounded = std::round(number * 1e6) / 1e6;
+      if (rounded > low && rounded < high && (all.empty() || rounded > all.back())) number = rounded;
+      all.push_back(number);
+    }
+    return all;
+  }
+
+  std::vector<std::string> numbers(const idl::Type& type, const std::string& name, const idl::Field* field) const {
+    const std::size_t count = at_once(name);
+    const auto found = uses_.numbers.find(name);
+    if (found == uses_.numbers.end() && count == 1) return {plain_decimal(zero(field))};
+    std::set<double> constants = found == uses_.numbers.end() ? std::set<double>{zero(field)} : found->second;
+    const bool is_whole = type.kind != idl::Kind::kDouble;
+    const double step =
+        is_whole || constants.size() < 2 ? 1 : std::max(1e-9, (*constants.rbegin() - *constants.begin()) / 2);
+    const std::pair<double, double> bounds = range(type.kind);
+    const double low = field != nullptr && field->min ? std::max(*field->min, bounds.first) : bounds.first;
+    const double high = field != nullptr && field->max ? std::min(*field->max, bounds.second) : bounds.second;
+    std::set<double> values;
+    const auto add = [&](double number) {
+      if (number >= low && number <= high && (!is_whole || number == std::floor(number))) values.insert(number);
+    };
+    if (field != nullptr && field->min) add(low);
+    if (field != nullptr && field->max) add(high);
+    // Beyond the outermost there may be room for less than a step.
+    if (count > 1) {
+      if (*constants.begin() - low < step * static_cast<double>(count)) constants.insert(low);
+      if (high - *constants.rbegin() < step * static_cast<double>(count)) constants.insert(high);
+    }
+    double outside_low = *constants.begin();
+    double outside_high = *constants.rbegin();
+    for (std::size_t i = 0; i < count; ++i) {
+      add(outside_low = is_whole ? below(outside_low) : outside_low - step);
+      add(outside_high = is_whole ? above(outside_high) : outside_high + step);
+    }
+    for (auto at = constants.begin(); at != constants.end(); ++at) {
+      add(*at);
+      if (std::next(at) == constants.end()) break;
+      for (const double number : between(*at, *std::next(at), count, is_whole)) add(number);
     }
     std::vector<std::string> out;
     for (const double number : values) out.push_back(plain_decimal(number));
@@ -261,14 +285,17 @@ class Writer {
   std::vector<std::string> texts(const std::string& name) const {
     std::vector<std::string> out;
     const auto found = uses_.texts.find(name);
-    if (found == uses_.texts.end()) {
-      if (uses_.several.contains(name)) return {"''", "'other'"};
-      return {"''"};
+    const bool is_compared = found != uses_.texts.end();
+    if (is_compared) {
+      for (const std::string& text : found->second) out.push_back(script_text(text));
+    } else {
+      out.emplace_back("''");
     }
-    for (const std::string& text : found->second) out.push_back(script_text(text));
     std::string other = "other";
-    while (found->second.contains(other)) other += "_";
-    out.push_back(script_text(other));
+    for (std::size_t i = is_compared ? 0 : 1; i < at_once(name); ++i, other += "_") {
+      while (is_compared && found->second.contains(other)) other += "_";
+      out.push_back(script_text(other));
+    }
     return out;
   }
 

@@ -39,14 +39,6 @@ std::set<double> numbers_in(const Value& value) {
   return all;
 }
 
-void add_fields(const idl::Type& type, int depth, std::set<std::string>& fields) {
-  if (type.element != nullptr && depth < kReplyNestingMax) add_fields(*type.element, depth + 1, fields);
-  if (type.kind != idl::Kind::kStruct || depth >= kReplyNestingMax) return;
-  for (const idl::Field& field : type.structure->fields) {
-    if (fields.insert(field.name).second || depth < 2) add_fields(*field.type, depth + 1, fields);
-  }
-}
-
 std::set<idl::Kind> kinds_of(const idl::Type& type) {
   std::set<idl::Kind> kinds{type.kind};
   const idl::Type* inner = type.element;
@@ -92,6 +84,8 @@ class Comparisons {
       expression_ = static_cast<scxml::ExpressionId>(i);
       if (const auto& tree = flow_.tree(expression_)) look(*tree);
     }
+    // Charts that compare stand side by side, so that what all of them keep is compared with one and the same reply.
+    for (const std::string& name : compared_) uses_.several[name] += std::max<std::size_t>(flow_.holders(name), 1);
     if (uses_.trouble) return;
     if (const auto unknown = unknown_use(flow_, looked_at)) {
       expression_ = unknown->expression;
@@ -225,7 +219,7 @@ class Comparisons {
       return give_up(tree, value, "is compared with what is no constant");
     if (!flow_.is_of_reply(tree, value)) return;
     const auto names = flow_.sources(tree, value);
-    uses_.several.insert(names.begin(), names.end());
+    compared_.insert(names.begin(), names.end());
     std::set<std::string> seen;
     equal_first(tree, value, tree, other, seen);
   }
@@ -447,6 +441,7 @@ class Comparisons {
   Distinctions& uses_;
   std::optional<SourceSpan> place_;
   std::set<scxml::ExpressionId> conditions_;
+  std::set<std::string> compared_;                         // names of values that are compared with earlier ones
   std::map<std::string, std::optional<Constants>> known_;  // by variable
   std::map<std::string, std::vector<double>> followed_;    // variables on the way from a comparison to a reply
   scxml::ExpressionId expression_ = 0;
@@ -502,7 +497,7 @@ Distinctions distinctions(const project::Plan& plan, const std::string& service,
   Distinctions uses;
   ReplyTypes types;
   for (const auto& [name, of] : plan.services) {
-    for (const idl::Method* method : of.service->methods) add_fields(*method->result, 0, types.fields);
+    for (const idl::Method* method : of.service->methods) add_kinds(*method->result, 0, types.fields);
   }
   for (const idl::Method* method : interface.methods) {
     types.results[method->name] = kinds_of(*method->result);

@@ -1,10 +1,11 @@
+#include "sentree/verify/look.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "sentree/verify/distinctions.h"
 #include "sentree/verify/reply_flow.h"
 
 namespace sentree::verify {

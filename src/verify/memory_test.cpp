@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "sentree/base/detail/test_seeds.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/verify/detail/test_graphs.h"
 #include "sentree/verify/detail/test_random_project.h"
@@ -92,11 +93,9 @@ TEST(Statistics, OfLongRunsAreTheSameAgain) {
 }
 
 TEST(PartMemory, FindsWhatIsExecutedInRandomProjects) {
-  const std::uint64_t only = environment("SENTREE_SEED", 0);
-  const std::uint64_t seeds = environment("SENTREE_SEEDS", kMemorySeeds);
   std::size_t tried = 0;
   std::size_t states = 0;
-  for (std::uint64_t seed = only != 0 ? only : 1; seed <= (only != 0 ? only : seeds); ++seed) {
+  for (const std::uint64_t seed : seeds(kMemorySeeds)) {
     const TemporaryFolder folder("memory");
     RandomProject(seed).write(folder.path());
     auto project = project::load_project(folder.path());
@@ -114,9 +113,9 @@ TEST(PartMemory, FindsWhatIsExecutedInRandomProjects) {
     states += both.states;
   }
   std::cout << tried << " projects, " << states << " states\n";
-  if (only != 0) return;
-  EXPECT_GT(tried, seeds / 2) << "hardly any project does anything";
-  EXPECT_GT(states, seeds * 5);
+  if (is_one_seed()) return;
+  EXPECT_GT(tried, seeds(kMemorySeeds).size() / 2) << "hardly any project does anything";
+  EXPECT_GT(states, seeds(kMemorySeeds).size() * 5);
 }
 
 // What runs violate, one after the other.
@@ -133,9 +132,8 @@ std::vector<std::vector<Came>> sampled(const project::Plan& plan, Sampling sampl
 }
 
 TEST(Statistics, OfWhatIsRememberedAreThoseOfWhatIsExecuted) {
-  const std::uint64_t only = environment("SENTREE_SEED", 0);
   std::size_t violated = 0;
-  for (std::uint64_t seed = only != 0 ? only : 1; seed <= (only != 0 ? only : kMemorySeeds / 2); ++seed) {
+  for (const std::uint64_t seed : seeds(kMemorySeeds / 2)) {
     const TemporaryFolder folder("statistics");
     RandomProject(seed).write(folder.path());
     auto project = project::load_project(folder.path());
@@ -157,7 +155,7 @@ TEST(Statistics, OfWhatIsRememberedAreThoseOfWhatIsExecuted) {
       violated += std::find(run.begin(), run.end(), Came::kViolated) != run.end() ? 1U : 0U;
   }
   std::cout << violated << " runs violate something\n";
-  if (only == 0) {
+  if (!is_one_seed()) {
     EXPECT_GT(violated, kMemorySeeds / 4);
   }
 }

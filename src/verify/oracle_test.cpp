@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/base/detail/test_seeds.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/mission/virtual_host.h"
 #include "sentree/project/intervention.h"
@@ -196,13 +197,11 @@ void walk(const Graph& graph, std::uint32_t at, std::uint64_t ticks, const std::
 }
 
 TEST(Exploration, FindsWhatBruteForceFinds) {
-  const std::uint64_t only = environment("SENTREE_SEED", 0);
-  const std::uint64_t seeds = environment("SENTREE_SEEDS", kOracleSeeds);
   std::size_t compared = 0;
   std::size_t deep = 0;
   std::size_t behaviours = 0;
   std::size_t violated = 0;
-  for (std::uint64_t seed = only != 0 ? only : 1; seed <= (only != 0 ? only : seeds); ++seed) {
+  for (const std::uint64_t seed : seeds(kOracleSeeds)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const TemporaryFolder folder("oracle");
     RandomProject(seed).write(folder.path());
@@ -253,9 +252,9 @@ TEST(Exploration, FindsWhatBruteForceFinds) {
   }
   std::cout << compared << " projects, " << deep << " of them to tick " << kTicks[0] << ", " << behaviours
             << " behaviours, " << violated << " violations\n";
-  if (only != 0) return;
-  EXPECT_GT(compared, seeds / 4) << "hardly any project is small enough";
-  EXPECT_GT(deep, seeds / 8) << "hardly any to tick " << kTicks[0];
+  if (is_one_seed()) return;
+  EXPECT_GT(compared, seeds(kOracleSeeds).size() / 4) << "hardly any project is small enough";
+  EXPECT_GT(deep, seeds(kOracleSeeds).size() / 8) << "hardly any to tick " << kTicks[0];
   EXPECT_GT(behaviours, compared);
   EXPECT_GT(violated, 0U);
 }
@@ -317,12 +316,10 @@ bool is_owed_in_a_run(const Verification& found, const Judgement& judgement, con
 }
 
 TEST(Verdicts, ComeOutSoInRuns) {
-  const std::uint64_t only = environment("SENTREE_SEED", 0);
-  const std::uint64_t seeds = environment("SENTREE_SEEDS", kOracleSeeds);
   constexpr std::uint64_t kRuns = 200;
   std::size_t held = 0;
   std::size_t refuted = 0;
-  for (std::uint64_t seed = only != 0 ? only : 1; seed <= (only != 0 ? only : seeds); ++seed) {
+  for (const std::uint64_t seed : seeds(kOracleSeeds)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const TemporaryFolder folder("verdicts");
     RandomProject(seed).write(folder.path());
@@ -357,9 +354,9 @@ TEST(Verdicts, ComeOutSoInRuns) {
     }
   }
   std::cout << held << " that hold, " << refuted << " that are refuted\n";
-  if (only != 0) return;
-  EXPECT_GT(held, seeds / 10);
-  EXPECT_GT(refuted, seeds / 10);
+  if (is_one_seed()) return;
+  EXPECT_GT(held, seeds(kOracleSeeds).size() / 10);
+  EXPECT_GT(refuted, seeds(kOracleSeeds).size() / 10);
 }
 
 // Faults that come on a path.
@@ -382,11 +379,9 @@ std::vector<project::Intervention> faults_of(const Verification& found, const Ju
 
 // If any fault of a loop never comes there is none, as is found by exploring anew without it; and a run goes round.
 TEST(LoopsThatRefute, NeedEachOfTheirFaults) {
-  const std::uint64_t only = environment("SENTREE_SEED", 0);
-  const std::uint64_t seeds = environment("SENTREE_SEEDS", kLoopSeeds);
   std::size_t loops = 0;
   std::size_t needed = 0;
-  for (std::uint64_t seed = only != 0 ? only : 1; seed <= (only != 0 ? only : seeds); ++seed) {
+  for (const std::uint64_t seed : seeds(kLoopSeeds)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const TemporaryFolder folder("loops");
     RandomProject(seed).write(folder.path());
@@ -427,8 +422,8 @@ TEST(LoopsThatRefute, NeedEachOfTheirFaults) {
     }
   }
   std::cout << loops << " loops with " << needed << " faults\n";
-  if (only != 0) return;
-  EXPECT_GT(loops, seeds / 4);
+  if (is_one_seed()) return;
+  EXPECT_GT(loops, seeds(kLoopSeeds).size() / 4);
   EXPECT_GT(needed, 0U);
 }
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "sentree/base/detail/test_seeds.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
 #include "sentree/verify/detail/test_random_project.h"
@@ -65,11 +66,9 @@ class Heard {
 };
 
 TEST(Orders, ThatNobodyTellsApartChangeNothing) {
-  const std::uint64_t only = environment("SENTREE_SEED", 0);
-  const std::uint64_t seeds = environment("SENTREE_SEEDS", kOrderSeeds);
   std::size_t compared = 0;
   std::size_t fewer = 0;
-  for (std::uint64_t seed = only != 0 ? only : 1; seed <= (only != 0 ? only : seeds); ++seed) {
+  for (const std::uint64_t seed : seeds(kOrderSeeds)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const TemporaryFolder folder("orders");
     RandomProject(seed, 3).write(folder.path());
@@ -107,8 +106,8 @@ TEST(Orders, ThatNobodyTellsApartChangeNothing) {
     fewer += few.graph.edges.size() < all.graph.edges.size() ? 1U : 0U;
   }
   std::cout << compared << " projects, " << fewer << " with fewer ways\n";
-  if (only != 0) return;
-  EXPECT_GT(compared, seeds / 4);
+  if (is_one_seed()) return;
+  EXPECT_GT(compared, seeds(kOrderSeeds).size() / 4);
   EXPECT_GT(fewer, compared / 10) << "hardly anything is left out";
 }
 

@@ -147,10 +147,13 @@ const std::vector<ExpressionId>& ReplyFlow::assigned(const std::string& variable
   return found == assigned_.end() ? kNone : found->second;
 }
 
-bool ReplyFlow::is_direct(const ScriptTree& tree, std::uint32_t node) const {
+bool ReplyFlow::is_foreign(const ScriptTree& tree) const {
   const auto where = where_.find(&tree);
-  if (where != where_.end() && where->second.empty()) return false;
-  return (tree.path(node) + ".").starts_with("_event.data.result.");
+  return where != where_.end() && where->second.empty();
+}
+
+bool ReplyFlow::is_direct(const ScriptTree& tree, std::uint32_t node) const {
+  return !is_foreign(tree) && (tree.path(node) + ".").starts_with("_event.data.result.");
 }
 
 bool ReplyFlow::is_of_reply(const ScriptTree& tree, std::uint32_t id) const {
@@ -165,8 +168,7 @@ bool ReplyFlow::is_of_reply(const ScriptTree& tree, std::uint32_t id) const {
       const std::string variable = path.substr(0, path.find('.'));
       return far_.contains(variable) || (of_reply_.contains(variable) && !is_truth_value(tree, id));
     }
-    const auto where = where_.find(&tree);
-    if (where != where_.end() && where->second.empty()) return false;
+    if (is_foreign(tree)) return false;
     return path == "_event" || path == "_event.data" || (is_direct(tree, id) && !is_truth_value(tree, id)) ||
            (path.starts_with("_event.data.") && far_.contains(path.substr(12, path.find('.', 12) - 12)));
   }
@@ -227,6 +229,16 @@ std::set<std::string> ReplyFlow::sources(const ScriptTree& tree, std::uint32_t i
     if (in.at(node).kind == Node::kMember) all.insert(in.at(node).text);
   });
   return all;
+}
+
+std::size_t ReplyFlow::holders(const std::string& source) const {
+  return static_cast<std::size_t>(std::count_if(of_reply_.begin(), of_reply_.end(), [&](const std::string& variable) {
+    const auto& all = assigned(variable);
+    return std::any_of(all.begin(), all.end(), [&](ExpressionId one) {
+      return trees_[one] && (sources(*trees_[one], trees_[one]->root()).contains(source) ||
+                             kinds(*trees_[one], trees_[one]->root()).contains(idl::Kind::kStruct));
+    });
+  }));
 }
 
 std::set<idl::Kind> ReplyFlow::kinds(const ScriptTree& tree, std::uint32_t id) const {

@@ -18,8 +18,8 @@ inline constexpr int kReplyNestingMax = 16;
 
 /// What the replies of one service are made of.
 struct ReplyTypes {
-  std::set<std::string> fields;                        ///< Of the replies of all services of a project.
-  std::map<std::string, std::set<idl::Kind>> members;  ///< Kinds by name of a member.
+  std::map<std::string, std::set<idl::Kind>> fields;   ///< Kinds by name of a member, of all services of a project.
+  std::map<std::string, std::set<idl::Kind>> members;  ///< Likewise, of this service.
   std::map<std::string, std::set<idl::Kind>> results;  ///< By method; of a list, also those of its elements.
 };
 
@@ -76,6 +76,8 @@ class ReplyFlow {
   [[nodiscard]] bool is_scripted(const std::string& variable) const { return scripted_.contains(variable); }
   /// The names under which what a part of an expression holds was read.
   [[nodiscard]] std::set<std::string> sources(const scxml::ScriptTree& tree, std::uint32_t node) const;
+  /// How many variables hold, as it is, what was read under this name, or a structure, which may have it inside.
+  [[nodiscard]] std::size_t holders(const std::string& source) const;
   /// Kinds that it may be of.
   [[nodiscard]] std::set<idl::Kind> kinds(const scxml::ScriptTree& tree, std::uint32_t node) const;
   /// Whether a text of a reply goes into it, however it is changed.
@@ -96,6 +98,8 @@ class ReplyFlow {
   [[nodiscard]] Where methods(const std::vector<std::string>& events) const;
   void follow();
   [[nodiscard]] bool is_of_text(const scxml::ScriptTree& tree, std::uint32_t node, std::set<std::string>& seen) const;
+  // Whether no event that it sees is a reply of the service.
+  [[nodiscard]] bool is_foreign(const scxml::ScriptTree& tree) const;
   [[nodiscard]] bool is_truth_value(const scxml::ScriptTree& tree, std::uint32_t node) const;
   [[nodiscard]] std::set<idl::Kind> kinds_of_member(const scxml::ScriptTree& tree, std::uint32_t node) const;
   // What a part of an expression may be, as it is: members, and what was assigned to variables.

@@ -12,6 +12,7 @@
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
+#include "sentree/verify/detail/test_in_folder.h"
 #include "sentree/verify/statistics.h"
 #include "sentree/verify/verify.h"
 
@@ -32,8 +33,10 @@ void backwards(std::size_t count, const std::function<void(std::size_t)>& work) 
 
 // A walker on a line of cells who is asked each tick where he is. He begins at 1, steps up with probability 1/3, else
 // down, and stays at the ends.
-class Splits : public ::testing::Test {
+class Splits : public InFolder {
  protected:
+  Splits() : InFolder("splits") {}
+
   project::Plan plan(int top, const std::string& requirement) {
     write("interfaces/walker.thrift", "service Walker { i32 ask() }\n");
     write("skills/Ask.scxml", kSplitHead + R"(initial="asking"><state id="asking">
@@ -42,8 +45,7 @@ class Splits : public ::testing::Test {
   <transition event="walker.ask.reply" target="waiting"/><transition event="error" target="failure"/></state>
 <state id="waiting"><transition event="tick" target="asking"/><transition event="halt" target="failure"/></state>
 <final id="success"/><final id="failure"/></scxml>)");
-    write("mission.xml",
-          "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><Action ID=\"Ask\"/></BehaviorTree></root>");
+    tree("<Action ID=\"Ask\"/>");
     write("models/walker.scxml",
           kSplitHead + R"(initial="there"><datamodel><data id="x" expr="1"/><data id="name" expr="'w'"/></datamodel>
 <state id="there"><onentry><send event="step" delay="100ms"/></onentry>
@@ -62,11 +64,6 @@ class Splits : public ::testing::Test {
     for (const Diagnostic& one : prepared.diagnostics) EXPECT_NE(one.severity, Severity::kError) << to_string(one);
     return std::move(prepared.value.value());
   }
-  void write(const std::string& name, const std::string& text) {
-    const auto path = folder_.path() / name;
-    std::filesystem::create_directories(path.parent_path());
-    ASSERT_TRUE(text::write_file(path, text));
-  }
   static Splitting splitting(const std::string& score) {
     Splitting one;
     one.score = score;
@@ -74,8 +71,6 @@ class Splits : public ::testing::Test {
     one.length = std::chrono::seconds(60);
     return one;
   }
-
-  TemporaryFolder folder_{"splits"};
 };
 
 // Student's interval for a mean.

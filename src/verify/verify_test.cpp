@@ -11,6 +11,7 @@
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
 #include "sentree/verify/any_reply.h"
+#include "sentree/verify/detail/test_in_folder.h"
 #include "sentree/verify/statistics.h"
 
 namespace sentree::verify {
@@ -29,8 +30,10 @@ using ::testing::StartsWith;
 const std::string kHead = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
 
 // A mission that asks a door at each tick until it is open.
-class Verify : public ::testing::Test {
+class Verify : public InFolder {
  protected:
+  Verify() : InFolder("verify") {}
+
   void SetUp() override {
     write("interfaces/door.thrift", "service Door { i32 ask() }\n");
     write("skills/Ask.scxml", kHead + R"(initial="asking"><state id="asking">
@@ -41,14 +44,6 @@ class Verify : public ::testing::Test {
     tree("<RetryUntilSuccessful num_attempts=\"2\"><Condition ID=\"Ask\"/></RetryUntilSuccessful>");
   }
 
-  void write(const std::string& name, const std::string& text) {
-    const auto path = folder_.path() / name;
-    std::filesystem::create_directories(path.parent_path());
-    ASSERT_TRUE(text::write_file(path, text));
-  }
-  void tree(const std::string& inside) {
-    write("mission.xml", "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\">" + inside + "</BehaviorTree></root>");
-  }
   // @param answer  Of the model, an expression.
   void model(const std::string& answer, const std::string& attributes = "") {
     write("models/door.scxml", kHead + R"(initial="there"><state id="there"><transition event="door.ask.request">
@@ -86,8 +81,6 @@ class Verify : public ::testing::Test {
     monitors.advance(TimePoint{} + again.scenario.duration, decided);
     return monitors.state(0).verdict;
   }
-
-  TemporaryFolder folder_{"verify"};
 };
 
 TEST_F(Verify, HoldsOnEveryBehaviourOrShowsOne) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <cstdlib>
 
 #include <cstdint>
 #include <filesystem>
@@ -12,12 +11,6 @@
 #include "sentree/text/file.h"
 
 namespace sentree::verify {
-
-/// A number that whoever runs a test gives it.
-inline std::uint64_t environment(const char* name, std::uint64_t otherwise) {
-  const char* const text = std::getenv(name);
-  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
-}
 
 // A mission of at most eight nodes with charts of at most six states, and devices that leave things open. Of several,
 // each has skills and a model of its own, and nothing has a probability.
