@@ -252,8 +252,11 @@ TEST_F(Replays, ATopicIsHeldBackAsLongAsThen) {
   expect_the_same(run);
 }
 
-TEST_F(Replays, ATimerThatRangLateRingsThenAgain) {
-  put("skills/Wait.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="begun">
+class ReplayedTimers : public Replays {
+ protected:
+  // It rings 150 ms after the first tick, and is in time behind the third one only.
+  void put_mission() {
+    put("skills/Wait.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="begun">
   <state id="begun">
     <onentry><send event="rings" delay="150ms"/></onentry>
     <transition event="rings" target="failure"/>
@@ -267,7 +270,7 @@ TEST_F(Replays, ATimerThatRangLateRingsThenAgain) {
   <final id="success"/>
   <final id="failure"/>
 </scxml>)");
-  put_tree(R"(
+    put_tree(R"(
     <Sequence>
       <Script code="n := 0"/>
       <ReactiveSequence>
@@ -276,9 +279,26 @@ TEST_F(Replays, ATimerThatRangLateRingsThenAgain) {
       </ReactiveSequence>
     </Sequence>
   )");
-  put("sentree.yaml", "mission: {file: tree.xml, rate: 10 Hz}\n");
+    put("sentree.yaml", "mission: {file: tree.xml, rate: 10 Hz}\n");
+  }
+};
+
+TEST_F(ReplayedTimers, RingWhenTheyRangLate) {
+  put_mission();
   // It is due between the second and the third tick, and rings between the third and the fourth.
   record_options_.timer_arrival = [](std::size_t, std::uint64_t) { return TimePoint(std::chrono::milliseconds(250)); };
+  RecordedRun run = record_run(folder_.path() / "sentree.yaml", false, std::chrono::seconds(20));
+  ASSERT_EQ(run.fact("mission"), "SUCCESS");
+  expect_the_same(run);
+}
+
+TEST_F(ReplayedTimers, RingWhenTheyRangThatWereSetLate) {
+  put_mission();
+  // The first tick is taken late, so that the timer is due, and rings, behind the third one.
+  record_options_.arrival = [first = true](std::size_t, runtime::RunOptions::LeafMessage what) mutable {
+    const bool is_first = what == runtime::RunOptions::LeafMessage::kTick && std::exchange(first, false);
+    return is_first ? TimePoint(std::chrono::milliseconds(90)) : TimePoint{};
+  };
   RecordedRun run = record_run(folder_.path() / "sentree.yaml", false, std::chrono::seconds(20));
   ASSERT_EQ(run.fact("mission"), "SUCCESS");
   expect_the_same(run);
