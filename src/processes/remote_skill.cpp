@@ -238,7 +238,9 @@ class SkillService final : public rpc::Service {
         publisher_(publisher),
         scheduler_(scheduler),
         options_(std::move(options)),
-        standing_(options_.delays) {}
+        standing_(options_.delays) {
+    open_ports();
+  }
 
   const idl::Service& interface() const override { return *interface_; }
 
@@ -341,7 +343,25 @@ class SkillService final : public rpc::Service {
     return &leaf;
   }
 
+  // So that the first call of the first leaf does not pay for connecting.
+  void open_ports() {
+    for (const scxml::SendInfo& send : plan_.chart.sends()) {
+      if (send.type != "thrift" || !send.target) continue;
+      const auto service = plan_.services.find(*send.target);
+      if (service == plan_.services.end() || project::is_inside(service->second.at)) continue;
+      const auto [opened, is_new] = opened_.try_emplace(service->first);
+      if (!is_new) continue;
+      opened->second = port(service->second);
+      opened->second->open([] {});
+    }
+  }
+
   std::unique_ptr<ServicePort> port(const project::ServicePlan& service) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto opened = opened_.find(service.name); opened != opened_.end() && opened->second)
+        return std::exchange(opened->second, nullptr);
+    }
     if (service.at == "topics") return runtime::make_topic_port();
     auto address = rpc::Address::parse(service.at);
     SENTREE_ASSERT(address.has_value());  // checked when the plan was prepared
@@ -436,6 +456,7 @@ class SkillService final : public rpc::Service {
   ChartServer charts_{plan_};
   std::mutex mutex_;
   std::map<std::string, std::unique_ptr<ServedLeaf>> leaves_;
+  std::map<std::string, std::unique_ptr<ServicePort>> opened_;  // by service; null: a leaf has it
   // Of the leaf that is ticked without a name.
   struct Plain {
     std::mutex mutex;
