@@ -47,7 +47,7 @@ class Writer {
         "at once. Varied is what the mission looks at:\n",
         service_);
     for (const std::string& line : out_.tried) out_.chart += fmt::format("    {}\n", comment(line));
-    if (uses_.trouble) out_.chart += fmt::format("  That is not all: {}\n", comment(to_string(*uses_.trouble)));
+    if (out_.unsure) out_.chart += fmt::format("  That is not all: {}\n", comment(to_string(*out_.unsure)));
     out_.chart += fmt::format(
         "  In a folder verify/any it is written anew each time. In models/, where the option model of sentree verify "
         "puts one to "
@@ -304,13 +304,40 @@ class Writer {
   AnyReply& out_;
   std::optional<Diagnostic> trouble_;
 };
+
+// What the service publishes and somebody waits for: when that comes and what it says is known to nobody.
+std::optional<Diagnostic> unknown_topic(const project::Plan& plan, const std::string& service) {
+  const auto looks = [&](const std::string& who, const std::vector<std::string>& topics) -> std::optional<Diagnostic> {
+    for (const std::string& topic : topics) {
+      if (!topic.starts_with(service + ".")) continue;
+      const auto& entries = plan.scenario.project.services;
+      const auto entry =
+          std::find_if(entries.begin(), entries.end(), [&](const auto& one) { return one.name == service; });
+      return Diagnostic{
+          Severity::kError, "verify.any-reply",
+          fmt::format("{} waits for {}, and when that is published and what it says is not known: a model says it by "
+                      "<send type=\"thrift\" target=\"{}\" event=\"{}\"/>",
+                      who, topic, service, topic.substr(service.size() + 1)),
+          entry != entries.end() ? entry->span : SourceSpan()};
+    }
+    return std::nullopt;
+  };
+  for (const project::LeafPlan& leaf : plan.leaves) {
+    if (auto unknown = looks(leaf.name, leaf.subscribes)) return unknown;
+  }
+  for (const project::ModelPlan& model : plan.models) {
+    if (auto unknown = looks(model.name, model.subscribes)) return unknown;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service) {
   std::vector<const idl::Method*> methods;
   const Distinctions uses = distinctions(plan, service, &methods);
   AnyReply out;
-  out.unsure = uses.trouble;
+  out.unsure = uses.trouble ? uses.trouble : unknown_topic(plan, service);
   if (const auto trouble = Writer(service, uses, out)(methods)) return tl::unexpected(*trouble);
   return out;
 }

@@ -16,7 +16,8 @@ inline constexpr std::size_t kReplyValuesMax = 40;
 struct AnyReply {
   std::string chart;               ///< An SCXML document.
   std::vector<std::string> tried;  ///< What is varied, a line each: "getBatteryState.percentage: 0, 0.1, 0.2, 0.3".
-  /// Why that is not all that the mission tells apart: verify.any-reply, at a use that is no comparison with constants.
+  /// Why that is not all that the mission tells apart: verify.any-reply, at a use that is no comparison with constants,
+  /// or at a service that publishes what somebody waits for.
   std::optional<Diagnostic> unsure;
 };
 

@@ -201,6 +201,14 @@ TEST_F(AnyReplyInto, IsRefusedWhereARequirementComparesTwoOrWhatIsHandedOn) {
   EXPECT_EQ(told(yaml), "a reply is compared after - with what is no constant");
 }
 
+TEST_F(AnyReplyOf, IsRefusedWhereSomebodyWaitsForWhatIsPublished) {
+  write("interfaces/door.thrift", "service Door { i32 ask(), oneway void opened(1: i32 by) }\n");
+  write("skills/Ask.scxml", kChart + R"(initial="a"><state id="a"><transition event="door.opened" target="success"/>
+<transition event="halt" target="failure"/></state><final id="success"/><final id="failure"/></scxml>)");
+  tree("<Action ID=\"Ask\"/>");
+  EXPECT_EQ(told("skills: {Ask: {subscribe: [door.opened]}}\n"), "Ask waits for door.opened");
+}
+
 // A port's entry is not what the chart's variable begins with.
 TEST_F(AnyReplyOf, TakesNoFirstValueForThatOfAPort) {
   tried("i32", "v > port");

@@ -52,7 +52,7 @@ struct Both {
 };
 
 TEST(PartMemory, FindsWhatIsExecutedInTheExamples) {
-  for (const char* const example : {"recharge", "modelled", "topics", "grasp", "handover", "porter"}) {
+  for (const char* const example : {"recharge", "modelled", "topics", "telemetry", "grasp", "handover", "porter"}) {
     SCOPED_TRACE(example);
     auto project = project::load_project(std::string(SENTREE_SOURCE_DIR) + "/examples/" + example);
     ASSERT_TRUE(project.ok());

@@ -74,6 +74,10 @@ project::Scenario with_models(project::Scenario scenario) {
       if (std::find(serves.begin(), serves.end(), service.name) != serves.end()) service.at = "model";
     }
   }
+  // A model publishes as it likes.
+  for (project::ServiceEntry& service : scenario.project.services) {
+    if (service.at != "sim") service.publish.clear();
+  }
   return scenario;
 }
 
