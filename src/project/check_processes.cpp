@@ -27,19 +27,25 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
     check(skill.at, fmt::format("skill \"{}\"", skill.leaf), skill.span);
   if (scenario.virtual_time) {
     SourceSpan elsewhere;  // the first part that is
-    const auto part = [&](bool is_elsewhere, const SourceSpan& at) {
-      if (is_elsewhere && elsewhere.file.empty()) elsewhere = at;
+    std::string what;
+    const auto part = [&](bool is_elsewhere, const SourceSpan& at, const char* kind, const std::string& name) {
+      if (!is_elsewhere || !elsewhere.file.empty()) return;
+      elsewhere = at;
+      what = fmt::format("{} \"{}\"", kind, name);
     };
     const Project& project = scenario.project;
-    for (const ProcessEntry& process : scenario.processes) part(true, process.span);
-    for (const ObserverEntry& observer : project.observers) part(true, observer.span);
-    for (const MonitorEntry& monitor : project.monitors) part(!monitor.at.empty(), monitor.span);
-    for (const SkillEntry& skill : project.skills) part(!skill.at.empty(), skill.span);
+    for (const ProcessEntry& process : scenario.processes) part(true, process.span, "process", process.name);
+    for (const ObserverEntry& observer : project.observers) part(true, observer.span, "observer", observer.name);
+    for (const MonitorEntry& monitor : project.monitors) part(!monitor.at.empty(), monitor.span, "monitor", monitor.name);
+    for (const SkillEntry& skill : project.skills) part(!skill.at.empty(), skill.span, "skill", skill.leaf);
     for (const ServiceEntry& service : project.services)
-      part(!is_inside(service.at) && service.at != kAnyReply, service.span);
+      part(!is_inside(service.at) && service.at != kAnyReply, service.span, "service", service.name);
     if (!elsewhere.file.empty()) {
       add(diagnostics, Severity::kError, "scenario.clock",
-          "this part runs in another process, which has no virtual time; use clock: real or {real: FACTOR}", elsewhere);
+          what +
+              " runs in another process, which has no virtual time: a run needs clock: real or {real: FACTOR}, and to "
+              "verify a mission needs everything in it as charts",
+          elsewhere);
     }
   }
   for (const ProcessEntry& process : scenario.processes) {

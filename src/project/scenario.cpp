@@ -177,6 +177,7 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
       if (old != project.services.end()) {
         old->at = at;
         old->span = name.span;
+        if (at != "sim") old->publish.clear();
       } else {
         service.error(
             name.span, "scenario.override",

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <utility>
 
 #include "sentree/base/diagnostic.h"
 #include "sentree/project/any_reply.h"
+#include "sentree/project/mission_tree.h"
 #include "sentree/project/scenario_text.h"
 #include "sentree/scxml/model.h"
 #include "sentree/text/yaml_node_edit.h"
@@ -73,6 +75,17 @@ project::Scenario with_models(project::Scenario scenario) {
       const auto& serves = model.serves;
       if (std::find(serves.begin(), serves.end(), service.name) != serves.end()) service.at = "model";
     }
+  }
+  // A skill that runs execute in another process is executed here, where its chart is at hand.
+  scenario.processes.clear();
+  std::erase_if(scenario.source.entries, [](const auto& entry) { return entry.first.scalar == "processes"; });
+  for (project::SkillEntry& skill : scenario.project.skills) {
+    const project::FileRef file = project::skill_file(scenario.project, &skill, skill.leaf);
+    std::error_code error;
+    if (skill.at.empty() || !std::filesystem::exists(scenario.project.folder / file.path, error)) continue;
+    skill.at.clear();
+    text::YamlNode& skills = text::member(text::member(scenario.source, "override"), "skills");
+    text::set_scalar(text::member(skills, skill.leaf), "at", "");
   }
   // A model publishes as it likes.
   for (project::ServiceEntry& service : scenario.project.services) {

@@ -12,7 +12,8 @@
 
 namespace sentree::verify {
 
-/// The scenario with every service that a model stands for served by that model.
+/// The scenario with every service that a model stands for served by that model, and with skills of other processes in
+/// that of the run, as far as the project has their charts. Written down, it is so too.
 [[nodiscard]] project::Scenario with_models(project::Scenario scenario);
 
 struct Verification {

@@ -103,6 +103,23 @@ TEST_F(Verify, HoldsOnEveryBehaviourOrShowsOne) {
   EXPECT_EQ(verdict_of(some, fails), monitor::Verdict::kViolated);
 }
 
+TEST_F(Verify, ExecutesSkillsOfOtherProcessesHere) {
+  model("pick('says', 1, 6)");
+  requirements("small \"It says little.\": always said <= 5.\n");
+  const project::Plan of = plan("skills: {Ask: {at: \"tcp://127.0.0.1:9\"}}\n");
+  const Verification found = verify(of, {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  ASSERT_EQ(found.judgements.front().finding, Finding::kRefuted);
+  // So does the scenario that shows it.
+  const auto example = counterexample(found.graph, found.judgements.front(), of.scenario);
+  write("found.yaml", scenario_text(example, found.judgements.front(), "."));
+  const auto again = project::load_scenario(folder_.path() / "found.yaml");
+  ASSERT_TRUE(again.ok()) << to_string(again.diagnostics.front());
+  EXPECT_EQ(again.value->project.skills.front().at, "");
+  const auto prepared = project::prepare(*again.value);
+  EXPECT_TRUE(prepared.ok()) << to_string(prepared.diagnostics.front());
+}
+
 TEST_F(Verify, GivesTheProbabilityOfADie) {
   model("draw([[1/6, 1], [1/6, 2], [1/6, 3], [1/6, 4], [1/6, 5], [1/6, 6]])");
   requirements("never_six \"No six.\": always said <= 5.\n");
