@@ -146,7 +146,15 @@ std::optional<Message> Durability::observed(const Value& input) {
   return message;
 }
 
-void Durability::snapshot(mission::State state, List beside) {
+std::optional<TimePoint> Durability::timeline_to(const Journaled& journaled) {
+  for (const Value& entry : journaled.open) {
+    const Value* to = entry.find("timeline_to");
+    if (to != nullptr && to->as_int() != nullptr) return TimePoint(Duration(*to->as_int()));
+  }
+  return std::nullopt;
+}
+
+void Durability::snapshot(mission::State state, List beside, TimePoint timeline_to) {
   if (catching_up_) return;
   const auto begun = std::chrono::steady_clock::now();
   mission::forget_history(state, kTrailMax);
@@ -157,6 +165,7 @@ void Durability::snapshot(mission::State state, List beside) {
   journal_.spent(std::chrono::steady_clock::now() - begun);
   List all = open();
   std::move(beside.begin(), beside.end(), std::back_inserter(all));
+  all.push_back(Map{{"timeline_to", timeline_to.time_since_epoch().count()}});
   if (saved)
     journal_.snapshot(state.now, *saved, std::move(all), gaps_);
   else
@@ -201,7 +210,8 @@ Result<void> Durability::begin_again(const Journaled& journaled, Again& again) {
       chart_steps_ = static_cast<std::uint64_t>(*steps->as_int());
       continue;
     }
-    if (entry.find("observer") != nullptr || entry.find("decided") != nullptr) continue;
+    const auto is = [&](const char* what) { return entry.find(what) != nullptr; };
+    if (is("observer") || is("decided") || is("timeline_to")) continue;
     const Value* call = entry.find("call");
     const Value* sent = entry.find("sent");
     auto form = call != nullptr ? mission::restore_delivery(plan_, *call) : bad("an open call is missing");

@@ -45,7 +45,9 @@ class Durability final : public Chronicle {
   void decided(const std::string& monitor, const monitor::Decision& decision);
   [[nodiscard]] static std::optional<std::pair<std::string, monitor::Decision>> decided(const Value& input);
   /// The whole run as of now, and what else has to be known of it: entries of `Journaled::open` without a call.
-  void snapshot(mission::State state, List beside = {});
+  /// @param timeline_to  Up to where the scenario's timeline has happened: what fell into a gap comes behind it.
+  void snapshot(mission::State state, List beside, TimePoint timeline_to);
+  [[nodiscard]] static std::optional<TimePoint> timeline_to(const Journaled& journaled);
 
   /// What came from outside, each with how it is scheduled again.
   using Again = std::vector<std::pair<Place, std::function<void()>>>;

@@ -92,7 +92,7 @@ struct Resumed {
 };
 
 Resumed resume(const project::Plan& plan, const fs::path& journal, std::size_t known,
-               std::function<WallTime()> clock = wall_time) {
+               std::function<WallTime()> clock = wall_time, const std::function<void(const Message&)>& heard = {}) {
   Resumed resumed;
   const auto journaled = read_journal(journal);
   EXPECT_TRUE(journaled.has_value()) << to_string(journaled.error());
@@ -105,6 +105,7 @@ Resumed resume(const project::Plan& plan, const fs::path& journal, std::size_t k
   options.resume = &*journaled;
   options.listeners.push_back([&](const Message& message) {
     if (message.name != "mission.resumed") resumed.all.push_back(said(message));
+    if (heard) heard(message);
   });
   runtime::Run run(plan, std::move(options));
   resumed.report = run.execute();
@@ -325,6 +326,42 @@ project::Plan watched(const fs::path& requirement) {
   auto plan = project::prepare(std::move(scenario));
   EXPECT_TRUE(plan.ok()) << to_string(plan.diagnostics.front());
   return std::move(*plan.value);
+}
+
+TEST(Durable, DoesWhatATimelineSaysForTheTimeInWhichNobodyWasThereWhoeverDiesBehindIt) {
+  using std::chrono::seconds;
+  const TemporaryFolder folder("test");
+  const fs::path file = folder.path() / "s.yaml";
+  ASSERT_TRUE(text::write_file(file, "project: " SENTREE_SOURCE_DIR
+                                     "/examples/recharge\nclock: {real: 100}\nduration: 450 s\ntimeline:\n"
+                                     "  - {at: 40 s, call: simulation.setBatteryCharge, args: {percent: 10}}\n"));
+  const auto loaded = project::prepare(std::move(*project::load_scenario(file).value));
+  ASSERT_TRUE(loaded.ok());
+  const project::Plan& plan = *loaded.value;
+  const Told told =
+      tell(plan, folder.path(), {TimePoint(seconds(30))}, {}, {}, clock_at("one", seconds(100), seconds(5000)));
+  const Told::Death& death = told.deaths.at(0);
+
+  // It goes on at 430 s, and is killed again two ticks behind what falls into the gap.
+  const fs::path copy = folder.path() / "second.journal";
+  std::size_t ticks = 0;
+  std::size_t observations = death.observations;
+  bool injected = false;
+  const Resumed first = resume(plan, death.journal, death.observations, clock_at("one", seconds(104), seconds(17)),
+                               [&](const Message& message) {
+                                 if (!fs::exists(copy)) ++observations;
+                                 injected = injected || message.name == "scenario.injection";
+                                 if (injected && message.name == "mission.tick" && ++ticks == 2)
+                                   fs::copy_file(death.journal.string() + ".next", copy);
+                               });
+  const auto violated = [](const Resumed& resumed) {
+    const auto& all = resumed.report.monitors;
+    return std::any_of(all.begin(), all.end(), [](const auto& one) { return one.violations > 0; });
+  };
+  ASSERT_TRUE(violated(first));
+  ASSERT_TRUE(fs::exists(copy));
+  const Resumed second = resume(plan, copy, observations, clock_at("one", seconds(104), seconds(17)));
+  EXPECT_TRUE(violated(second)) << "the battery was emptied only in the run between";
 }
 
 TEST(Durable, LetsTheTimeInWhichNobodyWasTherePassAsSilence) {

@@ -80,7 +80,7 @@ struct Journaled {
   std::vector<std::pair<Place, Value>> inputs;
   std::vector<std::pair<Place, Value>> interventions;  ///< {what, source}.
   /// At the time of `state`: calls that were on their way, {call, sent}, {chart_steps}, how many were executed
-  /// elsewhere, {observer, memory} of observers, and {decided, decision} of monitors elsewhere.
+  /// elsewhere, {observer, memory} of observers, {decided, decision} of monitors elsewhere, and {timeline_to}.
   std::vector<Value> open;
   List parts;                    ///< Processes that the run has started, as `Journal::parts` was told.
   std::set<std::uint64_t> sent;  ///< Calls that have left since, of methods that must not be asked twice.

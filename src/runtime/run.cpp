@@ -102,10 +102,14 @@ void Run::Impl::start_clocks() {
 }
 
 void Run::Impl::schedule_timeline() {
+  if (options_.from != nullptr) timeline_to_ = options_.from->now;
+  if (options_.resume != nullptr) timeline_to_ = Durability::timeline_to(*options_.resume).value_or(timeline_to_);
   for (const project::Injection& injection : scenario_.timeline) {
-    if (options_.from != nullptr && injection.at <= options_.from->now) continue;  // has happened
-    scheduler_->at(director_, injection.at, mission::Rank::kInjection,
-                   [this, &injection] { steering_.inject(injection); });
+    if (injection.at <= timeline_to_) continue;
+    scheduler_->at(director_, injection.at, mission::Rank::kInjection, [this, &injection] {
+      timeline_to_ = std::max(timeline_to_, injection.at);
+      steering_.inject(injection);
+    });
   }
 }
 

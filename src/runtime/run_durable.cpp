@@ -92,7 +92,7 @@ void Run::Impl::resumed(const Journaled& journaled) {
   stream_.publish(std::move(message));
   if (!wall) problem("the machine's clock was set back: how long nobody was there is not known, and counts as no time");
   auto beside = remember_observers(kAfterResumption, true);
-  durability_->snapshot(capture(), beside.value_or(List()));
+  durability_->snapshot(capture(), beside.value_or(List()), timeline_to_);
   if (!beside) durability_->journal().give_up("a monitor in another process does not say how far it is");
   end_journal(journaled, recording_name());
   durability_->ask_again();
@@ -114,7 +114,8 @@ void Run::Impl::keep_journal(TimePoint when) {
     scheduler_->at(director_, scheduler_->now(), mission::Rank::kInjection, [this, when] {
       // Without it, the records behind the last state say everything still.
       const Duration patience = when == TimePoint{} ? Duration(kAfterResumption) : Duration(kBetweenTicks);
-      if (auto beside = remember_observers(patience, false)) durability_->snapshot(capture(), std::move(*beside));
+      if (auto beside = remember_observers(patience, false))
+        durability_->snapshot(capture(), std::move(*beside), timeline_to_);
       keep_journal(std::max(when + journal_period(), scheduler_->now()));
     });
   });

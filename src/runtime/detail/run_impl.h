@@ -185,6 +185,8 @@ class Run::Impl final : public RunView, private RunInside {
   Duration tell_behind_ = std::chrono::seconds(1);
   bool is_over_ = false;  // and durable
   std::atomic<bool> timed_out_ = false;
+  /// What the timeline says up to there has happened. Of the director.
+  TimePoint timeline_to_ = TimePoint::min();
   std::atomic<bool> interrupted_ = false;
 };
 
