@@ -71,7 +71,7 @@ class Parts::TreeSide final : public TreeHost {
     ground->tell_skill(leaf, "tick", TickSkill{tick, started, inputs});
   }
   void halt(std::size_t leaf, TimePoint /*asked*/) override { ground->tell_skill(leaf, "halt", HaltSkill{}); }
-  void cancel(std::size_t leaf) override { ground->tell_skill(leaf, "cancel", CancelSkill{}); }
+  void cancel(std::size_t leaf, TimePoint) override { ground->tell_skill(leaf, "cancel", CancelSkill{}); }
   void deliver(TreeDelivery what) override { deliver_at(now(), Rank::kMessage, std::move(what)); }
   void deliver_at(TimePoint when, Rank rank, TreeDelivery what) override {
     ground->put(when, rank, {Delivery::kTree, std::move(what)});

@@ -152,13 +152,9 @@ class TreeMachine::Step {
     }
     if (forced && bt::is_completed(answered.status) && !bt::is_completed(truth)) {
       // The tree has done with the leaf, so its skill must have done too.
-      publish(MessageKind::kEvent, "mission", plan.name, plan.name + ".cancel", Map());
-      host_.cancel(answered.leaf);
+      cancel(answered.leaf);
     }
-    if (answered.status == bt::Status::kFailure) {
-      if (const Value* reason = answered.outputs.find("reason"))
-        state_.reason = fmt::format("{}: {}", plan.name, reason->text());
-    }
+    note_reason(plan.name, answered);
     if (state_.tree.waiting_leaf() == plan.node)
       run(bt::Input::answer(plan.node, answered.status, std::move(answered.outputs)));
     else if (bt::is_completed(answered.status))
@@ -227,6 +223,23 @@ class TreeMachine::Step {
     return index;
   }
 
+  void cancel(std::size_t index) {
+    const std::string& name = plan_.leaves[index].name;
+    const TimePoint asked = host_.now();
+    publish(MessageKind::kEvent, "mission", name, name + ".cancel", Map());
+    host_.cancel(index, asked);
+  }
+
+  // A mission fails by the leaf that failed last, unless that has recovered since.
+  void note_reason(const std::string& leaf, const Answered& answered) {
+    const Value* reason = answered.outputs.find("reason");
+    const bool failed = answered.status == bt::Status::kFailure;
+    if (failed && reason != nullptr)
+      state_.reason = fmt::format("{}: {}", leaf, reason->text());
+    else if (failed || state_.reason.starts_with(leaf + ": "))
+      state_.reason.clear();
+  }
+
   void run(bt::Input input) {
     // Each answer known at once is the next input: a loop, so that a long tick does not recurse.
     std::optional<bt::Input> next = std::move(input);
@@ -283,8 +296,7 @@ class TreeMachine::Step {
       publish(MessageKind::kRequest, "mission", name, name + ".halt.request", Map(), leaf.halt_call);
       host_.halt(index, asked);
     } else {
-      publish(MessageKind::kEvent, "mission", name, name + ".cancel", Map());
-      host_.cancel(index);
+      cancel(index);
     }
   }
 
@@ -333,7 +345,7 @@ class TreeMachine::Step {
       tell_late(plan, leaf, bt::Status::kFailure, why);
       state_.reason = fmt::format("{}: {}", plan.name, why);
       leaf.outstanding = 0;
-      host_.cancel(due.leaf);
+      host_.cancel(due.leaf, kNever);
       run(bt::Input::answer(plan.node, bt::Status::kFailure));
     } else {
       tell_late(plan, leaf, bt::Status::kRunning, "past its budget");
@@ -370,6 +382,7 @@ class TreeMachine::Step {
     if (status != state_.root)
       publish(MessageKind::kEvent, "mission", "", "mission.status", entry("status", to_string(status)));
     state_.root = status;
+    if (status == bt::Status::kSuccess) state_.reason.clear();
     host_.tick_done(state_.ticks, took);
     if (bt::is_completed(status) && !model_.repeat) state_.over = true;
   }

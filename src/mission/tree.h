@@ -121,7 +121,8 @@ class TreeHost {
   virtual void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) = 0;
   /// @param asked  When its request was published.
   virtual void halt(std::size_t leaf, TimePoint asked) = 0;
-  virtual void cancel(std::size_t leaf) = 0;
+  /// @param asked  When that was published; kNever: it was not.
+  virtual void cancel(std::size_t leaf, TimePoint asked) = 0;
   /// Something for the mission itself: as soon as possible, or at a time.
   virtual void deliver(TreeDelivery what) = 0;
   virtual void deliver_at(TimePoint when, Rank rank, TreeDelivery what) = 0;

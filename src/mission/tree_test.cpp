@@ -44,11 +44,11 @@ class TreePlayer final : public TreeHost {
     }
     time = until;
   }
-  void answer(bt::Status status) {
+  void answer(bt::Status status, Map outputs = {}) {
     ASSERT_FALSE(asked.empty());
     const auto [leaf, tick] = asked.back();
     asked.pop_back();
-    take(Answered{leaf, tick, status, {}});
+    take(Answered{leaf, tick, status, std::move(outputs)});
   }
 
   struct Order {
@@ -103,7 +103,7 @@ class TreePlayer final : public TreeHost {
   void set_tick(std::uint64_t) override {}
   void tick(std::size_t leaf, std::uint64_t tick, bool, const Map&) override { asked.emplace_back(leaf, tick); }
   void halt(std::size_t leaf, TimePoint /*asked*/) override { halting.push_back(leaf); }
-  void cancel(std::size_t) override {}
+  void cancel(std::size_t, TimePoint) override {}
   void deliver(TreeDelivery what) override { deliver_at(time, Rank::kMessage, std::move(what)); }
   void deliver_at(TimePoint when, Rank rank, TreeDelivery what) override {
     queue_.emplace(std::pair(std::max(when, time), std::pair(rank, ++order_)), std::move(what));
@@ -132,6 +132,37 @@ TEST(Tree, EndsWithItsRoot) {
 }
 
 // Scripts of every hook, made to fail at every way in which a mission ends.
+TEST(Tree, FailsForTheReasonOfTheLeafThatFailedLast) {
+  const Map worn{{"reason", "worn"}};
+  TreePlayer caught("<Fallback><Action ID=\"A\"/><Action ID=\"B\"/></Fallback>");
+  caught.wait(milliseconds(0));
+  caught.answer(bt::Status::kFailure, worn);
+  EXPECT_EQ(caught.state.reason, "A: worn");
+  caught.answer(bt::Status::kFailure);
+  EXPECT_TRUE(caught.state.over);
+  EXPECT_EQ(caught.state.reason, "") << "B says none";
+
+  TreePlayer recovered(
+      "<Sequence><RetryUntilSuccessful num_attempts=\"2\"><Action ID=\"A\"/></RetryUntilSuccessful>"
+      "<Inverter><Action ID=\"B\"/></Inverter></Sequence>");
+  recovered.wait(milliseconds(0));
+  recovered.answer(bt::Status::kFailure, worn);
+  recovered.wait(milliseconds(100));
+  recovered.answer(bt::Status::kSuccess);
+  recovered.wait(milliseconds(100));
+  recovered.answer(bt::Status::kSuccess);
+  EXPECT_TRUE(recovered.state.over);
+  EXPECT_EQ(recovered.state.root, bt::Status::kFailure);
+  EXPECT_EQ(recovered.state.reason, "");
+
+  TreePlayer succeeded("<Fallback><Action ID=\"A\"/><Action ID=\"B\"/></Fallback>");
+  succeeded.wait(milliseconds(0));
+  succeeded.answer(bt::Status::kFailure, worn);
+  succeeded.answer(bt::Status::kSuccess);
+  EXPECT_EQ(succeeded.state.root, bt::Status::kSuccess);
+  EXPECT_EQ(succeeded.state.reason, "");
+}
+
 class FailingHook : public testing::TestWithParam<std::string> {};
 
 TEST_P(FailingHook, IsOneProblemAndTheMissionEndsInOrder) {

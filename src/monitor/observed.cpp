@@ -37,7 +37,7 @@ Observations::Observations(const Vocabulary& vocabulary) : vocabulary_(vocabular
     add(leaf + ".tick.request", {Form::kLeafTick, "mission", leaf});
     add(leaf + ".tick.reply", {Form::kLeafAnswer, leaf, "mission"});
     add(leaf + ".tick.error", {Form::kLeafError, leaf, "mission"});
-    for (const char* what : {"tick", "halt", "timer", "topic"})
+    for (const char* what : {"tick", "halt", "cancel", "timer", "topic"})
       add(fmt::format("{}.{}.taken", leaf, what), {Form::kOpen, leaf, ""});
     add(leaf + ".halt.request", {Form::kBare, "mission", leaf});
     add(leaf + ".halt.reply", {Form::kBare, leaf, "mission"});

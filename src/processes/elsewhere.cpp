@@ -48,7 +48,7 @@ class SharedLeaf final : public runtime::LeafDriver {
     leaf_->tick(tick, started, inputs, asked);
   }
   void halt(TimePoint asked) override { leaf_->halt(asked); }
-  void cancel() override { leaf_->cancel(); }
+  void cancel(TimePoint asked) override { leaf_->cancel(asked); }
 
  private:
   const std::shared_ptr<RemoteLeafDriver> leaf_;

@@ -74,7 +74,7 @@ class RemoteSkill final : public RemoteLeafDriver {
     ask_halt(arguments(), std::chrono::steady_clock::now() + options_.halt_deadline);
   }
 
-  void cancel() override {
+  void cancel(TimePoint /*asked*/) override {
     client_->call("cancel", arguments(), within(options_.tick_deadline), [](const rpc::Outcome&) {});
   }
 
@@ -261,7 +261,7 @@ class SkillService final : public rpc::Service {
     }
     if (method.name == "reset") {
       const std::lock_guard lock(mutex_);
-      for (auto& [name, leaf] : leaves_) leaf->actor->cancel();
+      for (auto& [name, leaf] : leaves_) leaf->actor->cancel(kNever);
       return reply.give(Value());
     }
     if (method.name == "step") return reply.give(charts_.step(arguments));
@@ -271,7 +271,7 @@ class SkillService final : public rpc::Service {
     if (leaf == nullptr) return reply.give(refused(fmt::format("runs {} leaves already", kServedLeavesMax)));
     if (method.name == "tick") return serve_tick(*leaf, *tick, reply);
     if (method.name == "halt") return reply.give(serve_halt(*leaf));
-    leaf->actor->cancel();
+    leaf->actor->cancel(kNever);
     reply.give(Value());
   }
 

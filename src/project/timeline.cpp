@@ -15,13 +15,13 @@ void read_timeline(const text::YamlNode& node, Scenario& scenario, Diagnostics& 
     if (reader.node("at") == nullptr)
       reader.error(entry.span, "project.missing-key", "an entry of the timeline needs \"at\"");
     if (const auto source = reader.string("source")) {
-      static const std::vector<std::string> kSources{"scenario", "studio", "control", "interrupt"};
+      static const std::vector<std::string> kSources{"scenario", "studio", "control", "groot", "interrupt"};
       injection.source = *source;
       if (std::find(kSources.begin(), kSources.end(), *source) == kSources.end()) {
         reader.error(
             reader.span("source"), "scenario.source",
             fmt::format(
-                "nobody called \"{}\" does something to a run{}; there are scenario, studio, control and interrupt",
+                "nobody called \"{}\" does something to a run{}; there are scenario, studio, control, groot and interrupt",
                 *source, did_you_mean(*source, kSources)));
       }
     }

@@ -15,6 +15,10 @@ std::string Arrivals::topic_of(const Message& request) { return std::string(runt
 bool Arrivals::note(const Message& message) {
   if (message.kind == MessageKind::kRequest) published_[topic_of(message)].push_back(message.sequence);
   if (const auto asked = leaves_.find(message.target); asked != leaves_.end() && message.source == "mission") {
+    if (message.name.ends_with(".cancel")) {
+      latest_cancels_[message.target] = &cancels_[{asked->second, message.tick}].emplace_back(message.time);
+      return true;
+    }
     const bool ticked = message.name.ends_with(".tick.request");
     if (!ticked && !message.name.ends_with(".halt.request")) return true;
     auto& list = (ticked ? ticks_ : halts_)[{asked->second, message.tick}];
@@ -46,6 +50,9 @@ bool Arrivals::note_taken(const Message& message) {
   if (what == "tick.taken" || what == "halt.taken") {
     const auto& latest = what == "tick.taken" ? latest_ticks_ : latest_halts_;
     if (const auto asked = latest.find(message.source); asked != latest.end()) asked->second->asked = message.time;
+  } else if (what == "cancel.taken") {
+    if (const auto asked = latest_cancels_.find(message.source); asked != latest_cancels_.end())
+      *asked->second = message.time;
   } else if (what == "timer.taken") {
     if (const auto number = number_in("number")) late_timers_[{leaf->second, *number}] = message.time;
   } else if (what == "topic.taken") {
@@ -63,6 +70,13 @@ bool Arrivals::note_taken(const Message& message) {
 }
 
 TimePoint Arrivals::of(std::size_t leaf, LeafMessage what, std::uint64_t tick, TimePoint now, bool exact) {
+  if (what == LeafMessage::kCancel) {
+    const auto found = cancels_.find({leaf, tick});
+    if (found == cancels_.end() || found->second.empty()) return {};
+    const TimePoint taken = found->second.front();
+    found->second.pop_front();
+    return taken;
+  }
   const bool is_halt = what == LeafMessage::kHalt || what == LeafMessage::kHalted;
   std::optional<Activation>& current = (is_halt ? halting_ : ticking_)[leaf];
   if (what == LeafMessage::kTick || what == LeafMessage::kHalt) {

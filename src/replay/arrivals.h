@@ -61,6 +61,8 @@ class Arrivals {
   std::map<std::uint64_t, Activation*> open_;                     // by call
   std::map<std::string, Activation*, std::less<>> latest_ticks_;  // by leaf
   std::map<std::string, Activation*, std::less<>> latest_halts_;  // likewise
+  std::map<std::pair<std::size_t, std::uint64_t>, std::deque<TimePoint>> cancels_;  // by leaf and root tick
+  std::map<std::string, TimePoint*, std::less<>> latest_cancels_;
   std::map<std::string, std::vector<std::uint64_t>> published_;   // by topic or call: sequence numbers
   std::map<std::string, std::ptrdiff_t> published_now_;           // by topic or call
   std::map<std::size_t, std::optional<Activation>> ticking_;      // by leaf: what was last asked of it

@@ -80,6 +80,12 @@ class Replay {
                                                     shortest_decimal(seconds(recorded_.ended()))));
     }
     if (can_restore()) return run_restored();
+    if (options_.go_on_at && !plan_.world) {
+      return fail("replay.no-simulator",
+                  "from a moment on it is the simulated robot that answers, and the project has none: what its models "
+                  "and components would have answered is not known. The whole recording can be replayed, and a run in "
+                  "virtual time gone on with from any moment if its project is unchanged");
+    }
     if (auto adapted = adapt(); !adapted) return tl::unexpected(adapted.error());
     auto messages = recorded_.observations();
     if (!messages) return tl::unexpected(messages.error());
@@ -330,7 +336,7 @@ class Replay {
     }
     if (options_.go_on_at) {
       inside.scheduler().at(inside.director(), *options_.go_on_at, mission::Rank::kInjection, [this] {
-        if (report_.unrecorded.empty() && inside_->sim() != nullptr) go_on();
+        if (report_.unrecorded.empty()) go_on();
       });
     }
     if (options_.at) tell_moment_at(*options_.at);
@@ -448,7 +454,7 @@ class Replay {
       return;
     }
     Exchange* exchange = exchange_of(asked, args);
-    if (method.oneway) {
+    if (method.oneway && (exchange == nullptr || !exchange->after || exchange->outcome.ok)) {
       // What nobody answers can be said anew as well.
       if (exchange != nullptr && !std::exchange(exchange->used, true)) ++report_.answered_requests;
       return done({.ok = true, .result = {}, .kind = {}, .message = {}});
@@ -467,7 +473,8 @@ class Replay {
         inside_->end();
       return;
     }
-    acts_.push_back({now, inside_->published(), service.interface, method.name, service.robot, std::move(args)});
+    if (exchange->outcome.kind != "unreachable")
+      acts_.push_back({now, inside_->published(), service.interface, method.name, service.robot, std::move(args)});
     if (recorded_.is_virtual()) return answer_at_once(fmt::format("{}.{}", service.name, method.name), *exchange, done);
     const bool again = std::exchange(exchange->used, true);
     ++report_.answered_requests;

@@ -292,6 +292,17 @@ TEST_F(ReplayedTimers, RingWhenTheyRangLate) {
   expect_the_same(run);
 }
 
+TEST_F(ReplayedTimers, AreNotGoneOnWithWhereNobodyWouldAnswer) {
+  put_mission();
+  RecordedRun run = record_run(folder_.path() / "sentree.yaml", false, std::chrono::milliseconds(250));
+  auto plan = prepare(std::move(*run.scenario().value));
+  ReplayOptions options;
+  options.go_on_at = TimePoint(std::chrono::milliseconds(100));
+  const auto report = replay(run, std::move(*plan.value), std::move(options));
+  ASSERT_FALSE(report.has_value());
+  EXPECT_EQ(report.error().code, "replay.no-simulator");
+}
+
 TEST_F(ReplayedTimers, RingWhenTheyRangThatWereSetLate) {
   put_mission();
   // The first tick is taken late, so that the timer is due, and rings, behind the third one.

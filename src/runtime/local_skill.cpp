@@ -44,6 +44,7 @@ void SkillActor::take(mission::Delivery delivery) {
   const bool is_tick = std::holds_alternative<mission::TickSkill>(what);
   if (is_tick && took_other_ >= asked_.load()) tell_taken("tick", Map());
   if (std::holds_alternative<mission::HaltSkill>(what) && took_ >= halt_asked_.load()) tell_taken("halt", Map());
+  if (std::holds_alternative<mission::CancelSkill>(what) && took_ >= cancel_asked_.load()) tell_taken("cancel", Map());
   if (const auto* timer = std::get_if<mission::SkillTimer>(&what); timer != nullptr && timer->when == state_.wake) {
     if (const TimePoint at = timer_arrival_ ? timer_arrival_(timers_ + 1) : TimePoint{}; at > now())
       return scheduler_.at(actor_, at, mission::Rank::kTimer, addressed(*timer));
@@ -117,11 +118,14 @@ void SkillActor::halt(TimePoint asked) {
   post(std::move(what));
 }
 
-void SkillActor::cancel() {
+void SkillActor::cancel(TimePoint asked) {
   // In order behind a delayed tick, which would otherwise begin a run after it.
   const std::lock_guard lock(order_mutex_);
   mission::SkillDelivery what = mission::CancelSkill{};
-  if (!held_back("cancel", what)) post(std::move(what));
+  cancel_asked_ = kNever;
+  if (held_back("cancel", what)) return;
+  cancel_asked_ = asked;
+  post(std::move(what));
 }
 
 void SkillActor::take_topic(const Topics::Told& told) {

@@ -56,7 +56,7 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   /// @param asked  When the request was published.
   void tick(std::uint64_t tick, bool started, Map inputs, TimePoint asked);
   void halt(TimePoint asked);
-  void cancel();
+  void cancel(TimePoint asked);
   /// Ends it as if its process had been killed: nothing of its chart runs any more, what is asked of it fails.
   void kill() { post(mission::KillSkill{}); }
   /// What is published on a topic that it subscribes to, held back by its `delay` and by what was held back before. In
@@ -136,9 +136,10 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   std::string why_;  // it was given up; written before given_up_
   std::map<std::string, std::unique_ptr<ServicePort>> ports_;
   std::mutex order_mutex_;  // of state_.not_before
-  // For the latest tick and halt, unless a fault holds it back.
+  // For the latest tick, halt and cancellation, unless a fault holds it back.
   std::atomic<TimePoint> asked_ = kNever;
   std::atomic<TimePoint> halt_asked_ = kNever;
+  std::atomic<TimePoint> cancel_asked_ = kNever;
   // In real time: when it last took anything, and anything but a tick.
   std::optional<TimePoint> took_;
   std::optional<TimePoint> took_other_;

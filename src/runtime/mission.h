@@ -24,7 +24,7 @@ class LeafDriver {
   /// Answered by `Mission::halted`.
   virtual void halt(TimePoint asked) = 0;
   /// The run is given up; no answer is expected, late ones are ignored.
-  virtual void cancel() = 0;
+  virtual void cancel(TimePoint asked) = 0;
 };
 
 /// Lateness of root ticks in real time.
@@ -82,7 +82,7 @@ class Mission final : private mission::TreeHost {
     drivers_[leaf]->tick(tick, started, inputs, state_.leaves[leaf].asked);
   }
   void halt(std::size_t leaf, TimePoint asked) override { drivers_[leaf]->halt(asked); }
-  void cancel(std::size_t leaf) override { drivers_[leaf]->cancel(); }
+  void cancel(std::size_t leaf, TimePoint asked) override { drivers_[leaf]->cancel(asked); }
   void deliver(mission::TreeDelivery what) override { scheduler_.post(actor_, addressed(std::move(what))); }
   void deliver_at(TimePoint when, mission::Rank rank, mission::TreeDelivery what) override {
     scheduler_.at(actor_, when, rank, addressed(std::move(what)));

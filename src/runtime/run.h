@@ -103,7 +103,7 @@ struct RunOptions {
   /// When something that passes between the mission and a skill of this process arrives: at once if that is not later
   /// than now, not at all at kNever. Null: all at once.
   /// kDue: the end of the mission's patience with the answer; time 0: as its deadlines say.
-  enum class LeafMessage : std::uint8_t { kTick, kAnswer, kHalt, kHalted, kDue };
+  enum class LeafMessage : std::uint8_t { kTick, kAnswer, kHalt, kHalted, kCancel, kDue };
   std::function<TimePoint(std::size_t leaf, LeafMessage)> arrival;
   /// Likewise when a skill of this process takes what was just published on a topic that it subscribes to.
   std::function<TimePoint(std::size_t leaf, const std::string& topic)> topic_arrival;

@@ -198,7 +198,9 @@ struct Run::Impl::LocalDriver final : LeafDriver {
   void halt(TimePoint asked) override {
     run.pass(index, RunOptions::LeafMessage::kHalt, [this, asked] { skill->halt(asked); });
   }
-  void cancel() override { skill->cancel(); }
+  void cancel(TimePoint asked) override {
+    run.pass(index, RunOptions::LeafMessage::kCancel, [this, asked] { skill->cancel(asked); });
+  }
   Impl& run;
   std::size_t index;
   std::unique_ptr<KeptChart> chart;  // null: executed here
