@@ -1,6 +1,7 @@
 #include "sentree/monitor/model.h"
 
 #include <algorithm>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -9,6 +10,7 @@
 #include "sentree/scxml/check.h"
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/model.h"
+#include "sentree/scxml/script_syntax.h"
 
 namespace sentree::monitor {
 
@@ -64,6 +66,15 @@ std::string renaming_chart(const std::vector<Rename>& renames) {
         number, assigned, xml_text(renames[i].when));
   }
   return xml + "</state></scxml>";
+}
+
+// What the expressions of a renamed event look at of the observation.
+void add_members(const Rename& rename, Projection& projection) {
+  std::set<std::string> names = scxml::names_in_script(rename.when);
+  for (const auto& [name, expression] : rename.data) names.merge(scxml::names_in_script(expression));
+  for (const std::string_view member : kMembers) {
+    if (names.contains(std::string(member))) projection.add_member(member);
+  }
 }
 
 // Which events look back at what was observed last: those of which one source does.
@@ -200,6 +211,7 @@ Loaded<Model> Model::make(Spec spec) {
     if (renaming.ok()) {
       parts->renaming = std::move(renaming.value);
       parts->renamed.assign(parts->renaming->model().variables.size(), true);
+      for (const Rename& rename : parts->spec.renames) add_members(rename, parts->projection);
       find_looking_back(*parts);
       check_renames(*parts, made.diagnostics);
     } else {

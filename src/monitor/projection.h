@@ -18,6 +18,8 @@ class Projection {
   [[nodiscard]] bool is_whole() const { return whole_; }
   void make_whole() { whole_ = true; }
   void add(const Projection& other);
+  /// A member of the event's data, with all that is in it.
+  void add_member(std::string_view name) { add_path(members_, name); }
   /// As `event_data`, without what nobody looks at.
   [[nodiscard]] Value data(const Message& message) const;
   /// Whether nobody looks at anything but the event's name.

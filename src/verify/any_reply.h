@@ -27,10 +27,10 @@ struct AnyReply {
 /// ways; enumerators that some chart or the tree writes down, and one other. Numbers are tried at each constant that
 /// they are compared with (after + - * / by constants, also through variables of the chart, constants and literal
 /// ports), between each two, and beyond the outermost, within the interface's bounds: there at one, or, where they are
-/// compared with earlier replies, at as many as are compared at once; texts at each that they are compared with, and one
-/// other, or so many. Of a union it is each member that something names, or one other; optional members of
-/// which something is made are there or not. Everything else has one value: what nothing looks at changes nothing. A
-/// method that throws may do so.
+/// compared with earlier replies, at as many as are compared at once; texts at each that they are compared with, and
+/// one other, or so many. Of a union it is each member that something names, or one other; optional members of which
+/// something is made are there or not. Everything else has one value: what nothing looks at changes nothing. A method
+/// that throws may do so.
 ///
 /// Error: verify.any-reply, if a value is compared with too many constants.
 [[nodiscard]] Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service);

@@ -201,6 +201,33 @@ TEST_F(AnyReplyInto, IsRefusedWhereARequirementComparesTwoOrWhatIsHandedOn) {
   EXPECT_EQ(told(yaml), "a reply is compared after - with what is no constant");
 }
 
+TEST_F(AnyReplyOf, IsRefusedWhereSomebodyLooksAtWhatAChartMakesOfIt) {
+  const std::string yaml = "monitors: [{file: r.req}]\n";
+  write("interfaces/door.thrift", "service Door { i32 ask() }\n");
+  const auto chart = [&](const std::string& done, const std::string& more = "") {
+    write("skills/Ask.scxml", kChart + R"(initial="a"><datamodel><data id="v"/></datamodel><state id="a">)" + more + R"(
+<onentry><send type="thrift" target="door" event="ask"/></onentry><transition event="door.ask.reply" target="success">
+<assign location="v" expr="_event.data.result"/><log label="it" expr="v"/></transition></state>
+<final id="success">)" + done + R"(</final><final id="failure"/></scxml>)");
+  };
+  tree("<Action ID=\"Ask\" out=\"{n}\"/>");
+  chart("<donedata><param name=\"out\" expr=\"v\"/></donedata>");
+  write("r.req", "five: never observation(Ask.tick.reply).outputs.out = 5.\n");
+  EXPECT_EQ(told(yaml), "a reply is given as the output out");
+  write("r.req", "five: never observation(Ask.log).text = \"5\".\n");
+  EXPECT_EQ(told(yaml), "a reply is logged");
+  write("r.req", "fails: never node(Ask) in FAILURE.\n");
+  EXPECT_EQ(told(yaml), "");
+  chart("", R"(<invoke type="scxml" autoforward="true"><content><scxml xmlns="http://www.w3.org/2005/07/scxml"
+version="1.0"><state/></scxml></content></invoke>)");
+  EXPECT_THAT(told(yaml), testing::HasSubstr("autoforward"));
+  chart("");
+  write("m.scxml",
+        kChart + R"(><state><transition event="five" target="violated"/></state><final id="violated"/></scxml>)");
+  EXPECT_EQ(told("monitors: [{file: m.scxml, events: {five: {on: door.ask.reply, when: result === 5}}}]\n"),
+            "the event five of monitor m is made of a reply of door");
+}
+
 TEST_F(AnyReplyOf, IsRefusedWhereSomebodyWaitsForWhatIsPublished) {
   write("interfaces/door.thrift", "service Door { i32 ask(), oneway void opened(1: i32 by) }\n");
   write("skills/Ask.scxml", kChart + R"(initial="a"><state id="a"><transition event="door.opened" target="success"/>
@@ -295,7 +322,6 @@ class RandomCondition {
 // What is tried brings about whatever any reply does, also beside an earlier one, p, or it is refused.
 TEST_F(AnyReplyOf, BringsAboutWhatRandomRepliesDo) {
   tree("<Action ID=\"Ask\"/>");
-  write("r.req", "silent: never event(request(door.ask) from Nobody).\n");
   int tried = 0;
   for (const std::uint64_t seed : seeds(40)) {
     RandomCondition random(seed);

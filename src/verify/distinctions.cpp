@@ -78,14 +78,19 @@ class Comparisons {
     }
   }
 
-  /// @param looked_at  Arguments of calls that somebody looks at.
-  void operator()(const std::set<std::string>& looked_at) {
+  void operator()(const LookedAt& looked_at) {
     for (std::size_t i = 0; i < flow_.size(); ++i) {
       expression_ = static_cast<scxml::ExpressionId>(i);
       if (const auto& tree = flow_.tree(expression_)) look(*tree);
     }
     // Charts that compare stand side by side, so that what all of them keep is compared with one and the same reply.
     for (const std::string& name : compared_) uses_.several[name] += std::max<std::size_t>(flow_.holders(name), 1);
+    if (flow_.forwards() && !uses_.trouble) {
+      uses_.trouble = Diagnostic{Severity::kError, "verify.any-reply",
+                                 "every reply is handed on to what the chart invokes (autoforward), and which of its "
+                                 "values that tells apart is not known",
+                                 place_ ? *place_ : flow_.chart().span(flow_.chart().states().front().place)};
+    }
     if (uses_.trouble) return;
     if (const auto unknown = unknown_use(flow_, looked_at)) {
       expression_ = unknown->expression;
@@ -466,9 +471,10 @@ Given given_of(const project::Plan& plan, const project::LeafPlan& leaf) {
   return given;
 }
 
-// Arguments of calls of which somebody makes something; those that are only compared with what they may be are left
-// out.
-void add_arguments(const scxml::Chart& chart, std::set<std::string>& looked_at) {
+// What a chart looks at of calls, of answers to ticks and of logs; arguments that are only compared with what they may
+// be are left out.
+void add_looked_at(const scxml::Chart& chart, LookedAt& out) {
+  constexpr std::string_view kOutputs = "_event.data.outputs.";
   for (const scxml::Expression& expression : chart.model().expressions) {
     const auto tree = scxml::parse_script_expression(expression.text);
     if (!tree) continue;
@@ -484,9 +490,50 @@ void add_arguments(const scxml::Chart& chart, std::set<std::string>& looked_at) 
     }
     for (std::uint32_t id = 0; id < tree->nodes.size(); ++id) {
       const std::string path = tree->path(id);
-      if (path.starts_with("_event.data.args.") && !handed.contains(id)) looked_at.insert(tree->at(id).text);
+      if (path.starts_with("_event.data.args.") && !handed.contains(id)) out.arguments.insert(tree->at(id).text);
+      if (path.starts_with(kOutputs))
+        out.outputs.insert(path.substr(kOutputs.size(), path.find('.', kOutputs.size()) - kOutputs.size()));
+      out.logs = out.logs || path == "_event.data.text";
     }
   }
+}
+
+// What events of monitors, which are made by expressions, look at: of what is called so, all. Of replies of the service
+// that is not understood.
+std::optional<Diagnostic> add_looked_at(const project::Plan& plan, const std::string& service, LookedAt& out) {
+  const auto& methods = plan.services.at(service).service->methods;
+  const auto replies = [&](const std::string& pattern) {
+    return std::any_of(methods.begin(), methods.end(), [&](const idl::Method* method) {
+      return project::matches_pattern(pattern, fmt::format("{}.{}.reply", service, method->name));
+    });
+  };
+  std::optional<Diagnostic> trouble;
+  for (const project::MonitorEntry& monitor : plan.scenario.project.monitors) {
+    for (const project::EventRename& rename : monitor.events) {
+      std::set<std::string> names = scxml::names_in_script(rename.when);
+      for (const auto& [name, expression] : rename.data) names.merge(scxml::names_in_script(expression));
+      if (names.empty()) continue;
+      if (!trouble && std::any_of(rename.on.begin(), rename.on.end(), replies)) {
+        trouble = Diagnostic{Severity::kError, "verify.any-reply",
+                             fmt::format("the event {} of monitor {} is made of a reply of {}, and which of its values "
+                                         "are told apart is not known",
+                                         rename.event, monitor.name, service),
+                             rename.span};
+      }
+      if (names.contains("args")) {
+        for (const auto& [name, of] : plan.services) {
+          for (const idl::Method* method : of.service->methods) {
+            for (const idl::Field& parameter : method->arguments.fields) out.arguments.insert(parameter.name);
+          }
+        }
+      }
+      if (!names.contains("outputs")) continue;
+      for (const project::LeafPlan& leaf : plan.leaves) {
+        for (const bt::PortFact& port : plan.tree.ports(leaf.node)) out.outputs.emplace(port.name);
+      }
+    }
+  }
+  return trouble;
 }
 
 }  // namespace
@@ -503,12 +550,13 @@ Distinctions distinctions(const project::Plan& plan, const std::string& service,
     types.results[method->name] = kinds_of(*method->result);
     add_kinds(*method->result, 0, types.members);
   }
-  std::set<std::string> looked_at;
-  for (const monitor::Model& monitor : plan.monitors) add_arguments(monitor.chart(), looked_at);
+  LookedAt looked_at;
+  uses.trouble = add_looked_at(plan, service, looked_at);
+  for (const monitor::Model& monitor : plan.monitors) add_looked_at(monitor.chart(), looked_at);
   for (const project::ModelPlan& model : plan.models) {
     // What is handed back to the service itself means what it said.
     if (std::find(model.serves.begin(), model.serves.end(), service) == model.serves.end())
-      add_arguments(model.chart, looked_at);
+      add_looked_at(model.chart, looked_at);
   }
   std::vector<bool> calls(plan.leaves.size());
   for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {

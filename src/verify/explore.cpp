@@ -196,7 +196,19 @@ Diagnostics obstacles(const project::Plan& plan) {
     if (leaf.chart) look(*leaf.chart, "skill " + leaf.name);
   }
   for (const project::ModelPlan& model : plan.models) look(model.chart, "model " + model.name);
-  for (const monitor::Model& model : plan.monitors) look(model.chart(), "monitor " + model.name());
+  for (const monitor::Model& model : plan.monitors) {
+    look(model.chart(), "monitor " + model.name());
+    for (const char* const name : {"monitor.violated", "monitor.satisfied", "monitor.given_up"}) {
+      // One that listens to whatever comes is not about these.
+      if (!model.listens_to(name) || model.listens_to("nobody.nothing")) continue;
+      out.push_back({Severity::kError, "verify.monitor",
+                     fmt::format("monitor {} waits for {}, which nobody says where every behaviour is tried: each "
+                                 "requirement is judged by itself",
+                                 model.name(), name),
+                     SourceSpan{plan.scenario.project.file}});
+      break;
+    }
+  }
   for (const project::Injection& injection : plan.scenario.timeline) {
     if (std::holds_alternative<project::intervention::Call>(injection.what) ||
         std::holds_alternative<project::intervention::Breakpoint>(injection.what)) {

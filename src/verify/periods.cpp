@@ -18,6 +18,11 @@ namespace {
 
 bool counts(std::string_view member) { return member == "time" || member == "tick" || member == "call"; }
 
+// Faults of a run have numbers of their own.
+bool counts(std::string_view member, const Message& message) {
+  return counts(member) || (member == "id" && message.name == "scenario.injection");
+}
+
 // Of a message, but for what counts, and for where a choice stands, which may be a file made for the purpose. Nothing
 // of statuses of nodes: skills answer theirs, and who changes a tree changes its nodes.
 Hash128 all_of(const Message& message) {
@@ -385,7 +390,7 @@ std::uint32_t Periods::hear(const Message& message) {
   Map data;
   if (Map* members = looked_at.as_map()) {
     for (auto& [name, value] : *members) {
-      if (counts(name)) {
+      if (counts(name, message)) {
         refuse_clock(message, name);
         return kNobody;
       }
@@ -406,8 +411,8 @@ bool Periods::looks_at_clock(const Message& message) {
   const auto& targets = dispatch_.route(message.name).of(message.source);
   if (targets.monitors.empty()) return false;
   const Value looked_at = targets.projection.data(message);
-  for (const char* const member : {"time", "tick", "call"}) {
-    if (looked_at.find(member) == nullptr) continue;
+  for (const char* const member : {"time", "tick", "call", "id"}) {
+    if (looked_at.find(member) == nullptr || !counts(member, message)) continue;
     refuse_clock(message, member);
     return true;
   }

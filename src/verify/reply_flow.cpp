@@ -231,6 +231,11 @@ std::set<std::string> ReplyFlow::sources(const ScriptTree& tree, std::uint32_t i
   return all;
 }
 
+bool ReplyFlow::forwards() const {
+  const auto& invokes = chart_.model().invokes;
+  return std::any_of(invokes.begin(), invokes.end(), [](const scxml::Invoke& invoke) { return invoke.autoforward; });
+}
+
 std::size_t ReplyFlow::holders(const std::string& source) const {
   return static_cast<std::size_t>(std::count_if(of_reply_.begin(), of_reply_.end(), [&](const std::string& variable) {
     const auto& all = assigned(variable);
@@ -430,10 +435,10 @@ class Parts {
 
 }  // namespace
 
-std::optional<UnknownUse> unknown_use(const ReplyFlow& flow, const std::set<std::string>& looked_at) {
+std::optional<UnknownUse> unknown_use(const ReplyFlow& flow, const LookedAt& looked_at) {
   using Role = ReplyFlow::Role;
   for (const ReplyFlow::Use& use : flow.uses()) {
-    if (use.role == Role::kLogged) continue;
+    if (use.role == Role::kLogged && !looked_at.logs) continue;
     const auto& tree = flow.tree(use.expression);
     const auto unknown = [&](std::string why) { return UnknownUse{use.expression, std::move(why)}; };
     if (!tree) {
@@ -445,7 +450,10 @@ std::optional<UnknownUse> unknown_use(const ReplyFlow& flow, const std::set<std:
     if (!flow.is_of_reply(*tree, tree->root())) continue;
     if (use.role == Role::kDecides) return unknown(use.name);
     if (use.role == Role::kAssigned && use.name.empty()) return unknown("is kept in a member of a variable");
-    if (use.role == Role::kArgument && looked_at.contains(use.name))
+    if (use.role == Role::kLogged) return unknown("is logged, and a monitor looks at that");
+    if (use.role == Role::kGiven && looked_at.outputs.contains(use.name))
+      return unknown(fmt::format("is given as the output {}, which a monitor looks at", use.name));
+    if (use.role == Role::kArgument && looked_at.arguments.contains(use.name))
       return unknown(
           fmt::format("is handed on as the argument {} of a call, which a monitor or a model looks at", use.name));
   }

@@ -54,6 +54,8 @@ class ReplyFlow {
   [[nodiscard]] const ReplyTypes& types() const { return types_; }
   [[nodiscard]] const std::vector<Use>& uses() const { return uses_; }
   [[nodiscard]] std::size_t size() const { return trees_.size(); }
+  /// Whether every event goes to what it invokes as well.
+  [[nodiscard]] bool forwards() const;
   /// Nothing: it cannot be read.
   [[nodiscard]] const std::optional<scxml::ScriptTree>& tree(scxml::ExpressionId expression) const {
     return trees_[expression];
@@ -121,6 +123,13 @@ class ReplyFlow {
   std::set<std::string> scripted_;
 };
 
+/// What of what leaves a chart somebody looks at.
+struct LookedAt {
+  std::set<std::string> arguments;  ///< Of calls.
+  std::set<std::string> outputs;    ///< Of answers to ticks.
+  bool logs = false;                ///< Texts of <log>.
+};
+
 /// A use of a reply of which it is not known what it tells apart.
 struct UnknownUse {
   scxml::ExpressionId expression = scxml::kNoExpression;
@@ -129,8 +138,8 @@ struct UnknownUse {
 /// The first one in a chart, if there is any. Understood are comparisons with constants, also after + - * / by
 /// constants and after some functions of Math, truth, presence, what is kept in variables and handed on; nothing else
 /// is. What is compared is not examined here.
-/// @param looked_at  Arguments of calls that monitors and models look at.
-[[nodiscard]] std::optional<UnknownUse> unknown_use(const ReplyFlow& flow, const std::set<std::string>& looked_at);
+/// @param looked_at  By monitors and models.
+[[nodiscard]] std::optional<UnknownUse> unknown_use(const ReplyFlow& flow, const LookedAt& looked_at);
 
 [[nodiscard]] bool is_comparison(const std::string& sign);
 /// Functions that grow with what they are given, or fall with it, and not by more.

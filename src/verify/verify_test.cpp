@@ -103,6 +103,48 @@ TEST_F(Verify, HoldsOnEveryBehaviourOrShowsOne) {
   EXPECT_EQ(verdict_of(some, fails), monitor::Verdict::kViolated);
 }
 
+// Two throws of a coin, of which the second one only is another value than before in half of all cases.
+TEST_F(Verify, JudgesEventsOfMonitorsByWhatTheyAreMadeOf) {
+  model("draw([[1/2, 1], [1/2, 2]])");
+  requirements("small \"It says little.\": always said <= 2.\n");
+  write("skills/Ask.scxml", kHead + R"(initial="first"><state id="first">
+  <onentry><send type="thrift" target="door" event="ask"/></onentry>
+  <transition event="door.ask.reply" target="second"/></state><state id="second">
+  <onentry><send type="thrift" target="door" event="ask"/></onentry>
+  <transition event="door.ask.reply" target="success"/></state><final id="success"/><final id="failure"/></scxml>)");
+  tree("<Condition ID=\"Ask\"/>");
+  write("twice.scxml", kHead + R"(initial="a"><state id="a"><transition event="new" target="b"/></state>
+<state id="b"><transition event="new" target="violated"/></state><final id="violated"/></scxml>)");
+  write("sentree.yaml",
+        "mission: {file: mission.xml, rate: 10 Hz}\nservices: {door: {interface: door.thrift/Door, at: model}}\n"
+        "models: [{file: models/door.scxml, name: keeper, serves: [door]}]\n"
+        "monitors: [{file: twice.scxml, events: {new: {on: door.ask.reply, data: {v: result}, when: changed}}}]\n");
+  auto project = project::load_project(folder_.path());
+  ASSERT_TRUE(project.ok());
+  const auto plan = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+  ASSERT_TRUE(plan.ok()) << to_string(plan.diagnostics.front());
+  for (const bool remembers : {true, false}) {
+    Asked asked;
+    asked.explore.memory_of_steps = remembers;
+    const Verification found = verify(*plan.value, asked);
+    ASSERT_THAT(found.errors, IsEmpty());
+    ASSERT_TRUE(found.judgements.front().least);
+    EXPECT_NEAR(found.judgements.front().least->low, 0.5, 1e-9);
+  }
+}
+
+TEST_F(Verify, RefusesMonitorsOfWhatIsSaidInRunsOnly) {
+  model("pick('says', 1, 6)");
+  requirements("never_told: never event(observation(monitor.violated)).\n");
+  EXPECT_EQ(verify(plan(), {}).errors.front().code, "verify.monitor");
+  requirements("first: never observation(scenario.injection).id = 2.\n");
+  Asked asked;
+  asked.explore.faults.emplace_back(project::intervention::Unreachable{.call = "door.ask"});
+  const Verification counted = verify(plan(), asked);
+  ASSERT_FALSE(counted.errors.empty());
+  EXPECT_EQ(counted.errors.front().code, "verify.clock");
+}
+
 TEST_F(Verify, ExecutesSkillsOfOtherProcessesHere) {
   model("pick('says', 1, 6)");
   requirements("small \"It says little.\": always said <= 5.\n");
