@@ -27,6 +27,11 @@ bool Arrivals::note(const Message& message) {
     (ticked ? latest_ticks_ : latest_halts_)[message.target] = &list.back();
     return true;
   }
+  if (message.kind == MessageKind::kError && message.data.find("vetoed_by") != nullptr) {
+    if (const auto leaf = leaves_.find(message.source); leaf != leaves_.end())
+      vetoes_[{leaf->second, message.name.substr(0, message.name.rfind('.'))}].push_back(message.time);
+    return true;
+  }
   if (message.target == "mission") {
     const auto activation = open_.find(message.call);
     if (activation == open_.end()) return true;
@@ -103,6 +108,14 @@ TimePoint Arrivals::of_topic(std::size_t leaf, const std::string& topic) const {
   if (number == published_now_.end()) return {};
   const auto late = late_topics_.find({leaf, topic, number->second});
   return late != late_topics_.end() ? late->second : TimePoint{};
+}
+
+TimePoint Arrivals::of_veto(std::size_t leaf, const std::string& call) {
+  const auto found = vetoes_.find({leaf, call});
+  if (found == vetoes_.end() || found->second.empty()) return {};
+  const TimePoint at = found->second.front();
+  found->second.pop_front();
+  return at;
 }
 
 TimePoint Arrivals::of_timer(std::size_t leaf, std::uint64_t number) const {

@@ -40,6 +40,8 @@ class Arrivals {
   /// As `runtime::RunOptions::topic_arrival` and `timer_arrival`.
   [[nodiscard]] TimePoint of_topic(std::size_t leaf, const std::string& topic) const;
   [[nodiscard]] TimePoint of_timer(std::size_t leaf, std::uint64_t number) const;
+  /// As `runtime::RunOptions::veto_arrival`: of the next veto of that call.
+  [[nodiscard]] TimePoint of_veto(std::size_t leaf, const std::string& call);
 
  private:
   // Something that the mission asked of a leaf, and what came of it.
@@ -58,18 +60,19 @@ class Arrivals {
   std::map<std::string, std::size_t, std::less<>> leaves_;
   Activations ticks_;
   Activations halts_;
-  std::map<std::uint64_t, Activation*> open_;                     // by call
-  std::map<std::string, Activation*, std::less<>> latest_ticks_;  // by leaf
-  std::map<std::string, Activation*, std::less<>> latest_halts_;  // likewise
+  std::map<std::uint64_t, Activation*> open_;                                       // by call
+  std::map<std::string, Activation*, std::less<>> latest_ticks_;                    // by leaf
+  std::map<std::string, Activation*, std::less<>> latest_halts_;                    // likewise
   std::map<std::pair<std::size_t, std::uint64_t>, std::deque<TimePoint>> cancels_;  // by leaf and root tick
   std::map<std::string, TimePoint*, std::less<>> latest_cancels_;
-  std::map<std::string, std::vector<std::uint64_t>> published_;   // by topic or call: sequence numbers
-  std::map<std::string, std::ptrdiff_t> published_now_;           // by topic or call
-  std::map<std::size_t, std::optional<Activation>> ticking_;      // by leaf: what was last asked of it
+  std::map<std::string, std::vector<std::uint64_t>> published_;  // by topic or call: sequence numbers
+  std::map<std::string, std::ptrdiff_t> published_now_;          // by topic or call
+  std::map<std::size_t, std::optional<Activation>> ticking_;     // by leaf: what was last asked of it
   std::map<std::size_t, std::optional<Activation>> halting_;
   // By leaf, topic and the publication's number on it, from 1.
   std::map<std::tuple<std::size_t, std::string, std::ptrdiff_t>, TimePoint> late_topics_;
-  std::map<std::pair<std::size_t, std::uint64_t>, TimePoint> late_timers_;  // by leaf and number
+  std::map<std::pair<std::size_t, std::uint64_t>, TimePoint> late_timers_;       // by leaf and number
+  std::map<std::pair<std::size_t, std::string>, std::deque<TimePoint>> vetoes_;  // by leaf and call
 };
 
 }  // namespace sentree::replay

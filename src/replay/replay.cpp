@@ -117,6 +117,9 @@ class Replay {
       options.topic_arrival = [this](std::size_t leaf, const std::string& topic) {
         return report_.continued ? TimePoint{} : arrivals_->of_topic(leaf, topic);
       };
+      options.veto_arrival = [this](std::size_t leaf, const std::string& call) {
+        return report_.continued ? TimePoint{} : arrivals_->of_veto(leaf, call);
+      };
       options.timer_arrival = [this](std::size_t leaf, std::uint64_t number) {
         return report_.continued ? TimePoint{} : arrivals_->of_timer(leaf, number);
       };

@@ -183,6 +183,13 @@ TEST_F(Replays, ARecordingInRealTimeDoesTheSame) {
   expect_the_same(run);
 }
 
+// A gate decides in a thread of its own: the leaf answers its tick before.
+TEST_F(Replays, AVetoComesWhenItCame) {
+  RecordedRun run = record_run(kRecharge / "scenarios/shield.yaml", false, std::chrono::seconds(20), 50);
+  ASSERT_EQ(run.fact("mission"), "FAILURE");
+  expect_the_same(run);
+}
+
 TEST_F(Replays, ARecordingOfAMachineThatWasLateDoesTheSame) {
   // A period is a millisecond here, so that everything is late now and then, deadlines included.
   RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", false, std::chrono::seconds(60), 100);

@@ -18,7 +18,8 @@ SkillActor::SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings
       watched_(std::make_shared<Watched>([this](const SourceSpan& script) { give_up(script); })),
       machine_(std::move(model), &watched_->execution()),
       actor_(scheduler_.add_actor(fmt::format("{} ({})", machine_.model().name, machine_.model().chart.file()))),
-      timer_arrival_(std::move(surroundings.timer_arrival)) {
+      timer_arrival_(std::move(surroundings.timer_arrival)),
+      veto_arrival_(std::move(surroundings.veto_arrival)) {
   scheduler_.on_delivery(actor_, [this](mission::Delivery delivery) { take(std::move(delivery)); });
   if (watchdog_ != nullptr) watchdog_->watch(watched_);
   machine_.execute_elsewhere(surroundings.chart_elsewhere);
@@ -156,9 +157,14 @@ std::vector<ServicePort*> SkillActor::make_ports() {
 }
 
 std::optional<mission::Admission> SkillActor::request(Message message, const mission::Shared<mission::Call>& call) {
-  return publisher_.request(std::move(message), [this, call](mission::Admission decided) {
+  auto admission = publisher_.request(std::move(message), [this, call](mission::Admission decided) {
     post(mission::Admitted{call, std::move(decided)});
   });
+  if (!admission || !admission->veto || !veto_arrival_) return admission;
+  const TimePoint at = veto_arrival_(fmt::format("{}.{}", call->service, call->method));
+  if (at <= now()) return admission;
+  scheduler_.at(actor_, at, mission::Rank::kMessage, addressed(mission::Admitted{call, std::move(*admission)}));
+  return std::nullopt;
 }
 
 void SkillActor::send(const mission::Shared<mission::Call>& call, const idl::Method& method) {

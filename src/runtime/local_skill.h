@@ -45,6 +45,8 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
     MakePort make_port;
     /// When it takes its chart's timer number `number`, from 1, if that is later than it is due; may be empty.
     std::function<TimePoint(std::uint64_t number)> timer_arrival = {};
+    /// When a call of it that is vetoed is refused, likewise.
+    std::function<TimePoint(const std::string& call)> veto_arrival = {};
     /// Executes its chart; null: the actor does.
     mission::ChartElsewhere* chart_elsewhere = nullptr;
   };
@@ -145,6 +147,7 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   std::optional<TimePoint> took_other_;
   std::uint64_t timers_ = 0;  // taken so far
   std::function<TimePoint(std::uint64_t number)> timer_arrival_;
+  std::function<TimePoint(const std::string& call)> veto_arrival_;
   TopicInbox topics_;
 };
 

@@ -244,6 +244,9 @@ Result<std::unique_ptr<LeafDriver>> Run::Impl::make_local(std::size_t index) {
   std::function<TimePoint(std::uint64_t)> timer_arrival;
   if (options_.timer_arrival)
     timer_arrival = [this, index](std::uint64_t number) { return options_.timer_arrival(index, number); };
+  std::function<TimePoint(const std::string&)> veto_arrival;
+  if (options_.veto_arrival)
+    veto_arrival = [this, index](const std::string& call) { return options_.veto_arrival(index, call); };
   driver->skill = std::make_unique<SkillActor>(
       std::move(model), index,
       SkillActor::Surroundings{
@@ -254,6 +257,7 @@ Result<std::unique_ptr<LeafDriver>> Run::Impl::make_local(std::size_t index) {
           .make_port = [this,
                         name = leaf.name](const project::ServicePlan& service) { return make_port(service, name); },
           .timer_arrival = std::move(timer_arrival),
+          .veto_arrival = std::move(veto_arrival),
           .chart_elsewhere = driver->chart.get()},
       std::move(replies));
   skills_[index] = driver->skill.get();
