@@ -374,9 +374,9 @@ expect 1 'monitor.violated  battery' "$sentree" run examples/recharge --scenario
 # Every behaviour is tried; what is refuted is run again.
 cp -r examples/recharge "$work/verified"
 expect 1 'turns_to_station +holds    ' "$sentree" verify "$work/verified" --faults none
-expect 0 'never_empty +REFUTED +tick 81 .*robot chooses starts_with = 35' \
+expect 0 'never_empty +REFUTED +tick 91 .*robot chooses plugs_in = false' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"
-expect 0 'never_empty is violated at 8.0 s' "$sentree" test "$work/verified/verify/never_empty.yaml"
+expect 0 'never_empty is violated at 9.0 s' "$sentree" test "$work/verified/verify/never_empty.yaml"
 expect 0 'scenario never_empty' "$sentree" info "$work/verified/verify/never_empty.mcap"
 expect 1 'as_published +REFUTED' "$sentree" verify "$work/verified" --only turns_to_station_as_published \
   --scenario "$work/verified/requirements/published.yaml" --faults none
@@ -548,7 +548,7 @@ expect 1 'd.ask: 3, 4, 5, 6, 9, 10' "$sentree" verify "$work/anew"
 sed -i 's/=== 4/% 2 === 0/' "$work/anew/skills/Ask.scxml"
 expect 3 'skills/Ask.scxml:3:.*_event.data.result is compared after %' "$sentree" verify "$work/anew"
 # Choices have numbers, and alternatives.
-expect 0 'robot chooses starts_at = 4 .robot#1, not 2; models/robot.scxml:11' \
+expect 0 'robot chooses starts_at = 3 .robot#1, not 2; models/robot.scxml:11' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"
 # What if the robot had begun elsewhere.
 expect 124 'monitor never_empty: undecided' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot#1=2

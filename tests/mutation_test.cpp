@@ -170,8 +170,10 @@ std::string excuse(const std::string& file, const std::string& text, const std::
   if (file.ends_with(".yaml") && before.find("{file:") != std::string::npos &&
       before.rfind("name: ") != std::string::npos && before.find(',', before.rfind("name: ")) == std::string::npos)
     return "the name of a part";
+  const bool is_quoted = is_xml && std::count(before.begin(), before.end(), '\'') % 2 == 1;
+  if (is_quoted && file.starts_with("models/")) return "a text that a model makes up";
   // A sentence in quotes, in an expression.
-  if (const auto open = before.rfind('\''); is_xml && std::count(before.begin(), before.end(), '\'') % 2 == 1) {
+  if (const auto open = before.rfind('\''); is_quoted) {
     const std::string_view sentence = std::string_view(text).substr(line + open + 1);
     if (sentence.substr(0, sentence.find('\'')).find(' ') != std::string_view::npos) return "a sentence in quotes";
   }

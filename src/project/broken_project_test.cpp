@@ -102,6 +102,8 @@ const Broken kBroken[] = {
     {"MisspeltMember", "skills/BatteryLevelAbove.scxml", "result.percentage", "result.percentge",
      "skills/BatteryLevelAbove.scxml:14:23: _event.data.result.percentge: BatteryState has no member \"percentge\"; "
      "did you mean \"percentage\"?"},
+    {"MisspeltMemberOfAList", "skills/GoToLocation.scxml", "'ABORTED'", "['ABORTED'].lngth",
+     "skills/GoToLocation.scxml:90:25: it.lngth: a list has no member \"lngth\"; did you mean \"length\"?"},
     {"MisspeltEnumerator", "skills/GoToLocation.scxml", "=== 'GOAL_REACHED'", "=== 'GOAL_REACHD'",
      "skills/GoToLocation.scxml:88:25: 'GOAL_REACHD' is no NavigationStatus; did you mean \"GOAL_REACHED\"?"},
     {"MisspeltEnumeratorInAList", "skills/GoToLocation.scxml", "'ABORTED'", "'ABORTD'",

@@ -20,6 +20,29 @@ using scxml::ScriptNode;
 using TypeKind = DataType::Kind;
 using Node = ScriptNode::Kind;
 
+// Whether something may be written in it: an operator that assigns, outside of quotes.
+bool may_write(std::string_view expression) {
+  char quote = 0;
+  for (std::size_t i = 0; i < expression.size(); ++i) {
+    const char c = expression[i];
+    if (quote != 0) {
+      if (c == '\\') ++i;
+      if (c == quote) quote = 0;
+    } else if (c == '\'' || c == '"') {
+      quote = c;
+    } else if (c == '=') {
+      const std::size_t end = std::min(expression.find_first_not_of('=', i), expression.size());
+      const bool compares =
+          end - i > 1 || (i > 0 && std::string_view("!<>").find(expression[i - 1]) != std::string_view::npos);
+      if (!compares) return true;
+      i = end - 1;
+    } else if ((c == '+' || c == '-') && i + 1 < expression.size() && expression[i + 1] == c) {
+      return true;
+    }
+  }
+  return expression.find("delete") != std::string_view::npos;
+}
+
 class ChartReader {
  public:
   ChartReader(const ChartFacts& facts, const ChartEvents& events, Diagnostics& diagnostics)
@@ -58,9 +81,9 @@ class ChartReader {
       // What cannot be read may declare and write anything that it mentions; so may functions.
       const scxml::Expression& expression = model_.expressions[i];
       const auto& tree = facts_.tree(i);
-      const bool is_plain = tree && std::none_of(tree->nodes.begin(), tree->nodes.end(), [](const auto& n) {
-                              return n.kind == Node::kOpaque || n.kind == Node::kAssignment ||
-                                     (n.kind == Node::kUnary && n.text.size() == 2);
+      const bool is_plain = tree && std::none_of(tree->nodes.begin(), tree->nodes.end(), [&](const auto& n) {
+                              return (n.kind == Node::kOpaque && may_write(expression.text)) ||
+                                     n.kind == Node::kAssignment || (n.kind == Node::kUnary && n.text.size() == 2);
                             });
       const bool writes_a_part =
           expression.use == scxml::ExpressionUse::kLocation && tree && tree->nodes.back().kind != Node::kName;

@@ -36,7 +36,8 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
     const Project& project = scenario.project;
     for (const ProcessEntry& process : scenario.processes) part(true, process.span, "process", process.name);
     for (const ObserverEntry& observer : project.observers) part(true, observer.span, "observer", observer.name);
-    for (const MonitorEntry& monitor : project.monitors) part(!monitor.at.empty(), monitor.span, "monitor", monitor.name);
+    for (const MonitorEntry& monitor : project.monitors)
+      part(!monitor.at.empty(), monitor.span, "monitor", monitor.name);
     for (const SkillEntry& skill : project.skills) part(!skill.at.empty(), skill.span, "skill", skill.leaf);
     for (const ServiceEntry& service : project.services)
       part(!is_inside(service.at) && service.at != kAnyReply, service.span, "service", service.name);

@@ -80,9 +80,9 @@ TEST(CheckVerify, ChoicesAreOfTheModelAndItsAlternatives) {
               ElementsAre("scenarios/one.yaml:3:11: model \"robot\" makes no choice called \"starts_it\"; did you mean "
                           "\"starts_at\"?"));
   EXPECT_THAT(
-      said("", "{model: robot, number: 1, name: starts_at, value: 3}"),
-      ElementsAre("scenarios/one.yaml:3:11: choice \"starts_at\" of model \"robot\" has no alternative 3; there "
-                  "are 4, 2"));
+      said("", "{model: robot, number: 1, name: starts_at, value: 5}"),
+      ElementsAre("scenarios/one.yaml:3:11: choice \"starts_at\" of model \"robot\" has no alternative 5; there "
+                  "are 3, 2"));
   EXPECT_THAT(said("", "{model: robt, number: 1, name: starts_at, value: 2}"),
               ElementsAre(testing::HasSubstr("has no model \"robt\"; did you mean \"robot\"?")));
 }

@@ -107,7 +107,7 @@ class Reader {
       }
       case Node::kList:
         for (const std::uint32_t item : n.operands) visit(item);
-        return of(DataType{.kind = TypeKind::kOther, .name = "list"});
+        return list();
       default:
         for (const std::uint32_t inner : n.operands) visit(inner);
         return {};
@@ -152,6 +152,14 @@ class Reader {
     bool some_lack_it = false;
     for (const Form& shared : object.forms) {
       const DataType& form = shared;
+      if (is_list(form)) {
+        const auto& functions = functions_of_lists();
+        if (wanted == "length" || std::find(functions.begin(), functions.end(), wanted) != functions.end()) return {};
+        owner = "a list";
+        known.insert(known.end(), functions.begin(), functions.end());
+        known.emplace_back("length");
+        continue;
+      }
       if (form.kind == TypeKind::kUnknown || form.kind == TypeKind::kOther) return {};
       if (form.kind == TypeKind::kText && form.words.empty()) return {};  // its functions
       if (form.kind == TypeKind::kText || form.kind == TypeKind::kNumber || form.kind == TypeKind::kTruth) {
@@ -216,18 +224,28 @@ class Reader {
     }
     if (object.kind == Node::kList) function_of_list(called.text);
     member_of(owner, called.text, name_of(called.operands[0]));
-    return {};
+    // Nothing else has these.
+    static const std::vector<std::string> kGiveLists{"filter", "map", "reverse", "sort", "splice"};
+    return std::find(kGiveLists.begin(), kGiveLists.end(), called.text) != kGiveLists.end() ? list() : ExpressionType();
   }
 
-  void function_of_list(const std::string& name) {
-    // ECMAScript 5.1, 15.4.4, and what the engine has of later editions.
+  static ExpressionType list() { return of(DataType{.kind = TypeKind::kOther, .name = "list"}); }
+  static bool is_list(const DataType& type) { return type.kind == TypeKind::kOther && type.name == "list"; }
+
+  // ECMAScript 5.1, 15.4.4, and what the engine has of later editions.
+  static const std::vector<std::string>& functions_of_lists() {
     static const std::vector<std::string> kFunctions{
         "concat",      "every", "filter", "forEach", "includes", "indexOf",     "join",
         "lastIndexOf", "map",   "pop",    "push",    "reduce",   "reverse",     "shift",
         "slice",       "some",  "sort",   "splice",  "toString", "reduceRight", "unshift"};
-    if (std::find(kFunctions.begin(), kFunctions.end(), name) != kFunctions.end()) return;
+    return kFunctions;
+  }
+
+  void function_of_list(const std::string& name) {
+    const auto& functions = functions_of_lists();
+    if (std::find(functions.begin(), functions.end(), name) != functions.end()) return;
     error("check.unknown-member",
-          fmt::format("a list has no function {}{}", quoted(name), did_you_mean(name, kFunctions)));
+          fmt::format("a list has no function {}{}", quoted(name), did_you_mean(name, functions)));
   }
 
   // What models choose.

@@ -18,11 +18,10 @@ void read_timeline(const text::YamlNode& node, Scenario& scenario, Diagnostics& 
       static const std::vector<std::string> kSources{"scenario", "studio", "control", "groot", "interrupt"};
       injection.source = *source;
       if (std::find(kSources.begin(), kSources.end(), *source) == kSources.end()) {
-        reader.error(
-            reader.span("source"), "scenario.source",
-            fmt::format(
-                "nobody called \"{}\" does something to a run{}; there are scenario, studio, control, groot and interrupt",
-                *source, did_you_mean(*source, kSources)));
+        reader.error(reader.span("source"), "scenario.source",
+                     fmt::format("nobody called \"{}\" does something to a run{}; there are scenario, studio, control, "
+                                 "groot and interrupt",
+                                 *source, did_you_mean(*source, kSources)));
       }
     }
     injection.what = read_intervention(reader, entry, diagnostics);
