@@ -164,9 +164,14 @@ void Conversation::told(const std::shared_ptr<const std::string>& message) {
   if (may_steer_ && !sink_->send(message)) sink_->close(kTooBig, "the page does not keep up");
 }
 
-void Conversation::show(Composer& composer) {
+void Conversation::show(Composer& composer, bool stays) {
+  const Nanoseconds before = composer_->present.time;
   composer_ = &composer;
   composer_->refresh();
+  if (stays && live_ && composer_->present.time != before) {
+    live_ = false;
+    asked_time_ = before;
+  }
   sent_.clear();
   sent_facts_.clear();
   sent_violations_ = sent_problems_ = 0;

@@ -342,7 +342,7 @@ void Server::Impl::compose() {
             const std::lock_guard lock(map_mutex);
             map = map_octets(*shown.subject);
           }
-          for (auto& [id, client] : clients) client->show(*next);
+          for (auto& [id, client] : clients) client->show(*next, shown.stays);
           composer = std::move(next);
           break;
         }

@@ -96,6 +96,8 @@ class Server {
     std::function<void()> update = {};  ///< Likewise.
     bool steered = false;               ///< `RunAccess::steer` reaches this run.
     bool recording = false;             ///< What is over since long.
+    /// Pages that look at the end of the run before stay at that moment, wherever this one ends.
+    bool stays = false;
   };
   void show(Shown shown);
 

@@ -125,9 +125,11 @@ void Workshop::Impl::run_shadow(project::Plan to_run, bool as_baseline, bool and
   // It may have been saved while it ran.
   if (as_baseline || (and_show && is_saved())) baseline = *run;
   if (!and_show) return;
+  const bool again = shadow != nullptr && shadow_scenario == scenario;
   shadow = *run;
+  shadow_scenario = scenario;
   shadow_of = of_revision;
-  if (on_show.empty()) show_shadow();
+  if (on_show.empty()) show_shadow(again);
 }
 
 // Runs all scenarios, one after the other.

@@ -33,13 +33,14 @@ std::vector<std::string> recordings_in(const fs::path& folder) {
 }
 
 // `mutex` is held.
-void Workshop::Impl::show_shadow() {
+void Workshop::Impl::show_shadow(bool again) {
   on_show.clear();
   reached_on_show = {};
   if (!shadow) return;
   server->show({.subject = std::shared_ptr<const Subject>(shadow, &shadow->subject),
                 .history = std::shared_ptr<const History>(shadow, &shadow->history),
-                .facts = [facts = RunFacts{.state = "ended", .reason = shadow->report.reason}] { return facts; }});
+                .facts = [facts = RunFacts{.state = "ended", .reason = shadow->report.reason}] { return facts; },
+                .stays = again});
 }
 
 // `mutex` is held.

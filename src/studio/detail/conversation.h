@@ -83,8 +83,8 @@ class Conversation {
   void steered(std::int64_t id, Result<Value> result);
   /// A message for who may steer.
   void told(const std::shared_ptr<const std::string>& message);
-  /// Another run, at the same moment.
-  void show(Composer& composer);
+  /// Another run, at the same moment. `stays`: also where that was the end.
+  void show(Composer& composer, bool stays);
   /// Does a slice of what was asked for.
   void work();
   [[nodiscard]] bool has_work() const { return !requests_.empty() && !is_behind(); }

@@ -67,7 +67,8 @@ struct Workshop::Impl {
   Result<Value> apply_to_run();
   Result<Value> show_run(const std::string& recording);
   Result<Value> steer(const std::string& op, const Value& request);
-  void show_shadow();
+  /// `again`: in place of the same scenario's with other texts.
+  void show_shadow(bool again = false);
   void show_beside();
   [[nodiscard]] Value runs() const;
   void reach_all(std::uint64_t of_revision);
@@ -111,6 +112,7 @@ struct Workshop::Impl {
   std::shared_ptr<const Shadow> baseline;  // as it goes with what is saved
   std::shared_ptr<const Shadow> shadow;    // as it goes with what is edited
   std::uint64_t shadow_of = 0;             // its revision
+  std::string shadow_scenario;             // that it runs
   std::string shadow_problem;
   bool stopping = false;
   bool past_wanted = false;                        // requirements have been opened

@@ -69,3 +69,21 @@ for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`a m
   await close();
   await program.stop();
 });
+
+test("a page that shows the end of the run stays at that moment when an edit lets it end elsewhere", async () => {
+  const program = await serve_design(copy_of("recharge"));
+  const { page, close } = await open_design(program.url, { file: "sentree.yaml" });
+  await settled(page);
+  const clock = () => page.getByTestId("design-clock").innerText();
+  const before = await clock();
+  await select_word(page, "mission:", "10");
+  await page.keyboard.type("2");
+  await page.getByTestId("difference").waitFor();
+  // Another moment than the end of this run.
+  await page.getByRole("button", { name: "Run", exact: true }).click();
+  await page.getByTestId("past-strip").waitFor();
+  await page.getByRole("button", { name: "Design", exact: true }).click();
+  assert.equal(await clock(), before);
+  await close();
+  await program.stop();
+});
