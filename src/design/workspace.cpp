@@ -179,7 +179,8 @@ Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const 
   if (!document) return tl::unexpected(document.error());
   const std::string& now = (*document)->text;
   const std::string* from = &now;
-  if (base != (*document)->version) {
+  const bool is_of_newest = base == (*document)->version;
+  if (!is_of_newest) {
     const auto& earlier = (*document)->earlier;
     const auto found = std::find_if(earlier.begin(), earlier.end(), [&](const auto& e) { return e.first == base; });
     if (found == earlier.end()) return fail("design.conflict", file + " has changed too much since; look at it again");
@@ -202,7 +203,8 @@ Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const 
   if (*edited == now) return {};
   Step step{name, {change_of(file, now, made, *edited)}};
   set_text(**document, std::move(*edited));
-  did(std::move(step), join);
+  // What another did meanwhile lies between.
+  did(std::move(step), join && is_of_newest);
   return {};
 }
 

@@ -96,9 +96,10 @@ class Workspace {
   [[nodiscard]] text::Overlay overlay() const;
 
   /// Edits a file. `base` is the version that the edits are of; from an earlier one they are joined with what happened
-  /// since. `join`: part of the step before, if that did the same (`name`) to the same file, as while one types.
-  /// Errors: design.no-such-file, design.bad-edit, design.not-text, design.too-large, design.conflict (both changed the
-  /// same lines: nothing is changed), design.unresolved (a conflict with the file on disk waits).
+  /// since. `join`: part of the step before, if that did the same (`name`) to the same file and `base` is what it left,
+  /// as while one types. Errors: design.no-such-file, design.bad-edit, design.not-text, design.too-large,
+  /// design.conflict (both changed the same lines: nothing is changed), design.unresolved (a conflict with the file on
+  /// disk waits).
   Result<void> edit(const std::string& file, std::uint64_t base, const TextEdits& edits, const std::string& name,
                     bool join = false);
   struct NewText {

@@ -263,6 +263,17 @@ TEST_F(WorkspaceTest, WhatOneTypesIsOneStep) {
   EXPECT_EQ(workspace.find("mission.xml")->text, read("mission.xml"));
 }
 
+TEST_F(WorkspaceTest, WhatIsTypedOfAnEarlierTextIsAnotherStep) {
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<a/>", "<a x/>");
+  const std::uint64_t base = workspace.find("mission.xml")->version;
+  const std::size_t d = workspace.find("mission.xml")->text.find("<d/>");
+  replace(workspace, "mission.xml", "<a x/>", "<a xy/>", true);
+  ASSERT_TRUE(workspace.edit("mission.xml", base, {{d, d + 4, "<D/>"}}, workspace.undo_steps().back().name, true));
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_THAT(workspace.find("mission.xml")->text, testing::HasSubstr("<a xy/>"));
+}
+
 TEST_F(WorkspaceTest, WhatIsTypedAfterAnUndoIsAnotherStep) {
   Workspace workspace = open();
   replace(workspace, "mission.xml", "<a/>", "<a first/>");

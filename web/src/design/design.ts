@@ -324,6 +324,8 @@ const kPause_ms = 1000;
 
 /** Times that an edit is refused because of others' before one is told so. */
 const kTriesMax = 20;
+/** The version of a step whose edit is not answered yet. */
+const kOnItsWay = -1;
 /** What was refused for a while only is tried again after so long. */
 const kLater_ms = 1000;
 const kHalfCharacter = /\p{Surrogate}/gu;
@@ -339,8 +341,8 @@ export class Session {
   private busy: Promise<void> | null = null;
   private timer = 0;
   private last_ms = -Infinity;
-  /** What waits belongs to the step before: nobody paused between, however long the program took. */
-  private joins = false;
+  /** What waits belongs to the step that left this version: nobody paused between, however long the program took. */
+  private joins: number | null = null;
   /** Until the program has told the file again. */
   private waits = false;
   /** The text that was on its way when the connection was lost. */
@@ -367,7 +369,7 @@ export class Session {
 
   typed(text: string): void {
     const now = performance.now();
-    if (now - this.last_ms >= kPause_ms) this.joins = false;
+    if (now - this.last_ms >= kPause_ms) this.joins = null;
     this.last_ms = now;
     this.local = text;
     this.soon();
@@ -416,12 +418,15 @@ export class Session {
     const sent = this.local;
     const { places, version } = this.base;
     const splice = splice_between(places.shown, sent)!;
-    const join = this.joins;
-    this.joins = true;
+    // Another page may have typed in between.
+    const join = this.joins === version;
+    this.joins = kOnItsWay;
     const text = places.end_of_line === "\n" ? splice.text : splice.text.replace(/\n/g, places.end_of_line);
     try {
-      await request("design_edit", { file: this.file, base: version, edits: [{ from: places.byte(splice.from), to: places.byte(splice.to), text }], cause: `type in ${this.file}`, join });
+      const left = await request("design_edit", { file: this.file, base: version, edits: [{ from: places.byte(splice.from), to: places.byte(splice.to), text }], cause: `type in ${this.file}`, join });
       this.busy = null;
+      // Unless one has paused since.
+      if (this.joins === kOnItsWay) this.joins = left.version;
       this.refused = 0;
       this.told_later = false;
       this.rebase(sent);

@@ -54,6 +54,27 @@ it("what is typed without a pause is one step, however slow the program is", asy
   expect(joined.at(-1)).toBe(false);
 });
 
+it("what another page types in between ends the step", async () => {
+  const session = new Session("mission.xml");
+  const type = async (text: string) => {
+    session.typed(text);
+    await vi.advanceTimersByTimeAsync(100);
+  };
+  request.mockImplementation(async (_op: string, { edits, join }: { edits: { from: number; to: number; text: string }[]; join: boolean }) => {
+    joined.push(join);
+    const { text } = useDesign.getState().docs["mission.xml"]!;
+    is_now(text.slice(0, edits[0]!.from) + edits[0]!.text + text.slice(edits[0]!.to));
+    return { version };
+  });
+  await type("a");
+  await type("ab");
+  is_now("zab");
+  session.came();
+  await type("zabc");
+  await type("zabcd");
+  expect(joined).toEqual([false, true, false, true]);
+});
+
 /** From 0 up to below `bound`. */
 function chance(seed: number): (bound: number) => number {
   return (bound) => {
