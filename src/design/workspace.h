@@ -152,6 +152,8 @@ class Workspace {
 
   /// Who edits the folder in place of this workspace, whose edits are refused then (design.held); empty: this one does.
   [[nodiscard]] const std::string& held_by() const { return held_by_; }
+  /// Error: design.held, while it is another.
+  [[nodiscard]] Result<void> may_edit() const;
   /// True: the other has ended, and this one edits with what it has left.
   bool take_over();
   /// Where others are told to edit.
@@ -178,7 +180,6 @@ class Workspace {
   void take_step_from_disk(Step step);
   Result<void> write(const std::string& file, const std::string& text, const std::string& begin) const;
   Result<std::filesystem::path> place_of(const std::string& file) const;
-  [[nodiscard]] Result<void> may_edit() const;
   void begin_journal();
   void make_journal_folder() const;
   [[nodiscard]] bool has_lock() const;

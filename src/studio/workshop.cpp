@@ -317,7 +317,10 @@ Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
   const Value* wanted = asked.find("gesture");
   const auto result = edited_by(wanted != nullptr ? *wanted : Value(), file, document->text, kinds);
   if (!result) return tl::unexpected(result.error());
-  if (asked.flag("try")) return Value(Map{{"name", result->name}});
+  if (asked.flag("try")) {
+    if (auto may = workspace.may_edit(); !may) return tl::unexpected(may.error());
+    return Value(Map{{"name", result->name}});
+  }
   if (auto edited = workspace.edit(file, document->version, result->edits, result->name); !edited)
     return tl::unexpected(edited.error());
   changed({file});

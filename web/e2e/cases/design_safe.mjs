@@ -4,7 +4,7 @@ import { readFileSync, rmSync, symlinkSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { open_design, copy_of, serve_design } from "../harness/design.mjs";
+import { copy_of, node, open_design, serve_design } from "../harness/design.mjs";
 import { operate, until } from "../harness/browser.mjs";
 
 test("each file is old or new, whenever the program is killed while it saves", async () => {
@@ -65,15 +65,21 @@ test("no page edits without the token, none reaches out of the project", async (
   const second = await serve_design(folder, ["--at", "127.0.0.1:0"]);
   const shown = await open_design(second.url);
   await shown.page.getByTestId("standing").getByText(new URL(program.url).host).waitFor();
+  // Each gesture says so, too.
+  await node(shown.page, "GoToKitchen").click({ button: "right" });
+  const item = shown.page.getByRole("menuitem", { name: "Delete GoToKitchen" });
+  assert.equal(await item.getAttribute("aria-disabled"), "true");
+  assert.match(await item.getAttribute("title"), /edits this project/);
+  await shown.page.keyboard.press("Escape");
   const { version } = await operate(page, "design_read", { file: "mission.xml" });
   const edit = { file: "mission.xml", base: version, cause: "x", edits: [{ from: 0, to: 0, text: "<!--first-->" }] };
   await assert.rejects(operate(shown.page, "design_edit", edit), /edits this project/);
   await operate(page, "design_edit", edit);
   await close();
   await program.stop();
-  // With what the first has left.
-  assert.match((await operate(shown.page, "design_read", { file: "mission.xml" })).text, /^<!--first-->/);
+  // With what the first has left, though nobody does anything.
   await shown.page.getByTestId("standing").waitFor({ state: "detached" });
+  assert.match((await operate(shown.page, "design_read", { file: "mission.xml" })).text, /^<!--first-->/);
   await operate(shown.page, "design_undo", {});
   await shown.close();
   await second.stop();

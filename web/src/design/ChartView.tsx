@@ -13,7 +13,7 @@ import { request } from "../store/store";
 import { ChartMenu } from "./ChartMenu";
 import { part_lines } from "./chart_places";
 import { transition_text } from "./chart_words";
-import { add_fresh_state, choose_state, choose_transition, chosen_transition, doc_of, findings_of, focus_field, gesture, go_to, obstacle, refusal, useDesign } from "./design";
+import { add_fresh_state, broken, choose_state, choose_transition, chosen_transition, doc_of, findings_of, focus_field, gesture, go_to, obstacle, refusal, useDesign } from "./design";
 import { line_start } from "./places";
 import { payload_of, play_chart, useSimulation } from "./simulate";
 import { in_turn } from "./turns";
@@ -64,7 +64,8 @@ function at_edge(element: Element, { clientX, clientY }: PointerEvent): boolean 
 
 /** A chart as its text has it; what one clicks is shown in the text. */
 export function ChartView({ chart, file }: { chart: EditedChart; file: string }) {
-  const why_dim = useDesign(obstacle);
+  const why_dim = useDesign(broken);
+  const why_not = useDesign(obstacle);
   const summary = useDesign((state) => state.summary);
   const version = useDesign((state) => doc_of(state)?.version ?? 0);
   const chosen = useDesign((state) => state.state);
@@ -135,7 +136,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   const grab = (event: PointerEvent): boolean => {
     const from = state_of(event.target);
     drew.current = false;
-    if (event.button !== 0 || from === null || from.id === "" || why_dim !== null) return false;
+    if (event.button !== 0 || from === null || from.id === "" || why_not !== null) return false;
     if (at_edge(from.element, event)) draw_transition(from.id, event);
     // What holds others fills the picture: it is moved once it is chosen.
     else if (!holds(from.id) || from.id === chosen) carry(from.id, event);

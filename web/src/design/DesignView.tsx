@@ -8,7 +8,7 @@ import { lazy, Suspense, useEffect, useRef, useState } from "react";
 
 import { TimelinePanel } from "../panels/TimelinePanel";
 import type { OutlineTree, PaletteNode, Size } from "../protocol/types";
-import { ask, useStudio } from "../store/store";
+import { ask, request, useStudio } from "../store/store";
 import { useCommand } from "../widgets/commands";
 import { Icon } from "../widgets/Icon";
 import { Splitter } from "../widgets/Splitter";
@@ -16,7 +16,7 @@ import { useWindow } from "../widgets/layout";
 import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
-import { begin_project, doc_of, node_of, obstacle, open_file, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, kNoFiles, type Doc, type Look } from "./design";
+import { begin_project, broken, doc_of, node_of, open_file, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, kNoFiles, type Doc, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
@@ -253,16 +253,25 @@ function Refused() {
   );
 }
 
+const kAskedAgain_ms = 2000;
+
 /** What stands in the way of all edits, or of keeping them. */
 function Standing() {
   const held_by = useDesign((state) => state.summary?.held_by ?? "");
   const journal = useDesign((state) => state.summary?.journal ?? "");
-  if (held_by === "" && journal === "") return null;
+  const is_held = held_by !== "";
+  // Whoever asks for the project takes it over, if it is free.
+  useEffect(() => {
+    if (!is_held) return;
+    const timer = window.setInterval(() => void request("design", {}).catch(() => undefined), kAskedAgain_ms);
+    return () => window.clearInterval(timer);
+  }, [is_held]);
+  if (!is_held && journal === "") return null;
   return (
     <div className="conflict" role="alert" data-testid="standing">
       <p>
         <Icon name="warning" />
-        {held_by !== "" ? `${held_by} edits this project: here it is only shown. Once that program has ended, what is done here next takes over what it has left.` : `What is not saved would be lost if the program ended now: its journal in .sentree ${journal}. Save, or make room; the next edit tries again.`}
+        {is_held ? `${held_by} edits this project: here it is only shown. Once that program has ended, it is edited here, with what it has left.` : `What is not saved would be lost if the program ended now: its journal in .sentree ${journal}. Save, or make room; the next edit tries again.`}
       </p>
     </div>
   );
@@ -339,7 +348,7 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const look = useDesign((state) => state.look);
   const doc = useDesign(doc_of);
   const tree = useDesign(tree_of);
-  const why_dim = useDesign(obstacle);
+  const why_dim = useDesign(broken);
   const { narrow } = useWindow();
   const shares = useShares();
   const frame = useRef<HTMLDivElement>(null);
@@ -400,7 +409,7 @@ function Gone() {
   const gone = useDesign((state) => state.gone);
   return (
     <p className="empty" role="status" data-testid="gone">
-      {gone === null ? "Choose a file." : `${gone} is not there any more: somebody has deleted or moved it. It is shown again when it is back; Undo brings it back.`}
+      {gone === null ? "Choose a file." : `${gone} is not there any more: it was deleted or moved. It is shown again when it is back; Undo brings it back.`}
     </p>
   );
 }

@@ -13,7 +13,7 @@ import { useCommand } from "../widgets/commands";
 import { Menu } from "../widgets/Menu";
 import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
-import { choose, doc_of, findings_at, findings_of, focus_field, gesture, node_now, obstacle, refusal, tree_of, useDesign, version_now } from "./design";
+import { broken, choose, doc_of, findings_at, findings_of, focus_field, gesture, node_now, obstacle, refusal, tree_of, useDesign, version_now } from "./design";
 import { kAnswers, play_tree, useSimulation } from "./simulate";
 import { near, slot_words, type SlotPlace } from "./slots";
 import { statuses_of, useRunStatuses } from "./run_statuses";
@@ -62,7 +62,8 @@ export function gesture_for(what: Dragged, slot: { parent: number; index: number
 /** The tree as its text has it, with every gesture on it. */
 export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<PictureHandle>; ask: Ask }) {
   const chosen = useDesign((state) => state.chosen?.element ?? null);
-  const why_dim = useDesign(obstacle);
+  const why_dim = useDesign(broken);
+  const why_not = useDesign(obstacle);
   const summary = useDesign((state) => state.summary);
   const file = useDesign((state) => state.file);
   const [drag, set_drag] = useState<Drag | null>(null);
@@ -327,7 +328,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
           label={called}
           head={<strong>{called}</strong>}
           // Once the menu has given the focus back.
-          entries={kNodeCommands.map(({ title, keys, key: name, held }) => ({ label: title.replace("NODE", called), hint: keys, why_not: why_dim, run: () => setTimeout(() => press_key(name, held)) }))}
+          entries={kNodeCommands.map(({ title, keys, key: name, held }) => ({ label: title.replace("NODE", called), hint: keys, why_not, run: () => setTimeout(() => press_key(name, held)) }))}
         />
       )}
       {drag && (

@@ -5,7 +5,7 @@ import { useMemo, useRef, useState } from "react";
 import { follow_pointer } from "../picture/drag";
 import type { Data, TreeNode } from "../protocol/types";
 import { useStudio } from "../store/store";
-import { findings_of, gesture, kNoFiles, obstacle, useDesign, type Doc } from "./design";
+import { broken, findings_of, gesture, kNoFiles, obstacle, useDesign, type Doc } from "./design";
 import { EntryRows } from "./EntryRows";
 import { ChoiceField, set_value, ValueField } from "./settings";
 import { duration_like, duration_of, entry, period_of, typed_text, yaml_values, type YamlValue } from "./yaml_places";
@@ -13,14 +13,15 @@ import { duration_like, duration_of, entry, period_of, typed_text, yaml_values, 
 /** sentree.yaml as a form; what it does not show is edited as text beside it. */
 export default function ProjectForm({ doc }: { doc: Doc }) {
   const text = doc.places.shown;
-  const why_dim = useDesign(obstacle);
+  const why_dim = useDesign(broken);
+  const why_not = useDesign(obstacle);
   const found = useMemo(() => yaml_values(text), [text]);
   const kept = useRef<{ root: YamlValue; text: string } | null>(null);
   if (found) kept.current = { root: found, text };
   if (!kept.current) return <p className="empty">The text cannot be read as a project.</p>;
   return (
     <form className={`project-form scroll${why_dim ? " dim" : ""}`} aria-label="Project" tabIndex={0} onSubmit={(event) => event.preventDefault()} data-testid="project-form">
-      <fieldset disabled={why_dim !== null}>
+      <fieldset disabled={why_not !== null}>
         <Mission {...kept.current} />
         <Services {...kept.current} doc={doc} />
         <Skills {...kept.current} />

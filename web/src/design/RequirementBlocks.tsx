@@ -4,7 +4,7 @@ import { useEffect, useId, useState } from "react";
 
 import type { OutlineChart, Sentence } from "../protocol/types";
 import { ChartSketch } from "./ChartSketch";
-import { edit_text, gesture, go_to, obstacle, useDesign, type Doc } from "./design";
+import { broken, edit_text, gesture, go_to, obstacle, useDesign, type Doc } from "./design";
 import { Definitions } from "./Definitions";
 import { GrowingField } from "./GrowingField";
 import { useTyped } from "./use_typed";
@@ -44,7 +44,8 @@ const kUnits = ["ms", "s", "min", "h", "us", "ns", "ticks", "events"];
 
 /** The requirements of a file as blocks beside their text; each edits the other. */
 export function RequirementBlocks({ doc, requirements }: { doc: Doc; requirements: readonly Sentence[] }) {
-  const why_dim = useDesign(obstacle);
+  const why_dim = useDesign(broken);
+  const why_not = useDesign(obstacle);
   const watching = useDesign(({ past }) => past[doc.file]?.requirements);
   const [added, set_added] = useState<string | null>(null);
   useEffect(() => {
@@ -52,7 +53,7 @@ export function RequirementBlocks({ doc, requirements }: { doc: Doc; requirement
   }, [added, requirements]);
   return (
     <div className={`requirement-blocks scroll${why_dim ? " dim" : ""}`} tabIndex={0} role="group" aria-label={`Requirements of ${doc.file}`} data-testid="requirement-blocks">
-      <fieldset disabled={why_dim !== null}>
+      <fieldset disabled={why_not !== null}>
         <Definitions doc={doc} />
         {requirements.map((sentence) => (
           <SentenceBlocks key={sentence.name} sentence={sentence} chart={watching?.find(({ name }) => name === sentence.name)?.chart} />

@@ -9,7 +9,7 @@ import { wheel_factor } from "../picture/viewport";
 import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
 import { useCommand } from "../widgets/commands";
-import { choose_scenario, doc_of, findings_of, gesture, go_to, kNoFiles, obstacle, useDesign, version_now, type Doc } from "./design";
+import { broken, choose_scenario, doc_of, findings_of, gesture, go_to, kNoFiles, obstacle, useDesign, version_now, type Doc } from "./design";
 import { EntryRows } from "./EntryRows";
 import { kKindHints, kKinds, names_of, new_injection, scenario_of, useScenario, type Injection, type InjectionKind, type ScenarioText } from "./scenario";
 import { ChoiceField, set_value, ValueField } from "./settings";
@@ -50,7 +50,8 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
   const svg = useRef<SVGSVGElement>(null);
   const room = useRoom(frame, true);
   const width = Math.max(room?.width ?? 0, 200);
-  const why_dim = useDesign(obstacle);
+  const why_dim = useDesign(broken);
+  const why_not = useDesign(obstacle);
   const summary = useDesign((state) => state.summary);
   const chosen = useScenario((state) => state.chosen);
   const now = useStudio((studio) => studio.state?.time ?? null);
@@ -123,7 +124,7 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
       end: () => set_drag(null),
     });
   const press = (event: React.PointerEvent) => {
-    if (event.button !== 0 || why_dim) return;
+    if (event.button !== 0 || why_not) return;
     const target = event.target instanceof Element ? event.target : null;
     const pressed = target?.closest("[data-entry]")?.getAttribute("data-entry");
     const injection = pressed ? injections[Number(pressed)] : undefined;
@@ -191,7 +192,7 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
             className="button small"
             data-kind={kind}
             title={`${kKindHints[kind]}: drag it onto the timeline, or click to add it at the moment shown`}
-            disabled={why_dim !== null}
+            disabled={why_not !== null}
             onPointerDown={(event) => {
               if (event.button !== 0) return;
               const inside = (moved: PointerEvent) => {

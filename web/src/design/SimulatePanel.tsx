@@ -6,7 +6,7 @@ import { arguments_draft, read_arguments, type DraftField } from "../panels/stee
 import { StatusSign } from "../panels/mission/StatusSign";
 import type { Data, IdlTypes, PlayedChart, PlayedTree } from "../protocol/types";
 import { kStatuses } from "../protocol/types";
-import { doc_of, obstacle, tree_of, useDesign } from "./design";
+import { broken, doc_of, tree_of, useDesign } from "./design";
 import { kAnswers, look, payload_of, play_chart, play_tree, session_text, simulate, useSimulation } from "./simulate";
 
 /** The open chart or tree by hand: what it can do next, and the way back. Follows every edit. */
@@ -14,7 +14,7 @@ export function SimulatePanel() {
   const version = useDesign((state) => doc_of(state)?.version ?? 0);
   const file = useDesign((state) => state.file);
   const tree = useDesign((state) => tree_of(state)?.id);
-  const why_not = useDesign(obstacle);
+  const why_not = useDesign(broken);
   const chart_now = useSimulation((state) => state.chart_now);
   const tree_now = useSimulation((state) => state.tree_now);
   const problem = useSimulation((state) => state.problem);

@@ -499,10 +499,18 @@ async function attempt<T>(what: () => Promise<T>, forgets = true): Promise<T | n
   }
 }
 
-/** The open file's text cannot be read: why its picture cannot be edited. */
-export function obstacle(state: DesignState): string | null {
+/** The open file's text cannot be read: why its picture is of before. */
+export function broken(state: DesignState): string | null {
   const doc = doc_of(state);
   return doc && unreadable(doc);
+}
+/** Why nothing of the open file can be edited by gestures. */
+export function obstacle(state: DesignState): string | null {
+  return held(state) ?? broken(state);
+}
+/** Why nothing of the project can be edited here now. */
+export function held({ summary }: DesignState): string | null {
+  return summary && summary.held_by !== "" ? `${summary.held_by} edits this project; here it is only shown` : null;
 }
 const unreadable = ({ error }: Doc) => (error ? `line ${error.line}: ${error.message}; mend the text first` : null);
 

@@ -2,7 +2,7 @@ import { create } from "zustand";
 
 import type { Data, IdlField, IdlTypes, PlayedChart, PlayedTree } from "../protocol/types";
 import { request, useStudio } from "../store/store";
-import { doc_of, obstacle, tree_of, useDesign } from "./design";
+import { broken, doc_of, tree_of, useDesign } from "./design";
 
 /** The open chart or tree, run by hand. */
 export interface Simulation {
@@ -65,7 +65,7 @@ export function play_tree(step: TreeStep): Promise<boolean> {
 export async function look(): Promise<void> {
   const state = useDesign.getState();
   const doc = doc_of(state);
-  if (!useSimulation.getState().on || !doc || obstacle(state)) return;
+  if (!useSimulation.getState().on || !doc || broken(state)) return;
   if (doc.chart) await play_chart({ do: "look" });
   else if (doc.trees) await play_tree({ do: "look" });
 }
