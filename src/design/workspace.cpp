@@ -47,6 +47,10 @@ FileChange removal_of(const std::string& file, const std::string& text, const st
   return {file, {{0, text.size(), ""}}, {{0, 0, text}}, false, true, hash_of(text), 0, begin};
 }
 
+FileChange creation_of(const std::string& file, const std::string& text, const std::string& begin) {
+  return {file, {{0, 0, text}}, {{0, text.size(), ""}}, true, false, 0, hash_of(text), begin};
+}
+
 tl::unexpected<Diagnostic> unreadable(const std::string& file, const std::string& problem) {
   return fail(
       "design.unreadable",
@@ -238,47 +242,94 @@ Result<void> Workspace::put(const std::vector<NewText>& texts, const std::string
   std::vector<DiskChange> on_disk;
   for (const NewText& text : texts) {
     if (find(text.file) != nullptr) continue;
-    const auto there = look_at(folder_ / text.file, kDocumentBytesMax);
-    if (there.text || !there.problem.empty())
-      return fail("design.there-already", fmt::format("{} is there already on disk{}{}; choose another name", text.file,
-                                                      there.problem.empty() ? "" : ", but ", there.problem));
+    if (auto may = may_come(text.file); !may) return may;
     on_disk.push_back({text.file, text.text, std::nullopt, {}});
   }
   if (auto changed = change_disk(on_disk); !changed) return changed;
   for (const NewText& text : texts) {
-    if (find(text.file) == nullptr) {
-      documents_[text.file].saved = text.text;
-      set_text(documents_[text.file], text.text);
-      documents_[text.file].saved_here = true;
-      step.changes.push_back(
-          {text.file, {{0, 0, text.text}}, {{0, text.text.size(), ""}}, true, false, 0, hash_of(text.text), {}});
+    if (find(text.file) != nullptr) {
+      rewrite(text, step);
       continue;
     }
-    Document& document = documents_[text.file];
-    if (document.text == text.text) continue;
-    const TextEdits edits = edits_between(document.text, text.text);
-    step.changes.push_back(change_of(text.file, document.text, edits, text.text));
-    set_text(document, text.text);
+    come(text.file, text.text, {});
+    step.changes.push_back(creation_of(text.file, text.text, {}));
   }
   if (!step.changes.empty()) did(std::move(step), false);
   return {};
 }
 
-Result<void> Workspace::remove(const std::string& file) {
+// What is on disk is what was saved, so that the file may go.
+Result<void> Workspace::may_go(const std::string& file) {
   const auto document = editable(file);
   if (!document) return tl::unexpected(document.error());
-  const FileChange removal = removal_of(file, (*document)->text, (*document)->begin);
   const auto there = look_at(folder_ / file, kDocumentBytesMax);
   if (!there.problem.empty()) return unreadable(file, there.problem);
   if (there.text && *there.text != (*document)->saved) {
     refresh({file});
-    return fail("design.conflict",
-                file + " has changed on disk meanwhile; look at what came of it, and delete it again");
+    return fail("design.conflict", file + " has changed on disk meanwhile; look at what came of it, and try again");
   }
+  return {};
+}
+
+Result<void> Workspace::may_come(const std::string& file) const {
+  if (const auto place = place_of(file); !place) return tl::unexpected(place.error());
+  const auto there = look_at(folder_ / file, kDocumentBytesMax);
+  if (!there.text && there.problem.empty()) return {};
+  return fail("design.there-already", fmt::format("{} is there already on disk{}{}; choose another name", file,
+                                                  there.problem.empty() ? "" : ", but ", there.problem));
+}
+
+Result<void> Workspace::remove(const std::string& file) {
+  if (auto may = may_go(file); !may) return may;
+  const Document& document = documents_[file];
+  const FileChange removal = removal_of(file, document.text, document.begin);
   if (auto gone = take_away(folder_ / file, file); !gone) return gone;
   documents_.erase(file);
   did({"delete " + file, {removal}}, false);
   return {};
+}
+
+Result<void> Workspace::rename(const std::string& file, const std::string& to, const std::vector<NewText>& texts) {
+  if (auto may = may_go(file); !may) return may;
+  if (find(to) != nullptr)
+    return fail("design.there-already", fmt::format("{} is there already; choose another name", to));
+  if (auto may = may_come(to); !may) return may;
+  std::string text = documents_[file].text;
+  for (const NewText& other : texts) {
+    if (const auto document = editable(other.file); !document) return tl::unexpected(document.error());
+    if (other.file == file) text = other.text;
+  }
+  const Document before = documents_[file];
+  if (auto changed = change_disk({{to, text, std::nullopt, before.begin},
+                                  {file, std::nullopt, look_at(folder_ / file, kDocumentBytesMax).text, before.begin}});
+      !changed)
+    return changed;
+  Step step{fmt::format("rename {} to {}", file, to), {removal_of(file, before.text, before.begin)}};
+  step.changes.push_back(creation_of(to, text, before.begin));
+  documents_.erase(file);
+  come(to, text, before.begin);
+  for (const NewText& other : texts) {
+    if (other.file != file) rewrite(other, step);
+  }
+  did(std::move(step), false);
+  return {};
+}
+
+// A file that has been made on disk.
+void Workspace::come(const std::string& file, const std::string& text, const std::string& begin) {
+  Document& document = documents_[file];
+  document.saved = text;
+  set_text(document, text);
+  document.saved_here = true;
+  document.begin = begin;
+}
+
+void Workspace::rewrite(const NewText& text, Step& step) {
+  Document& document = documents_[text.file];
+  if (document.text == text.text) return;
+  const TextEdits edits = edits_between(document.text, text.text);
+  step.changes.push_back(change_of(text.file, document.text, edits, text.text));
+  set_text(document, text.text);
 }
 
 // Makes files and takes files away, all of them or none.

@@ -112,6 +112,10 @@ class Workspace {
   Result<void> put(const std::vector<NewText>& texts, const std::string& name);
   /// Deletes a file, on disk too. Errors: those of `save`.
   Result<void> remove(const std::string& file);
+  /// Gives a file another name, on disk too, and others `texts`, in one step; a text for `file` is what it has under
+  /// its new name, where it is written with all that was not saved. Other files wait for `save`. Errors: those of `put`
+  /// and `remove`.
+  Result<void> rename(const std::string& file, const std::string& to, const std::vector<NewText>& texts);
 
   /// Of a step that was undone, or done again.
   struct Reverted {
@@ -172,6 +176,10 @@ class Workspace {
     std::string begin;  // of either
   };
   Result<void> change_disk(const std::vector<DiskChange>& changes) const;
+  Result<void> may_go(const std::string& file);
+  [[nodiscard]] Result<void> may_come(const std::string& file) const;
+  void come(const std::string& file, const std::string& text, const std::string& begin);
+  void rewrite(const NewText& text, Step& step);
   enum class Standing { kAsKnown, kDone, kOther };
   [[nodiscard]] Standing standing_of(const FileChange& change, bool back) const;
   Result<Reverted> revert(const Step& step, bool back);

@@ -81,6 +81,42 @@ TEST_F(WorkspaceTest, UndoesOverFilesToIdenticalBytes) {
   EXPECT_EQ(read("skills/A.scxml"), "<scxml/>\n");
 }
 
+TEST_F(WorkspaceTest, AFileThatIsDeletedOrRenamedComesBackByteForByte) {
+  const std::string before = "<root>\r\n  <a/>\r\n</root>";
+  write("mission.xml", before);
+  const std::string project = read("sentree.yaml");
+  Workspace workspace = open();
+  ASSERT_TRUE(workspace.rename("mission.xml", "trees/main.xml", {{"sentree.yaml", "file: trees/main.xml\n"}}));
+  EXPECT_EQ(read("mission.xml") + read("trees/main.xml"), "(none)" + before);
+  EXPECT_EQ(workspace.undo_steps().size(), 1U);
+  EXPECT_TRUE(workspace.refresh({""}).empty());
+  ASSERT_TRUE(workspace.remove("trees/main.xml"));
+  EXPECT_EQ(read("trees/main.xml"), "(none)");
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(read("trees/main.xml"), before);
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(read("mission.xml") + read("trees/main.xml"), before + "(none)");
+  EXPECT_EQ(workspace.find("sentree.yaml")->text, project);
+  ASSERT_TRUE(workspace.redo());
+  EXPECT_EQ(read("mission.xml") + read("trees/main.xml"), "(none)" + before);
+  EXPECT_EQ(workspace.find("sentree.yaml")->text, "file: trees/main.xml\n");
+}
+
+TEST_F(WorkspaceTest, RefusesNamesThatAreTakenOrLeadOut) {
+  Workspace workspace = open();
+  write("notes.yaml", "");
+  const auto code = [&](const std::string& to) { return workspace.rename("mission.xml", to, {}).error().code; };
+  EXPECT_EQ(code("sentree.yaml"), "design.there-already");
+  EXPECT_EQ(code("notes.yaml"), "design.there-already");
+  for (const char* to :
+       {"../mission.xml", "/tmp/mission.xml", "a/../../mission.xml", ".hidden.xml", "runs/a.xml", "a.txt"})
+    EXPECT_EQ(code(to), "design.outside") << to;
+  write("mission.xml", "<other/>");
+  EXPECT_EQ(code("other.xml"), "design.conflict");
+  EXPECT_EQ(workspace.remove("gone.xml").error().code, "design.no-such-file");
+  EXPECT_EQ(read("mission.xml"), "<other/>");
+}
+
 TEST_F(WorkspaceTest, DoesAllOfAStepOrNothing) {
   Workspace workspace = open();
   const std::vector<Workspace::NewText> parts{{"mission.xml", "<root/>"}, {"a.scxml", "<a/>"}, {"in/b.scxml", "<b/>"}};

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "sentree/design/text_edit.h"
+#include "sentree/lsp/file_names.h"
 #include "sentree/lsp/framing.h"
 #include "sentree/lsp/lines.h"
 #include "sentree/lsp/rename.h"
@@ -488,6 +489,111 @@ TEST_F(Renaming, OfASkillRenamesItsChart) {
   EXPECT_THAT(editor.text("mission.xml"),
               AllOf(HasSubstr("<AwaitPerson name=\"WaitForUser\"/>"), HasSubstr("<Action ID=\"AwaitPerson\"/>")));
   EXPECT_THAT(problems(), ::testing::IsEmpty());
+}
+
+// Of a file, carried out on disk.
+class FileRenaming : public Renaming {
+ protected:
+  [[nodiscard]] Index index() const {
+    Index index(editor.folder());
+    index.refresh({});
+    return index;
+  }
+  std::vector<std::string> move(const std::string& from, const std::string& to) {
+    const auto renaming = rename_file(index(), (editor.folder() / from).string(), (editor.folder() / to).string());
+    if (!renaming) return {renaming.error().message};
+    std::vector<std::string> changed;
+    for (const auto& [path, edits] : renaming->edits) {
+      changed.push_back(std::filesystem::path(path).lexically_relative(editor.folder()).generic_string());
+      const std::string before = editor.text(changed.back());
+      std::ofstream(path) << design::with_edits(before, edits).value();
+    }
+    std::filesystem::create_directories((editor.folder() / to).parent_path());
+    std::filesystem::rename(editor.folder() / from, editor.folder() / to);
+    return changed;
+  }
+  void write(const std::string& file, const std::string& text) const {
+    std::filesystem::create_directories((editor.folder() / file).parent_path());
+    std::ofstream(editor.folder() / file) << text;
+  }
+  std::vector<std::string> uses(const std::string& file) const {
+    std::vector<std::string> found;
+    for (const FileUse& use : uses_of_file(index(), (editor.folder() / file).string()))
+      found.push_back(std::filesystem::path(use.file).lexically_relative(editor.folder()).generic_string());
+    return found;
+  }
+};
+
+TEST_F(FileRenaming, OfWhatTheProjectNamesChangesItsPath) {
+  EXPECT_THAT(uses("requirements/recharge.req"), ::testing::ElementsAre("sentree.yaml"));
+  EXPECT_THAT(move("requirements/recharge.req", "requirements/all/charge.req"), ::testing::ElementsAre("sentree.yaml"));
+  EXPECT_THAT(move("mission.xml", "trees/main.xml"), ::testing::ElementsAre("sentree.yaml"));
+  EXPECT_THAT(move("world/world.yaml", "world/flat.yaml"), ::testing::ElementsAre("sentree.yaml"));
+  EXPECT_THAT(editor.text("sentree.yaml"), AllOf(HasSubstr("mission: {file: trees/main.xml, tree: Main, rate: 10 Hz}"),
+                                                 HasSubstr("world: world/flat.yaml\n"),
+                                                 HasSubstr("- {file: requirements/all/charge.req}   # never_empty")));
+  EXPECT_THAT(problems(), ::testing::IsEmpty());
+}
+
+TEST_F(FileRenaming, OfASkillsChartRenamesTheSkill) {
+  EXPECT_THAT(uses("skills/WaitForUser.scxml"), ::testing::Contains("mission.xml"));
+  EXPECT_THAT(move("skills/WaitForUser.scxml", "skills/AwaitPerson.scxml"), ::testing::Contains("mission.xml"));
+  EXPECT_THAT(editor.text("mission.xml"), HasSubstr("<AwaitPerson name=\"WaitForUser\"/>"));
+  EXPECT_THAT(problems(), ::testing::IsEmpty());
+  EXPECT_THAT(move("skills/AwaitPerson.scxml", "charts/AwaitPerson.scxml"),
+              ::testing::ElementsAre(HasSubstr("leaves find skills/AwaitPerson.scxml by its name")));
+}
+
+TEST_F(FileRenaming, OfAMonitorRenamesIt) {
+  write("scenarios/quiet.yaml", "expect:\n  monitors: {battery: satisfied}\n");
+  EXPECT_THAT(move("monitors/battery.scxml", "monitors/charge.scxml"), ::testing::Contains("scenarios/quiet.yaml"));
+  EXPECT_THAT(editor.text("sentree.yaml"), HasSubstr("{file: monitors/charge.scxml,  violated: [failure]}"));
+  EXPECT_EQ(editor.text("scenarios/quiet.yaml"), "expect:\n  monitors: {charge: satisfied}\n");
+  EXPECT_THAT(problems(), ::testing::IsEmpty());
+  EXPECT_THAT(move("monitors/charge.scxml", "monitors/recharge.scxml"),
+              ::testing::ElementsAre(HasSubstr("is there already")));
+}
+
+TEST_F(FileRenaming, OfAModelWritesTheNameThatItHad) {
+  EXPECT_THAT(move("models/robot.scxml", "models/base.scxml"), ::testing::ElementsAre("sentree.yaml"));
+  EXPECT_THAT(editor.text("sentree.yaml"),
+              AllOf(HasSubstr("{file: models/base.scxml, name: robot, serves: [battery, navigation]}"),
+                    HasSubstr("fair: [robot.plugs_in]")));
+  EXPECT_THAT(problems(), ::testing::IsEmpty());
+  write("sentree.yaml", "models:\n  - file: models/base.scxml   # that\n    serves: [battery]\n");
+  EXPECT_THAT(move("models/base.scxml", "models/robot.scxml"), ::testing::ElementsAre("sentree.yaml"));
+  EXPECT_EQ(editor.text("sentree.yaml"),
+            "models:\n  - file: models/robot.scxml\n    name: base   # that\n    serves: [battery]\n");
+}
+
+TEST_F(FileRenaming, FollowsTreesPatternsAndInterfaces) {
+  write("sentree.yaml",
+        "mission: {files: [\"trees/*.xml\"], tree: A}\nservices: {x: {interface: one.thrift/S, at: sim}}\n");
+  write("trees/a.xml", "<root><include path=\"./b.xml\"/><BehaviorTree ID=\"A\"/></root>\n");
+  write("trees/b.xml", "<root><BehaviorTree ID=\"B\"/></root>\n");
+  write("interfaces/one.thrift", "include \"two.thrift\"\nservice S {}\n");
+  write("interfaces/two.thrift", "struct T {}\n");
+  EXPECT_THAT(uses("trees/b.xml"), ::testing::ElementsAre("sentree.yaml", "trees/a.xml"));
+  EXPECT_THAT(move("trees/b.xml", "elsewhere/b.xml"), ::testing::ElementsAre(HasSubstr("finds it as \"trees/*.xml\"")));
+  EXPECT_THAT(move("trees/b.xml", "trees/c.xml"), ::testing::ElementsAre("trees/a.xml"));
+  EXPECT_THAT(editor.text("trees/a.xml"), HasSubstr("path=\"./c.xml\""));
+  write("sentree.yaml",
+        "mission: {files: [\"*/*.xml\"], tree: A}\nservices: {x: {interface: one.thrift/S, at: sim}}\n");
+  EXPECT_THAT(move("trees/a.xml", "other/a.xml"), ::testing::ElementsAre("trees/a.xml"));
+  EXPECT_THAT(editor.text("other/a.xml"), HasSubstr("path=\"./../trees/c.xml\""));
+  EXPECT_THAT(move("interfaces/two.thrift", "interfaces/three.thrift"),
+              ::testing::ElementsAre("interfaces/one.thrift"));
+  EXPECT_THAT(move("interfaces/one.thrift", "interfaces/first.thrift"), ::testing::ElementsAre("sentree.yaml"));
+  EXPECT_THAT(editor.text("interfaces/first.thrift"), HasSubstr("include \"three.thrift\""));
+  EXPECT_THAT(editor.text("sentree.yaml"), HasSubstr("interface: first.thrift/S"));
+}
+
+TEST_F(FileRenaming, IsRefusedWhereNotAllCanFollow) {
+  EXPECT_THAT(move("sentree.yaml", "project.yaml"), ::testing::ElementsAre(HasSubstr("its name is fixed")));
+  EXPECT_THAT(move("mission.xml", "mission.scxml"), ::testing::ElementsAre(HasSubstr("ends in \".xml\"")));
+  EXPECT_THAT(move("mission.xml", "skills/none/../../mission2.yaml"), ::testing::ElementsAre(HasSubstr("ends in")));
+  write("trees/broken.xml", "<root><include path=\"../mission.xml\"></root");
+  EXPECT_THAT(move("mission.xml", "main.xml"), ::testing::ElementsAre(HasSubstr("trees/broken.xml may name it")));
 }
 
 TEST_F(Renaming, OfAPlaceChangesWorldTreeChartsModelsAndRequirements) {

@@ -258,6 +258,8 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   }
   if (op == "design_gesture") return edit_by_gesture(asked);
   if (op == "design_rename") return rename_place(asked.text("location"), asked.text("to"));
+  if (op == "design_rename_file") return rename_file(file, asked.text("to"));
+  if (op == "design_uses") return uses_of(file);
   if (op == "design_complete" || op == "design_explain")
     return help_with(file, asked.count("byte"), op == "design_complete");
   if (op == "design_reached") return asked.flag("verification") ? verified() : reached(asked.flag("all"));
@@ -292,7 +294,11 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return Value(Map());
   }
   if (op == "design_remove") {
-    if (auto removed = workspace.remove(file); !removed) return tl::unexpected(removed.error());
+    if (file == "sentree.yaml") return fail("design.bad-edit", "sentree.yaml is the project; it is not deleted here");
+    if (auto removed = workspace.remove(file); !removed) {
+      changed({file});
+      return tl::unexpected(removed.error());
+    }
     changed({file});
     return Value(Map());
   }

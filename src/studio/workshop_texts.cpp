@@ -4,10 +4,13 @@
 
 #include "sentree/lsp/completion.h"
 #include "sentree/lsp/describe.h"
+#include "sentree/lsp/file_names.h"
 #include "sentree/lsp/rename.h"
 #include "sentree/studio/detail/workshop.h"
 
 namespace sentree::studio {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -61,6 +64,63 @@ Result<Value> Workshop::Impl::help_with(const std::string& file, std::uint64_t b
   return Value(Map{{"from", number(found.from)}, {"to", number(found.to)}, {"items", std::move(items)}});
 }
 
+Result<Workshop::Impl::Renamed> Workshop::Impl::renamed_texts(const lsp::Renaming& renaming) const {
+  Renamed renamed;
+  for (const auto& [path, edits] : renaming.edits) {
+    const std::string file = design::file_inside(folder, path);
+    const design::Document* document = workspace.find(file);
+    if (document == nullptr) return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
+    auto text = design::with_edits(document->text, edits);
+    if (!text) return tl::unexpected(text.error());
+    renamed.texts.push_back({file, std::move(*text)});
+    renamed.occurrences += edits.size();
+  }
+  return renamed;
+}
+
+Result<Value> Workshop::Impl::uses_of(const std::string& file) {
+  if (workspace.find(file) == nullptr)
+    return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
+  index.refresh(workspace.overlay());
+  List uses;
+  for (const lsp::FileUse& use : lsp::uses_of_file(index, (folder / file).string())) {
+    const lsp::IndexedFile* const content = index.find(use.file);
+    if (content == nullptr) continue;
+    const auto before = std::string_view(content->text).substr(0, use.from);
+    uses.push_back(Map{{"file", design::file_inside(folder, use.file)},
+                       {"line", 1 + static_cast<std::int64_t>(std::count(before.begin(), before.end(), '\n'))},
+                       {"text", content->text.substr(use.from, use.to - use.from)}});
+  }
+  return Value(Map{{"uses", std::move(uses)}});
+}
+
+Result<Value> Workshop::Impl::rename_file(const std::string& file, const std::string& to) {
+  index.refresh(workspace.overlay());
+  const auto renaming = lsp::rename_file(index, (folder / file).string(), (folder / to).lexically_normal().string());
+  if (!renaming) return tl::unexpected(renaming.error());
+  auto renamed = renamed_texts(*renaming);
+  if (!renamed) return tl::unexpected(renamed.error());
+  List named;
+  std::vector<std::string> files{file, to};
+  for (const auto& text : renamed->texts) {
+    if (text.file == file) continue;
+    named.emplace_back(text.file);
+    files.push_back(text.file);
+  }
+  if (file != to) {
+    if (auto done = workspace.rename(file, to, renamed->texts); !done) {
+      changed({file});
+      return tl::unexpected(done.error());
+    }
+    const fs::path other(to);
+    if (file == fmt::format("scenarios/{}.yaml", scenario) && other.parent_path() == "scenarios")
+      scenario = other.stem().string();
+    changed(files);
+  }
+  return Value(
+      Map{{"file", to}, {"files", std::move(named)}, {"places", static_cast<std::int64_t>(renamed->occurrences)}});
+}
+
 Result<Value> Workshop::Impl::rename_place(const std::string& location, const std::string& to) {
   index.refresh(workspace.overlay());
   const lsp::Symbol place{lsp::SymbolKind::kLocation, location};
@@ -68,19 +128,11 @@ Result<Value> Workshop::Impl::rename_place(const std::string& location, const st
     return fail("studio.request", fmt::format("the world has no location or area \"{}\"", location));
   const auto renaming = lsp::rename(index, place, to);
   if (!renaming) return tl::unexpected(renaming.error());
-  std::vector<design::Workspace::NewText> texts;
+  auto renamed = renamed_texts(*renaming);
+  if (!renamed) return tl::unexpected(renamed.error());
+  auto& [texts, occurrences] = *renamed;
   std::vector<std::string> files;
-  std::size_t occurrences = 0;
-  for (const auto& [path, edits] : renaming->edits) {
-    const std::string file = design::file_inside(folder, path);
-    const design::Document* document = workspace.find(file);
-    if (document == nullptr) return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
-    auto text = design::with_edits(document->text, edits);
-    if (!text) return tl::unexpected(text.error());
-    texts.push_back({file, std::move(*text)});
-    files.push_back(file);
-    occurrences += edits.size();
-  }
+  for (const auto& text : texts) files.push_back(text.file);
   if (!texts.empty()) {
     if (auto put = workspace.put(texts, fmt::format("rename {} to {}", location, to)); !put)
       return tl::unexpected(put.error());

@@ -15,6 +15,7 @@
 #include "sentree/design/tree_edit.h"
 #include "sentree/design/workspace.h"
 #include "sentree/lsp/index.h"
+#include "sentree/lsp/rename.h"
 #include "sentree/project/part_cache.h"
 #include "sentree/studio/nothing.h"
 #include "sentree/studio/past.h"
@@ -44,6 +45,15 @@ struct Workshop::Impl {
   Result<Value> add(const AskedEdit& asked);
   /// Of the world, wherever it is named, in one step.
   Result<Value> rename_place(const std::string& location, const std::string& to);
+  /// Of a file, with what names it, in one step.
+  Result<Value> rename_file(const std::string& file, const std::string& to);
+  /// Who names a file, or goes with it.
+  Result<Value> uses_of(const std::string& file);
+  struct Renamed {
+    std::vector<design::Workspace::NewText> texts;
+    std::size_t occurrences = 0;
+  };
+  [[nodiscard]] Result<Renamed> renamed_texts(const lsp::Renaming& renaming) const;
   /// What may stand at a byte of a text, or what is known of what stands there (null: nothing).
   Result<Value> help_with(const std::string& file, std::uint64_t byte, bool complete);
   [[nodiscard]] Value other_sides() const;

@@ -551,6 +551,35 @@ export async function gesture(wanted: Gesture, meant_of = version_now()): Promis
   return done !== null;
 }
 
+export interface FileUse {
+  file: string;
+  line: number;
+  text: string;
+}
+/** The places that name a file of the project, or go with it; null: that cannot be told, as is said. */
+export async function uses_of(file: string): Promise<readonly FileUse[] | null> {
+  return (await attempt(() => request("design_uses", { file })))?.uses ?? null;
+}
+/** Gives a file another place inside the project, wherever it is named. */
+export async function rename_file(file: string, to: string): Promise<boolean> {
+  const was_open = useDesign.getState().file === file;
+  const done = await attempt(() => request("design_rename_file", { file, to }));
+  if (!done) return false;
+  if (done.files.length > 0) note("info", `${file} is ${to} now, in ${done.files.join(", ")} too`);
+  if (was_open) await open_file(to);
+  return true;
+}
+/** Deletes a file of the project, on disk too. */
+export async function remove_file(file: string): Promise<void> {
+  const was_open = useDesign.getState().file === file;
+  if ((await attempt(() => request("design_remove", { file }))) === null) return;
+  note("info", `${file} is deleted; Undo brings it back`);
+  if (!was_open) return;
+  const files = useDesign.getState().summary?.files.filter((one) => one.file !== file) ?? [];
+  const next = files.find(({ kind }) => kind === "mission") ?? files[0];
+  if (next) await open_file(next.file);
+}
+
 /** Gives a location or an area of the world another name, wherever it is named. */
 export async function rename_place(location: string, to: string): Promise<boolean> {
   const done = await attempt(() => request("design_rename", { location, to }));

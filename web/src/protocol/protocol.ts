@@ -563,6 +563,11 @@ export const Operations = {
   design_add: [object({ kind: one_of("skill", "monitor", "requirement", "scenario", "component"), name: string() }), object({ file: string() })],
   design_init: [nothing(), Type.Unknown()],
   design_remove: [object({ file: string() }), Type.Unknown()],
+  design_rename_file: [
+    object({ file: string(), to: Type.String({ description: "Its path inside the project" }) }),
+    object({ file: string(), files: Type.Array(string(), { description: "Others that name it, and say so" }), places: index() }),
+  ],
+  design_uses: [object({ file: string() }), object({ uses: list(object({ file: string(), line: index(), text: string() })) })],
   design_fold: [object({ file: string(), closed: Type.Array(string(), { description: "Ids of states whose inside is hidden" }) }), FoldedChart],
   simulate_chart: [object({ file: string(), do: one_of("start", "look", "send", "wait", "back"), event: optional(string()), data: optional(Type.Unsafe<Static<typeof Data>>({ description: "Of the event; with start: values of <data> to begin with" })), time: optional(Time) }), PlayedChart],
   simulate_tree: [

@@ -4,13 +4,15 @@ import { Dialog } from "./Dialog";
 
 interface Question {
   text: string;
+  /** What one should know of it, line by line. */
+  details?: readonly string[];
   /** What the button says that does it. */
   yes: string;
   run(): void;
 }
 const useQuestion = create<{ question: Question | null }>()(() => ({ question: null }));
 
-/** Asks before something that cannot be taken back. */
+/** Asks before something that is not done by the way. */
 export function confirm(question: Question): void {
   useQuestion.setState({ question });
 }
@@ -22,6 +24,13 @@ export function Confirm() {
   return (
     <Dialog label={question.text} className="confirm" close={close}>
       <p>{question.text}</p>
+      {question.details && question.details.length > 0 && (
+        <ul className="confirm-details mono scroll" tabIndex={0}>
+          {question.details.map((line, i) => (
+            <li key={i}>{line}</li>
+          ))}
+        </ul>
+      )}
       <div className="row end">
         <button className="button" onClick={close} autoFocus>
           Cancel
