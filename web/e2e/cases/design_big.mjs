@@ -17,9 +17,9 @@ const kLeaves = 10;
 const kGroups = 6;
 const kStates = 9;
 
-function big() {
+function big(row_count = kRows) {
   const folder = copy_of("recharge");
-  const rows = Array.from({ length: kRows }, (_, i) => {
+  const rows = Array.from({ length: row_count }, (_, i) => {
     const leaves = Array.from({ length: kLeaves }, (_, j) => `        <AtLocation name="At${i}_${j}" location="kitchen"/>`).join("\n");
     return `      <ReactiveFallback name="Row${i}">\n${leaves}\n      </ReactiveFallback>`;
   });
@@ -140,6 +140,52 @@ test("350 nodes and 60 states open, are dragged and edited; what is chosen can b
   console.log(`# tree shown ${opened} ms, drag ${shown.toFixed(0)} frames/s, edit to marks ${edited.took.toFixed(0)} ms, chart shown ${chart_opened} ms`);
   for (const took of [opened, edited.took, chart_opened]) assert.ok(took < kSlow_ms);
   assert.ok(shown > 2, `${shown} frames a second`);
+  await close();
+  await program.stop();
+});
+
+test("of 1,981 nodes only what is near to the view is drawn, and a zoom changes the style of texts a few times only", async () => {
+  const program = await serve_design(big(180));
+  const { page, close } = await open_design(program.url);
+  const tree = page.getByTestId("design-tree");
+  await node(page, "At179_9").waitFor({ state: "attached" });
+  const drawn = () => tree.locator(".node:not([data-away])").count();
+  const all = await tree.locator(".node").count();
+  assert.equal(all, 1 + 180 * 11);
+  await until(async () => (await drawn()) < 400, "what is far away is not drawn");
+  // It is read aloud all the same.
+  assert.match(await node(page, "At179_9").getAttribute("aria-label"), /^At179_9/);
+  await tree.evaluate((picture) => {
+    const group = picture.querySelector("g");
+    window.restyled = 0;
+    new MutationObserver((changes) => (window.restyled += changes.filter(({ attributeName }) => attributeName !== "transform").length)).observe(group, { attributes: true });
+  });
+  const frame = await tree.boundingBox();
+  await page.mouse.move(frame.x + frame.width / 2, frame.y + frame.height / 2);
+  const zoom = (by) =>
+    page.evaluate(async (deltaY) => {
+      const picture = document.querySelector("[data-testid=design-tree]");
+      const { left, top, width, height } = picture.getBoundingClientRect();
+      const began = performance.now();
+      const steps = 30;
+      for (let i = 0; i < steps; i += 1) {
+        picture.dispatchEvent(new WheelEvent("wheel", { deltaY, clientX: left + width / 2, clientY: top + height / 2, cancelable: true }));
+        await new Promise(requestAnimationFrame);
+      }
+      return (steps * 1000) / (performance.now() - began);
+    }, by);
+  const [out, back] = [await zoom(60), await zoom(-60)];
+  console.log(`# zoom of 1,981 nodes: ${out.toFixed(0)} frames/s out, ${back.toFixed(0)} frames/s back`);
+  // From as they are drawn over two sizes to none, of names and of the lines below them, there and back.
+  const restyled = await page.evaluate(() => window.restyled);
+  assert.ok(restyled <= 32, `${restyled} styles of all texts`);
+  assert.ok((await drawn()) < 400);
+  // What is looked at elsewhere is drawn.
+  const last = tree.locator(".node[data-name^=At17]:not([data-away])");
+  assert.equal(await last.count(), 0);
+  const map = await page.getByTestId("minimap").boundingBox();
+  await page.mouse.click(map.x + map.width / 2, map.y + map.height - 3);
+  await until(async () => (await last.count()) > 0, "leaves near to the end are drawn");
   await close();
   await program.stop();
 });

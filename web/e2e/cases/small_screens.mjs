@@ -39,7 +39,7 @@ const names = (page) =>
       const { a, b } = text.getScreenCTM();
       return parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b);
     };
-    const texts = [...document.querySelectorAll("[data-testid=tree] [data-node] > :is(text.name, text.detail)")].filter((text) => size(text) > 0);
+    const texts = [...document.querySelectorAll("[data-testid=tree] [data-node] > :is(text.name, text.detail)")].filter((text) => getComputedStyle(text).display !== "none");
     const boxes = texts.map((text) => ({ said: text.textContent, node: text.parentElement, box: text.getBoundingClientRect() }));
     const over = boxes.flatMap((one, i) =>
       boxes.slice(i + 1).flatMap((other) => {

@@ -1,10 +1,10 @@
-import { memo, useEffect, useImperativeHandle, useMemo, useRef, useState, type Ref } from "react";
+import { memo, useEffect, useImperativeHandle, useLayoutEffect, useMemo, useRef, useState, type Ref } from "react";
 import { create } from "zustand";
 
 import { corner, Links, Outline, Texts } from "../panels/mission/TreePicture";
 import { neighbour, type Arrow } from "../panels/mission/tree";
 import { is_never, node_key, useReached } from "../panels/reached/reached";
-import { is_near, set_lens } from "../picture/lens";
+import { InView, is_near, set_lens } from "../picture/lens";
 import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
 import { usePictureView } from "../picture/use_picture_view";
@@ -88,6 +88,8 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   const rects = useMemo(() => new Map(tree.nodes.map(({ element }, i) => [element, tree.layout.nodes[i]!] as const)), [tree]);
   const box: Rect = useMemo(() => ({ x: 0, y: 0, width: Math.max(tree.layout.size.width, 60), height: Math.max(tree.layout.size.height, 60) }), [tree]);
 
+  const [in_view] = useState(() => new InView());
+  const rect_of = (node: SVGGElement) => rects.get(Number(node.dataset["element"]));
   const { svg, group, view } = usePictureView({
     box,
     limits: { min: 0.05, max: 4 },
@@ -95,7 +97,10 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     fit_max: 1.15,
     readable: { from: 0.5, scale: 0.85 },
     focus: () => rects.get(chosen ?? -1) ?? tree.layout.nodes[0] ?? null,
-    change: ({ scale }, _size, moved) => set_lens(moved, scale),
+    change: (now, size, moved) => {
+      set_lens(moved, now.scale);
+      in_view.follow(moved, now, size, rect_of);
+    },
     grab: (event) => {
       const found = event.target instanceof Element ? event.target.closest("[data-element]") : null;
       if (!found) return false;
@@ -103,6 +108,9 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
       return true;
     },
   });
+
+  useLayoutEffect(() => set_lens(group.current, view.view.scale), [group, view, chosen, tree]);
+  useLayoutEffect(() => in_view.follow(group.current, view.view, view.size, (node) => rects.get(Number(node.dataset["element"])), true), [in_view, group, view, rects]);
 
   const found_at = chosen === null ? -1 : tree.nodes.findIndex(({ element }) => element === chosen);
   const chosen_at = found_at < 0 ? null : found_at;

@@ -1,5 +1,6 @@
 import type { Rect, Size } from "../protocol/types";
 import { note } from "../store/store";
+import { without_lens } from "./lens";
 import { svg_document } from "./pen";
 
 /** A picture that a person can save: drawn anew when asked for, as the panel shows it at that moment. */
@@ -50,7 +51,9 @@ const kKept = /^(d|x|y|x1|y1|x2|y2|cx|cy|r|rx|ry|width|height|points|transform|t
  */
 export function svg_of_group(group: SVGGElement, box: Rect, title: string, background: string): string {
   const holder = document.createElementNS("http://www.w3.org/2000/svg", "g");
-  for (const child of group.children) copy(child, holder);
+  without_lens(group, () => {
+    for (const child of group.children) copy(child, holder);
+  });
   holder.setAttribute("transform", `translate(${-box.x} ${-box.y})`);
   const body = new XMLSerializer().serializeToString(holder).replaceAll(' xmlns="http://www.w3.org/2000/svg"', "");
   return svg_document({ width: box.width, height: box.height }, title, background, body);

@@ -1,3 +1,6 @@
+import type { Rect, Size } from "../protocol/types";
+import type { Viewport } from "./viewport";
+
 /** Of a node's name in a drawing. */
 const kName_px = 13;
 /** On the screen at least: of the chosen node's name, of those around it, and of all others where that is possible. */
@@ -10,15 +13,90 @@ const kFar = 1.45;
 const kDetail_px = 11;
 const kFarDetail_px = 10.1;
 
-/** What is chosen can be read, and what is around it, however small the rest is. */
+/** Names that would be smaller on the screen are left out, but for those of the chosen node and around it. */
+const kLeast_px = 3;
+/** Enlarged is by one of two factors: each other one would be a style of every text. */
+const kSteps = 2;
+const kStep = kFar ** (1 / kSteps);
+
+/** What is chosen can be read, and what is around it, however small the rest is. Again where another node is chosen. */
 export function set_lens(group: SVGGElement | null, scale: number): void {
+  if (!group) return;
   const enlarged = (px: number, drawn_px = kName_px) => Math.max(1, px / (drawn_px * scale));
-  group?.style.setProperty("--lens", String(enlarged(kChosen_px)));
-  group?.style.setProperty("--near-lens", String(enlarged(kNear_px)));
+  // Of the few that are concerned alone: what all would inherit is a style of all.
+  for (const name of group.querySelectorAll<SVGTextElement>(".node:is(.chosen, .near) > .name"))
+    name.style.setProperty("--lens", enlarged(name.parentElement?.classList.contains("chosen") ? kChosen_px : kNear_px).toFixed(3));
   const far = enlarged(kFar_px);
-  group?.style.setProperty("--far-lens", far <= kFar ? String(far) : "1");
+  all_as(group, "names", "--far-lens", kName_px * scale < kLeast_px ? null : far <= kFar ? far : 1);
   const detail = enlarged(kFarDetail_px, kDetail_px);
-  group?.style.setProperty("--detail-lens", detail <= kFar ? String(detail) : "0");
+  all_as(group, "details", "--detail-lens", detail <= kFar ? detail : null);
+}
+
+/** Of larger trees only what is near to the view is drawn. */
+const kAll = 400;
+/** What is drawn is so many times the view, to either side. */
+const kAround = 0.75;
+/** Where the view is so much smaller than what is drawn, less is. */
+const kTooMuch = 5;
+
+/** Leaves out of a large picture what is far away from the view; whatever is read aloud is there all the same. */
+export class InView {
+  private region: Rect | null = null;
+  private nodes: NodeListOf<SVGGElement> | null = null;
+
+  /** Again where the picture is another one: with `anew`. */
+  follow(group: SVGGElement | null, view: Viewport, size: Size, rect_of: (node: SVGGElement) => Rect | undefined, anew = false): void {
+    if (!group || size.width === 0) return;
+    if (anew || !this.nodes) {
+      this.nodes = group.querySelectorAll<SVGGElement>(":scope > .node");
+      this.region = null;
+    }
+    if (this.nodes.length <= kAll) return;
+    const [width, height] = [size.width / view.scale, size.height / view.scale];
+    const seen: Rect = { x: -view.x / view.scale, y: -view.y / view.scale, width, height };
+    const { region } = this;
+    if (region && contains(region, seen) && region.width < kTooMuch * width) return;
+    const drawn: Rect = { x: seen.x - kAround * width, y: seen.y - kAround * height, width: (1 + 2 * kAround) * width, height: (1 + 2 * kAround) * height };
+    this.region = drawn;
+    for (const node of this.nodes) {
+      const rect = rect_of(node);
+      const away = rect !== undefined && (rect.x > drawn.x + drawn.width || rect.x + rect.width < drawn.x || rect.y > drawn.y + drawn.height || rect.y + rect.height < drawn.y);
+      if (away !== (node.dataset["away"] !== undefined)) {
+        if (away) node.dataset["away"] = "";
+        else delete node.dataset["away"];
+      }
+    }
+  }
+}
+
+function contains(outer: Rect, inner: Rect): boolean {
+  return inner.x >= outer.x && inner.y >= outer.y && inner.x + inner.width <= outer.x + outer.width && inner.y + inner.height <= outer.y + outer.height;
+}
+
+/** Texts of a kind as they are drawn, enlarged, or left out (null). */
+function all_as(group: SVGGElement, kind: "names" | "details", property: string, enlarged: number | null): void {
+  const step = enlarged === null ? null : Math.min(Math.ceil(Math.log(enlarged) / Math.log(kStep)), kSteps);
+  const look = step === null ? "none" : step === 0 ? "drawn" : String(step);
+  if (group.dataset[kind] === look) return;
+  group.dataset[kind] = look;
+  if (step !== null && step > 0) group.style.setProperty(property, (kStep ** step).toFixed(3));
+  else group.style.removeProperty(property);
+}
+
+/** Does something with a group all of which is drawn, and its texts as they are. */
+export function without_lens<T>(group: SVGGElement, what: () => T): T {
+  const { names, details } = group.dataset;
+  const away = group.querySelectorAll<SVGGElement>(":scope > [data-away]");
+  delete group.dataset["names"];
+  delete group.dataset["details"];
+  for (const node of away) delete node.dataset["away"];
+  try {
+    return what();
+  } finally {
+    if (names !== undefined) group.dataset["names"] = names;
+    if (details !== undefined) group.dataset["details"] = details;
+    for (const node of away) node.dataset["away"] = "";
+  }
 }
 
 /** Whether a node is the parent, a child or a sibling of the chosen one; -1 and null: no parent. */

@@ -1,9 +1,9 @@
-import { memo, useEffect, useImperativeHandle, useMemo, useState, type Ref } from "react";
+import { memo, useEffect, useImperativeHandle, useLayoutEffect, useMemo, useState, type Ref } from "react";
 
 import { duration_text } from "../../draw/format";
 import { svg_of_group } from "../../picture/export";
 import { usePicture } from "../../picture/pictures";
-import { is_near, set_lens } from "../../picture/lens";
+import { InView, is_near, set_lens } from "../../picture/lens";
 import { Minimap } from "../../picture/Minimap";
 import type { PictureView } from "../../picture/picture_view";
 import { usePictureView } from "../../picture/use_picture_view";
@@ -42,6 +42,8 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
   const rects = useMemo(() => new Map(ids.map((id, i) => [id, layout.nodes[i]!] as const)), [ids, layout]);
   const box: Rect = useMemo(() => ({ x: 0, y: 0, ...layout.size }), [layout]);
 
+  const [in_view] = useState(() => new InView());
+  const rect_of = (node: SVGGElement) => rects.get(Number(node.dataset["node"]));
   const { svg, group, view } = usePictureView({
     box,
     limits: { min: 0.05, max: 4 },
@@ -49,8 +51,13 @@ export function TreePicture({ index, handle }: { index: Index; handle: Ref<TreeH
     fit_max: 1.15,
     readable: { from: kSmallest, scale: kReadable },
     focus: () => rects.get(chosen ?? -1) ?? rects.get(ids[0] ?? -1) ?? null,
-    change: ({ scale }, _size, moved) => set_lens(moved, scale),
+    change: (now, size, moved) => {
+      set_lens(moved, now.scale);
+      in_view.follow(moved, now, size, rect_of);
+    },
   });
+  useLayoutEffect(() => set_lens(group.current, view.view.scale), [group, view, chosen, ids]);
+  useLayoutEffect(() => in_view.follow(group.current, view.view, view.size, (node) => rects.get(Number(node.dataset["node"])), true), [in_view, group, view, rects]);
   useImperativeHandle(handle, () => ({ fit: () => view.fit(), zoom: (factor) => view.zoom(factor) }), [view]);
   useFollow(index, view, rects);
   useAges(svg, rects);
