@@ -122,6 +122,9 @@ const Broken kBroken[] = {
     {"InputWithoutValue", "mission.xml", " threshold=\"30\"", "",
      "mission.xml:14:11: input \"threshold\" of BatteryLevelAbove30 has no value, and skills/BatteryLevelAbove.scxml:6 "
      "needs one: write threshold=\"…\" here, or give the <data> an expr"},
+    {"InputComparedWithAnEvent", "mission.xml", " destination=\"kitchen\"", "",
+     "mission.xml:27:9: input \"destination\" of GoToKitchen has no value, and skills/GoToLocation.scxml:11 needs one: "
+     "write destination=\"…\" here, or give the <data> an expr"},
     {"EntryThatNothingWrites", "mission.xml", "threshold=\"30\"", "threshold=\"{level}\"",
      "mission.xml:14:11: input \"threshold\" of BatteryLevelAbove30 reads blackboard entry \"level\", which nothing in "
      "the tree writes"},
@@ -173,7 +176,7 @@ const Broken kBroken[] = {
      "<GoToLocation name=\"GoToKitchen\" destination=\"{place}\"/>",
      "mission.xml:27:26: warning: nothing in tree \"Go\" reads or writes \"nmae\"; did you mean \"name\"?\n"
      "mission.xml:27:36: warning: nothing in tree \"Go\" reads or writes \"plcae\"; did you mean \"place\"?\n"
-     "mission.xml:27:164: warning: input \"destination\" of SubTree.GoToKitchen reads blackboard entry \"place\", "
+     "mission.xml:27:164: input \"destination\" of SubTree.GoToKitchen reads blackboard entry \"place\", "
      "which "
      "nothing in the tree writes\n"
      "sentree.yaml:19:33: nothing of this run that can be killed is called \"GoToKitchen\""},

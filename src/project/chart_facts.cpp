@@ -22,13 +22,25 @@ struct Use {
   bool asked_for = false;  ///< Whether it is there is looked at.
 };
 
+bool is_of_event(const scxml::ScriptTree& tree, std::uint32_t id) {
+  while (tree.at(id).kind == Node::kMember || tree.at(id).kind == Node::kIndex) id = tree.at(id).operands[0];
+  return tree.at(id).kind == Node::kName && tree.at(id).text == "_event";
+}
+
 void note_use(const scxml::ScriptTree& tree, std::uint32_t id, const std::string& name, bool is_calculated, Use& use) {
   const scxml::ScriptNode& n = tree.at(id);
   if (n.kind == Node::kName && n.text == name) (is_calculated ? use.needed : use.asked_for) = true;
   const bool calculates = (n.kind == Node::kBinary && n.text != "&&" && n.text != "||" && n.text != "," &&
                            n.text.find("==") == std::string::npos && n.text != "!=") ||
                           n.kind == Node::kMember || (n.kind == Node::kUnary && n.text == "-");
-  for (const std::uint32_t inner : n.operands) note_use(tree, inner, name, calculates, use);
+  // What comes with an event is hardly the same as what is not there: that asks for the value.
+  const bool compares_with_event =
+      n.kind == Node::kBinary && n.text.find("==") != std::string::npos &&
+      std::any_of(n.operands.begin(), n.operands.end(), [&](std::uint32_t inner) { return is_of_event(tree, inner); });
+  for (const std::uint32_t inner : n.operands) {
+    const bool is_it = tree.at(inner).kind == Node::kName && tree.at(inner).text == name;
+    if (!compares_with_event || !is_it) note_use(tree, inner, name, calculates, use);
+  }
 }
 
 bool is_needed(const scxml::Model& model, const Trees& trees, const std::string& data) {
