@@ -114,3 +114,24 @@ for (const theme of ["light", "dark"]) {
     await program.stop();
   });
 }
+
+test("colours follow the system until one chooses others, and again when one has chosen the system's", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "experiment1" });
+  const { page, close } = await open_page(program.url, { theme: "dark" });
+  const colours = async () => [await page.locator("html").getAttribute("data-theme"), await page.locator("body").evaluate((body) => getComputedStyle(body).colorScheme)];
+  const are = (theme) => until(async () => (await colours()).join() === `${theme},${theme}`, `colours are ${theme}`);
+  await are("dark");
+  await page.emulateMedia({ colorScheme: "light" });
+  await are("light");
+  await page.getByRole("button", { name: "Dark", exact: true }).click();
+  await are("dark");
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.emulateMedia({ colorScheme: "light" });
+  await are("dark");
+  await page.getByRole("button", { name: "Light", exact: true }).click();
+  await are("light");
+  await page.emulateMedia({ colorScheme: "dark" });
+  await are("dark");
+  await close();
+  await program.stop();
+});

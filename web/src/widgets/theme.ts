@@ -29,8 +29,10 @@ export function choose_theme(choice: ThemeChoice): void {
   apply(choice);
 }
 
+/** Who chooses what the system has follows it again. */
 export function toggle_theme(): void {
-  choose_theme(useTheme.getState().theme === "dark" ? "light" : "dark");
+  const wanted = useTheme.getState().theme === "dark" ? "light" : "dark";
+  choose_theme(wanted === resolve("system") ? "system" : wanted);
 }
 
 const colors = new Map<string, string>();
