@@ -30,7 +30,7 @@ export default typescript.config(
     files: ["e2e/**/*.mjs"],
     languageOptions: {
       globals: Object.fromEntries(
-        ["document", "window", "location", "WebSocket", "requestAnimationFrame", "getComputedStyle", "innerHeight", "innerWidth", "navigator", "localStorage", "DOMParser", "PerformanceObserver", "Event", "HTMLElement", "Image", "fetch", "MouseEvent", "KeyboardEvent", "Blob", "structuredClone"].map((name) => [name, "readonly"]),
+        ["document", "window", "location", "WebSocket", "requestAnimationFrame", "getComputedStyle", "innerHeight", "innerWidth", "navigator", "localStorage", "DOMParser", "PerformanceObserver", "Event", "HTMLElement", "Image", "fetch", "MouseEvent", "MutationObserver", "WheelEvent", "KeyboardEvent", "Blob", "structuredClone"].map((name) => [name, "readonly"]),
       ),
     },
   },

@@ -64,6 +64,18 @@ test("a tree alone: leaves answer as one clicks, each click is a tick, and back 
   await page.getByTestId("simulate-button").click();
   await is_said(page, "BatteryLevelAbove30", "FAILURE");
   await is_said(page, "GoToStation", "RUNNING");
+  for (const [width, height] of [[1366, 768], [1440, 900]]) {
+    await page.setViewportSize({ width, height });
+    const { over, outside } = await page.getByTestId("design-tree").evaluate((tree) => {
+      const box = (element) => element.getBoundingClientRect();
+      const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+      const answers = [...tree.querySelectorAll(".played-answer circle")].map(box);
+      const texts = [...tree.querySelectorAll(".node > text")].filter((text) => getComputedStyle(text).display !== "none");
+      const room = box(tree);
+      return { over: texts.filter((text) => answers.some((answer) => meet(answer, box(text)))).map(({ textContent }) => textContent), outside: answers.filter(({ bottom }) => bottom > room.bottom).length };
+    });
+    assert.deepEqual([over, outside], [[], 0], `answers at ${width}×${height}`);
+  }
   await page.locator('[data-played="BatteryLevelAbove30"] [data-answer="SUCCESS"]').click();
   await is_said(page, "BatteryLevelAbove30", "SUCCESS");
   await page.locator('[data-leaf$="BatteryNotRecharging"]').getByRole("button", { name: "success" }).click();

@@ -48,6 +48,23 @@ for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`a s
   await program.stop();
 });
 
+test("a new leaf without its port is marked until it has one", async () => {
+  const program = await serve_design(copy_of("recharge"));
+  const { page, close } = await open_design(program.url);
+  await node(page, "BeAtKitchen").click();
+  await settled(page);
+  await page.locator('[data-palette="GoToLocation"]').dblclick();
+  await page.locator('[data-name="GoToLocation"][data-errors="1"]').waitFor();
+  await page.getByTestId("problems").getByText("✗ 1 error").waitFor();
+  await page.locator(".design-right").getByText('input "destination" of GoToLocation has no value').waitFor();
+  await page.getByLabel(/^destination/).fill("kitchen");
+  await page.keyboard.press("Enter");
+  await page.locator('[data-name="GoToLocation"][data-errors="0"]').waitFor();
+  await page.getByTestId("problems").getByText("✓ no problems").waitFor();
+  await close();
+  await program.stop();
+});
+
 test("a text that is broken keeps its picture, dimmed, and says why nothing can be done to it", async () => {
   const folder = copy_of("recharge");
   const program = await serve_design(folder);

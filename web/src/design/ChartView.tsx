@@ -2,6 +2,7 @@ import { useEffect, useMemo, useRef, useState } from "react";
 
 import { Edge, Label, StateShape } from "../panels/charts/ChartPicture";
 import { composites, FoldCount, FoldSign, useFolding } from "../panels/charts/folding";
+import { read_in } from "../panels/charts/read_in";
 import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
 import { mark_of, state_key, transition_key, useReached } from "../panels/reached/reached";
@@ -77,6 +78,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   );
   const { layout } = shown;
   const box: Rect = useMemo(() => ({ x: 0, y: 0, ...layout.size }), [layout]);
+  const read = useMemo(() => read_in(layout), [layout]);
   const at_chosen = shown.states.findIndex((at) => chosen !== null && chart.states[at]?.id === chosen);
   const [line, set_line] = useState<Line | null>(null);
   const [carried, set_carried] = useState<Carried | null>(null);
@@ -338,7 +340,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
           </g>
         )}
       </svg>
-      <Minimap view={view} box={box} rects={layout.states} />
+      <Minimap view={view} box={box} rects={layout.states} read={read} />
       {carried && (
         <div className={`drag-label${carried.why_not ? " refused" : ""}`} style={{ left: carried.x + 14, top: carried.y + 12 }} role="status" data-testid="drag-label">
           {carried.id}

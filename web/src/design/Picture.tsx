@@ -44,6 +44,8 @@ interface Drag {
 }
 
 const kDragFrom_px = 5;
+/** Below a leaf, for what it may answer in a simulation. */
+const kAnswers_px = 26;
 
 /** What was copied or cut, to be pasted. */
 interface Kept {
@@ -86,7 +88,8 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   const latest = useRef({ tree, drag });
   latest.current = { tree, drag };
   const rects = useMemo(() => new Map(tree.nodes.map(({ element }, i) => [element, tree.layout.nodes[i]!] as const)), [tree]);
-  const box: Rect = useMemo(() => ({ x: 0, y: 0, width: Math.max(tree.layout.size.width, 60), height: Math.max(tree.layout.size.height, 60) }), [tree]);
+  const is_played = played !== null;
+  const box: Rect = useMemo(() => ({ x: 0, y: 0, width: Math.max(tree.layout.size.width, 60), height: Math.max(tree.layout.size.height, 60) + (is_played ? kAnswers_px : 0) }), [tree, is_played]);
 
   const [in_view] = useState(() => new InView());
   const rect_of = (node: SVGGElement) => rects.get(Number(node.dataset["element"]));
@@ -429,7 +432,7 @@ function Played({ tree }: { tree: OutlineTree }) {
                   key={answer}
                   className={`played-answer${leaf.answer === answer ? " given" : ""}`}
                   data-answer={answer}
-                  transform={`translate(${x + width / 2 + (n - (offered.length - 1) / 2) * 24} ${y + height + 4})`}
+                  transform={`translate(${x + width / 2 + (n - (offered.length - 1) / 2) * 24} ${y + height + kAnswers_px / 2})`}
                   onPointerDown={(event) => event.stopPropagation()}
                   onClick={(event) => {
                     event.stopPropagation();

@@ -15,8 +15,8 @@ const kFarDetail_px = 10.1;
 
 /** Names that would be smaller on the screen are left out, but for those of the chosen node and around it. */
 const kLeast_px = 3;
-/** Enlarged is by one of two factors: each other one would be a style of every text. */
-const kSteps = 2;
+/** Enlarged is by one of a few factors: each other one would be a style of every text. */
+const kSteps = 5;
 const kStep = kFar ** (1 / kSteps);
 
 /** What is chosen can be read, and what is around it, however small the rest is. Again where another node is chosen. */

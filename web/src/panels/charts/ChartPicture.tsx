@@ -4,6 +4,7 @@ import { svg_of_group } from "../../picture/export";
 import { Minimap } from "../../picture/Minimap";
 import { usePicture } from "../../picture/pictures";
 import { usePictureView } from "../../picture/use_picture_view";
+import { read_in } from "./read_in";
 import type { ChartFold, ChartLayout, ChartModel, Rect } from "../../protocol/types";
 import { color } from "../../widgets/theme";
 import { request, useStudio } from "../../store/store";
@@ -28,6 +29,7 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
   const { shown, closed, toggle, set_closed } = useFolding(`${boot} ${chart.id}`, chart, chart, (ids) => request("fold_chart", { chart: chart.id, closed: ids }));
   const { layout } = shown;
   const box: Rect = useMemo(() => ({ x: 0, y: 0, ...layout.size }), [layout]);
+  const read = useMemo(() => read_in(layout), [layout]);
   const { svg, group, view, keys } = usePictureView({
     box,
     limits: { min: 0.05, max: 4 },
@@ -72,7 +74,7 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
           <ChartDrawing chart={chart} shown={shown} closed={closed} />
         </g>
       </svg>
-      <Minimap view={view} box={box} rects={layout.states} />
+      <Minimap view={view} box={box} rects={layout.states} read={read} />
       {menu && <StateMenu chart={chart} {...menu} fold={composite.has(menu.state) ? { closed: closed.has(chart.states[menu.state]?.id ?? ""), toggle } : null} close={() => set_menu(null)} />}
     </div>
   );
