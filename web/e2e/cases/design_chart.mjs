@@ -184,3 +184,51 @@ test("by keyboard alone a chart is gone through and edited", async () => {
   await close();
   await program.stop();
 });
+
+test("what is done in a chart's form leaves the focus in the picture, and Ctrl+K gives it back", async () => {
+  const { page, close, program } = await open_chart();
+  const has_focus = (what) => until(() => page.evaluate((wanted) => (document.activeElement?.id || document.activeElement?.dataset.testid || document.activeElement?.getAttribute("aria-label")) === wanted, what), `${what} has the focus`);
+  await state_at(page, "idle").click();
+  await has_focus("design-chart");
+  await page.keyboard.press("F2");
+  await has_focus("design-state");
+  await page.keyboard.type("still");
+  await page.keyboard.press("Enter");
+  await did(page, "rename idle to still");
+  await has_focus("design-chart");
+  // The next keys are of what was renamed.
+  await page.keyboard.press("n");
+  await has_focus("design-event");
+  await page.keyboard.type("wake");
+  await page.keyboard.press("Enter");
+  await until(async () => /transition/.test(await undo_name(page)), "a transition was added");
+  await has_focus("design-chart");
+  await page.locator("#design-new-state").fill("fresh");
+  await page.locator("#design-new-state").press("Enter");
+  await state_at(page, "fresh").waitFor();
+  await has_focus("design-chart");
+  await page.keyboard.press("Delete");
+  await until(async () => (await state_at(page, "fresh").count()) === 0, "it is the chosen one");
+
+  for (const from of [page.getByTestId("design-chart"), page.locator(".cm-content")]) {
+    await from.focus();
+    const before = await page.evaluate(() => document.activeElement.getAttribute("class"));
+    await page.keyboard.press("Control+k");
+    await has_focus("Find");
+    await page.keyboard.type("xyz");
+    await page.keyboard.press("Escape");
+    await until(async () => (await page.evaluate(() => document.activeElement.getAttribute("class"))) === before, "the focus is back");
+  }
+  // A command has it where it is about something.
+  await page.keyboard.press("Control+k");
+  await has_focus("Find");
+  await page.keyboard.type("open mission.xml");
+  await page.keyboard.press("Enter");
+  await page.getByTestId("design-tree").waitFor();
+  await page.keyboard.press("Control+k");
+  await page.keyboard.type("go to the tree");
+  await page.keyboard.press("Enter");
+  await has_focus("design-tree");
+  await close();
+  await program.stop();
+});
