@@ -240,10 +240,23 @@ std::vector<FileUse> uses_of_file(const Index& index, const std::string& file) {
   for (const auto& [other, content] : index.files()) {
     if (other == file) continue;
     for (const Written& path : paths_in(index, other, content)) {
-      if (names_file(path, file)) uses.push_back({other, path.from, path.to, path.is_pattern ? std::string() : path.path});
+      if (names_file(path, file))
+        uses.push_back({other, path.from, path.to, path.is_pattern ? std::string() : path.path});
     }
   }
-  for (const Index::Place& place : places_by_name(index, file)) {
+  std::vector<Index::Place> places = places_by_name(index, file);
+  // What is defined in it, and goes with it.
+  if (const IndexedFile* const content = index.find(file); content != nullptr) {
+    for (const Occurrence& defined : content->occurrences) {
+      if (!defined.defines ||
+          (defined.symbol.kind != SymbolKind::kRequirement && defined.symbol.kind != SymbolKind::kTree))
+        continue;
+      for (const Index::Place& place : index.places_of(defined.symbol)) {
+        if (!place.occurrence->defines) places.push_back(place);
+      }
+    }
+  }
+  for (const Index::Place& place : places) {
     if (*place.file != file) uses.push_back({*place.file, place.occurrence->from, place.occurrence->to, {}});
   }
   std::sort(uses.begin(), uses.end(),
@@ -273,8 +286,8 @@ Result<Renaming> rename_file(const Index& index, const std::string& file, const 
     for (const Written& path : paths_in(index, other, content)) {
       if (path.is_pattern) {
         if (names_file(path, file) && !names_file(path, to))
-          return fail("lsp.rename", fmt::format("{} finds it as \"{}\", which {} would not be", in_project(index, other),
-                                                path.path, in_project(index, to)));
+          return fail("lsp.rename", fmt::format("{} finds it as \"{}\", which {} would not be",
+                                                in_project(index, other), path.path, in_project(index, to)));
         continue;
       }
       if (other == file) {

@@ -15,12 +15,13 @@ struct FileUse {
   std::string file;  ///< Whose text it is, absolute.
   std::size_t from = 0;
   std::size_t to = 0;
-  /// How the path is written there; empty: it is the leaf of a skill, a monitor's name, or a pattern.
+  /// How the path is written there; empty: it is a name of what the file is or defines, or a pattern.
   std::string path;
 };
 
-/// Where a file is used: named by sentree.yaml, scenarios, trees, charts and interfaces, found by the ID of a skill's
-/// leaves, by a pattern, or as the name of a monitor. `file` is absolute. By file and place.
+/// Where a file is used: named by sentree.yaml, scenarios, trees, charts and interfaces, found by a pattern or by the
+/// ID of a skill's leaves, or by the name of a monitor, requirement or tree that it is or defines. `file` is absolute.
+/// By file and place.
 [[nodiscard]] std::vector<FileUse> uses_of_file(const Index& index, const std::string& file);
 
 /// The file gets another place in the project, and all that uses it says so; everything else stays byte for byte. What
