@@ -64,6 +64,29 @@ scxml::TransitionIndex transition_of(const std::string& xml, const std::string& 
   return scxml::kNoTransition;
 }
 
+TEST(ChartEdit, TheSecondInALineGetsALineOfItsOwnAndTheFirstToo) {
+  const std::string line = "  <state id=\"idle\"><transition event=\"go\" target=\"idle\"/></state>\n";
+  const std::string chart = R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+)" + line + "</scxml>\n";
+  EXPECT_EQ(edited(chart, AddTransition{"idle", "", "stop", ""}), replaced(chart, line, R"(  <state id="idle">
+    <transition event="go" target="idle"/>
+    <transition event="stop"/>
+  </state>
+)"));
+  EXPECT_EQ(edited(chart, InsertAction{{std::nullopt, "idle", "onentry"}, 0, "<raise event=\"a\"/>"}),
+            replaced(chart, line, R"(  <state id="idle">
+    <onentry>
+      <raise event="a"/>
+    </onentry>
+    <transition event="go" target="idle"/>
+  </state>
+)"));
+  // Where others stand in one line already, it joins them.
+  const std::string two = replaced(chart, "</state>", "<transition event=\"more\"/></state>");
+  EXPECT_EQ(edited(two, AddTransition{"idle", "", "stop", ""}),
+            replaced(two, "</state>", "<transition event=\"stop\"/></state>"));
+}
+
 TEST(ChartEdit, DeletesAStateWithWhatLeadsToIt) {
   // The transitions from elsewhere, and that the chart begins with it.
   EXPECT_EQ(edited(kChart, RemoveState{"moving"}),
@@ -155,7 +178,7 @@ TEST(ChartEdit, EditsWhatIsDone) {
   EXPECT_THAT(with, HasSubstr("  <state id=\"idle\">\n    <onexit>\n      " + log + "\n    </onexit>\n  </state>"));
   EXPECT_THAT(edited(with, RemoveAction{leaving, 0}), testing::Not(HasSubstr("onexit")));
   EXPECT_THAT(edited(kNested, InsertAction{{transition_of(kNested, "more"), "", ""}, 1, log}),
-              HasSubstr("<raise event=\"again\"/>" + log + "</transition>"));
+              HasSubstr("<raise event=\"again\"/>\n        " + log + "\n      </transition>"));
   EXPECT_THAT(edited(kNested, InsertAction{{std::nullopt, "", "datamodel"}, 0, "<data id=\"count\" expr=\"0\"/>"}),
               HasSubstr("initial=\"trip\">\n  <datamodel>\n    <data id=\"count\" expr=\"0\"/>\n  </datamodel>\n"));
 }

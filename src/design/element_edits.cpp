@@ -115,6 +115,19 @@ std::size_t ElementEdits::end_with_comment(std::size_t tag_end) const {
   }
 }
 
+// With the tags of its parent on a line of their own, and nothing else.
+bool ElementEdits::is_alone_on_its_line(const XmlElement& node) const {
+  const XmlElement parent = node.parent();
+  const auto open_end = static_cast<std::size_t>(parent.inner_source().data() - source().data());
+  const auto is_blank = [&](std::size_t from, std::size_t to) {
+    const std::string_view between = source().substr(from, to - from);
+    return std::all_of(between.begin(), between.end(), is_blank_sign);
+  };
+  return starts_line(parent.offset()) && is_blank(open_end, node.offset()) &&
+         is_blank(node.end_offset(), open_end + parent.inner_source().size()) &&
+         source().substr(parent.offset(), parent.end_offset() - parent.offset()).find('\n') == std::string_view::npos;
+}
+
 template <class Text>
 void ElementEdits::put_text(const XmlElement& parent, std::size_t index, const Text& text_at) {
   const auto children = parent.children();
@@ -124,10 +137,19 @@ void ElementEdits::put_text(const XmlElement& parent, std::size_t index, const T
     const XmlElement& beside = children[index == 0 ? 0 : index - 1];
     const std::size_t at = end_with_comment(index == 0 ? open_end : beside.end_offset());
     const std::string inner = indentation(beside.offset());
-    if (starts_line(beside.offset()))
+    if (starts_line(beside.offset())) {
       edits_.push_back({at, at, eol() + inner + text_at(inner)});
-    else
+    } else if (is_alone_on_its_line(beside)) {
+      // Two in one line are no way to write it.
+      const std::string outer = indentation(parent.offset());
+      const std::string further = outer + indentation_step(parent);
+      const std::string line = eol() + further + text_at(further);
+      edits_.push_back({open_end, beside.offset(), (index == 0 ? line : "") + eol() + further});
+      edits_.push_back(
+          {beside.end_offset(), open_end + parent.inner_source().size(), (index == 0 ? "" : line) + eol() + outer});
+    } else {
       edits_.push_back({at, at, text_at(inner)});
+    }
     return;
   }
   const std::string outer = indentation(parent.offset());

@@ -11,7 +11,8 @@
 namespace sentree::design {
 
 /// Edits of a document that put elements in, take them out and move them, each on a line of its own where its
-/// neighbours have one, indented like them. All are of the text as it was; they do not see each other.
+/// neighbours have one, indented like them; the second in a line gets one, and the first too. All are of the text as it
+/// was; they do not see each other.
 class ElementEdits {
  public:
   /// `document` outlives this.
@@ -48,6 +49,7 @@ class ElementEdits {
   [[nodiscard]] std::size_t line_begin(std::size_t offset) const;
   [[nodiscard]] std::string indentation(std::size_t offset) const;
   [[nodiscard]] bool starts_line(std::size_t offset) const;
+  [[nodiscard]] bool is_alone_on_its_line(const text::XmlElement& node) const;
   [[nodiscard]] std::vector<std::size_t> line_starts(const text::XmlElement& node, std::size_t from,
                                                      std::size_t to) const;
   [[nodiscard]] std::string indented(const text::XmlElement& node, const std::string& to) const;
