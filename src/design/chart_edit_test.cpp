@@ -87,13 +87,33 @@ TEST(ChartEdit, TheSecondInALineGetsALineOfItsOwnAndTheFirstToo) {
             replaced(two, "</state>", "<transition event=\"stop\"/></state>"));
 }
 
+TEST(ChartEdit, WhatIsTakenOutLeavesNeitherEmptyLinesNorEmptyElements) {
+  const std::string chart = R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <state id="a">
+    <transition event="go" target="b"/>
+  </state>
+
+  <state id="b"/>
+
+  <state id="c"/>
+</scxml>
+)";
+  EXPECT_EQ(edited(chart, RemoveState{"b"}),
+            R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <state id="a"/>
+
+  <state id="c"/>
+</scxml>
+)");
+  EXPECT_EQ(edited(chart, RemoveState{"c"}), replaced(chart, "\n\n  <state id=\"c\"/>", ""));
+}
+
 TEST(ChartEdit, DeletesAStateWithWhatLeadsToIt) {
   // The transitions from elsewhere, and that the chart begins with it.
   EXPECT_EQ(edited(kChart, RemoveState{"moving"}),
             "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\">\n"
             "  <!-- on the way -->\n"
-            "  <state id=\"idle\">\n"
-            "  </state>\n"
+            "  <state id=\"idle\"/>\n"
             "  <final id=\"end\"/>\n"
             "</scxml>\n");
   EXPECT_EQ(edit_chart(kChart, RemoveState{"moving"})->name, "delete state moving with 1 transition to it");

@@ -183,11 +183,45 @@ void ElementEdits::take_out(const XmlElement& node) {
   const bool ends_line = rest >= source().size() || source()[rest] == '\n' || source()[rest] == '\r';
   if (starts_line(begin) && ends_line) {
     begin = line_begin(begin);
+    // An empty line before it goes along where another one, or the end of its parent, follows.
+    std::size_t next = rest;
+    while (next < source().size() && source()[next] != '\n') ++next;
+    std::size_t sign = std::min(next + 1, source().size());
+    while (sign < source().size() && is_blank_sign(source()[sign])) ++sign;
+    const bool ends = sign < source().size() &&
+                      (source()[sign] == '\n' || source()[sign] == '\r' || source().substr(sign, 2) == "</");
+    if (const std::size_t before = begin > 0 ? line_begin(begin - 1) : begin;
+        ends && begin > 0 &&
+        std::all_of(source().begin() + static_cast<std::ptrdiff_t>(before),
+                    source().begin() + static_cast<std::ptrdiff_t>(begin), is_space))
+      begin = before;
     if (begin > 0) --begin;
     if (begin > 0 && source()[begin - 1] == '\r') --begin;
     end = rest;
   }
   edits_.push_back({begin, end, ""});
+  taken_.push_back(node);
+}
+
+// Who has lost all that was in it is written as who never had anything.
+void ElementEdits::close_emptied() {
+  for (const XmlElement& node : taken_) {
+    const XmlElement parent = node.parent();
+    if (!parent || !parent.parent()) continue;
+    const std::string_view inner = parent.inner_source();
+    const auto begin = static_cast<std::size_t>(inner.data() - source().data());
+    const auto is_blank = [&](std::size_t from, std::size_t to) {
+      const std::string_view between = source().substr(from, to - from);
+      return std::all_of(between.begin(), between.end(), is_space);
+    };
+    if (!is_blank(begin, node.offset()) || !is_blank(node.end_offset(), begin + inner.size())) continue;
+    const auto touches = [&](const TextEdit& edit) {
+      return edit.from < parent.end_offset() && edit.to > parent.offset();
+    };
+    if (std::count_if(edits_.begin(), edits_.end(), touches) != 1) continue;
+    *std::find_if(edits_.begin(), edits_.end(), touches) = {begin - 1, parent.end_offset(), "/>"};
+  }
+  taken_.clear();
 }
 
 void ElementEdits::wrap(const XmlElement& node, const std::string& open, const std::string& close) {
@@ -236,6 +270,7 @@ void ElementEdits::replace(const XmlElement& node, const std::string& xml) {
 }
 
 TextEdits ElementEdits::take() {
+  close_emptied();
   // What is put in at the place where something is taken away comes first.
   std::stable_sort(edits_.begin(), edits_.end(), [](const TextEdit& a, const TextEdit& b) {
     return a.from != b.from ? a.from < b.from : (a.to == a.from) > (b.to == b.from);

@@ -23,7 +23,7 @@ class ElementEdits {
   void put(const text::XmlElement& parent, std::size_t index, const std::string& xml);
   /// A copy of `node`, as `put`.
   void put_copy(const text::XmlElement& parent, std::size_t index, const text::XmlElement& node);
-  /// With its line, if it has one to itself.
+  /// With its line, if it has one to itself. Its parent is written as one without content if it was all of it.
   void take_out(const text::XmlElement& node);
   /// `open` and `close` are tags.
   void wrap(const text::XmlElement& node, const std::string& open, const std::string& close);
@@ -55,11 +55,13 @@ class ElementEdits {
   [[nodiscard]] std::string indented(const text::XmlElement& node, const std::string& to) const;
   [[nodiscard]] std::string indented(const std::string& xml, const std::string& indentation) const;
   [[nodiscard]] std::size_t end_with_comment(std::size_t tag_end) const;
+  void close_emptied();
   template <class Text>
   void put_text(const text::XmlElement& parent, std::size_t index, const Text& text_at);
 
   const text::XmlDocument& document_;
   TextEdits edits_;
+  std::vector<text::XmlElement> taken_;
 };
 
 }  // namespace sentree::design
