@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 
 #include "sentree/base/ascii.h"
+#include "sentree/bt/entry_uses.h"
 #include "sentree/bt/library.h"
+#include "sentree/bt/types.h"
 #include "sentree/bt/write.h"
 #include "sentree/import/project_writer.h"
 #include "sentree/nav2/nav2.h"
@@ -45,17 +47,6 @@ constexpr std::array<std::string_view, 13> kTaken{"undefined",  "NaN",          
 bool is_data_id(std::string_view name) {
   if (scxml::is_reserved_word(name) || std::find(kTaken.begin(), kTaken.end(), name) != kTaken.end()) return false;
   return !name.empty() && !is_digit(name.front()) && std::all_of(name.begin(), name.end(), is_word);
-}
-
-// A value to begin with, of the type that a palette names.
-std::string_view first_value(std::string_view type) {
-  if (type == "bool") return "false";
-  constexpr std::array<std::string_view, 13> kNumbers{"int",      "unsigned", "unsigned int", "double",   "float",
-                                                      "int8_t",   "uint8_t",  "int16_t",      "uint16_t", "int32_t",
-                                                      "uint32_t", "int64_t",  "uint64_t"};
-  if (type.starts_with("std::")) type.remove_prefix(5);
-  if (std::find(kNumbers.begin(), kNumbers.end(), type) != kNumbers.end()) return "0";
-  return "''";
 }
 
 // "{entry}" as the name of the entry; "{=}" is the port's own.
@@ -137,7 +128,30 @@ struct Port {
   std::string type;
   bool input = false;
   bool output = false;
+  bt::EntryUses::Users users = bt::EntryUses::unused();  // of what it writes
 };
+
+// A value to begin with: of the type that a palette names, else one that those who use it can take.
+std::string_view first_value(const Port& port) {
+  using Class = bt::PortType::Class;
+  const auto used_as = [&](bt::Wanted kind) { return port.users[static_cast<std::size_t>(kind)] != bt::kNoNode; };
+  const bool is_positive = used_as(bt::Wanted::kPositive);
+  const bt::PortType* const type = bt::type_named(port.type);
+  switch (type == nullptr ? Class::kAny : type->kind) {
+    case Class::kBool: return "false";
+    case Class::kInteger:
+    case Class::kReal: return is_positive ? "1" : "0";
+    case Class::kStatus: return "'SUCCESS'";
+    case Class::kString: return is_positive ? "'1'" : used_as(bt::Wanted::kNumber) ? "'0'" : "''";
+    case Class::kOther: return "[]";
+    default: break;
+  }
+  if (is_positive) return "1";
+  if (used_as(bt::Wanted::kNumber)) return "0";
+  if (used_as(bt::Wanted::kTruth)) return "false";
+  if (used_as(bt::Wanted::kStatus)) return "'SUCCESS'";
+  return used_as(bt::Wanted::kList) ? "[]" : "''";
+}
 
 // All leaves of one ID have one skill.
 struct Skill {
@@ -158,8 +172,7 @@ std::string chart_of(const Skill& skill, const std::string& chart) {
     if (!is_data_id(name)) continue;
     if (port.input) data += fmt::format("    <data id=\"{}\"/>\n", name);
     if (port.output)
-      results +=
-          fmt::format("      <param name=\"{}\" expr=\"{}\"/>\n", name, port.input ? name : first_value(port.type));
+      results += fmt::format("      <param name=\"{}\" expr=\"{}\"/>\n", name, port.input ? name : first_value(port));
   }
   const std::string head = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
@@ -229,15 +242,23 @@ class TreeSystem {
     for (const ProjectFile& file : result_.files) note_explicit(file.content);
     for (const Diagnostic& problem : tree.diagnostics) {
       // Of the leaves there is something to say below.
-      if (problem.code != "bt.unknown-node" && problem.code != "bt.unknown-tree")
-        find(Fate::kByHand, problem.span, "", problem.message);
+      if (problem.code == "bt.unknown-node" || problem.code == "bt.unknown-tree") continue;
+      const bool may_be_enum = problem.code == "bt.unknown-entry";
+      find(Fate::kByHand, problem.span, "",
+           problem.message +
+               (may_be_enum ? "; names of enums are registered by a plug-in (docs/coming-from-behaviortree-cpp.md)"
+                            : ""));
     }
+    uses_.emplace(*tree.value);
     Written written(*tree.value);
     for (bt::NodeId node = 0; node < tree.value->size(); ++node) {
       look_at(*tree.value, node, written);
       written.add_all(node);
     }
-    for (const auto& [id, skill] : skills_) write(skill);
+    for (const auto& [id, skill] : skills_) {
+      write(skill);
+      find_uses_that_differ(*tree.value, skill);
+    }
     write_missing(tree.value->format());
     std::string begin(tree.value->id());
     if (needs_goal_) begin = write_goal(begin, tree.value->format(), shown(main));
@@ -355,6 +376,10 @@ class TreeSystem {
       const bool writes = is_guess ? !written.contains(tree.enclosing_subtree(node), entry) : fact.output;
       port.input = port.input || (is_guess ? !writes : fact.input);
       port.output = port.output || writes;
+      if (writes) {
+        const bt::EntryUses::Users users = uses_->of(node, fact.name);
+        for (std::size_t i = 0; i < users.size(); ++i) port.users[i] = std::min(port.users[i], users[i]);
+      }
       if (!is_guess) continue;
       if (writes) written.add(tree.enclosing_subtree(node), entry);
       if (guessed_.emplace(id, std::string(fact.name)).second) {
@@ -378,6 +403,31 @@ class TreeSystem {
       if (is_data_id(port_name)) continue;
       find(Fate::kByHand, skill.span, fmt::format("{} of {}", port_name, skill.id),
            "no name of <data>: the skill does not have this port");
+    }
+  }
+
+  // No one value fits them all.
+  void find_uses_that_differ(const bt::Tree& tree, const Skill& skill) {
+    for (const auto& [name, port] : skill.ports) {
+      const auto first_of = [&users = port.users](std::initializer_list<bt::Wanted> kinds) {
+        bt::NodeId first = bt::kNoNode;
+        for (const bt::Wanted kind : kinds) first = std::min(first, users[static_cast<std::size_t>(kind)]);
+        return first;
+      };
+      using bt::Wanted;
+      const std::array<std::pair<std::string_view, bt::NodeId>, 3> uses{
+          {{"a number", first_of({Wanted::kNumber, Wanted::kPositive, Wanted::kTruth})},
+           {"text", first_of({Wanted::kText, Wanted::kStatus})},
+           {"a list", first_of({Wanted::kList})}}};
+      std::string list;
+      int kinds = 0;
+      for (const auto& [what, node] : uses) {
+        if (node == bt::kNoNode) continue;
+        list += fmt::format("{}as {} at {}", kinds++ == 0 ? "" : " and ", what, to_string(tree.span(node)));
+      }
+      if (kinds < 2) continue;
+      find(Fate::kByHand, skill.span, fmt::format("{} of {}", name, skill.id),
+           fmt::format("what it writes is used {}; {} to begin with fits one of them", list, first_value(port)));
     }
   }
 
@@ -504,6 +554,7 @@ class TreeSystem {
   std::set<std::string> unknown_;
   std::map<std::string, SourceSpan> missing_;
   std::set<std::pair<std::string, std::string>> guessed_;
+  std::optional<bt::EntryUses> uses_;
   bool nav2_ = false;
   bool drives_ = false;  // a leaf of Nav2's does, which needs a robot
   bool needs_goal_ = false;

@@ -107,6 +107,72 @@ TEST(TreeSystem, WhatNothingHasWrittenBeforeIsWritten) {
   EXPECT_EQ(ports("Tell"), " <about >of");
 }
 
+// The <param> of a skill's results, as written.
+std::string result_of(const Imported& system, const std::string& skill, const std::string& port) {
+  const std::string chart = made_file(system, "skills/" + skill + ".scxml");
+  const std::string begin = "<param name=\"" + port + "\" expr=\"";
+  const std::size_t at = chart.find(begin);
+  if (at == std::string::npos) return chart;
+  return chart.substr(at + begin.size(), chart.find('"', at + begin.size()) - at - begin.size());
+}
+
+TEST(TreeSystem, WhatASkillWritesToBeginWithFitsWhatReadsIt) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "go.xml";
+  ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go">
+    <BehaviorTree ID="Go"><Sequence>
+      <GetBattery level="{lvl}" charging="{ch}"/><ScriptCondition code="lvl &lt; 20.5 &amp;&amp; !ch"/>
+      <GetMode mode="{mode}" _skipIf="lvl &gt; 5"/><ScriptCondition code="mode != 'auto'"/>
+      <GetColor color="{color}"/><Wait _skipIf="color == RED"/>
+      <GetLimit limit="{limit}" unit="{unit}"/><Script code="least := limit; text := unit .. 1"/>
+      <GetOk ok="{ok}"/><ScriptCondition code="least &lt; 1 ? !ok : ch"/>
+      <Copied value="{from}"/><SetBlackboard value="{from}" output_key="to"/><ScriptCondition code="to - 1 &lt; 0"/>
+      <SubTree ID="Often" times="{n}" often="{hz}" points="{points}"/>
+      <LoopDouble queue="{points}" value="{p}"><Use it="{p}"/></LoopDouble>
+      <Typed status="{status}" int="{int}" text="{digits}" flags="{flags}" text2="{text2}"/>
+      <Precondition if="digits &lt; 3" else="FAILURE"><Use it="{status}"/></Precondition>
+    </Sequence></BehaviorTree>
+    <BehaviorTree ID="Often"><Sequence>
+      <HowOften n="{times}" hz="{often}" points="{points}"/>
+      <Repeat num_cycles="{times}"><RateController hz="{often}"><AlwaysSuccess/></RateController></Repeat>
+    </Sequence></BehaviorTree>
+    <TreeNodesModel><Action ID="Typed">
+      <output_port name="status" type="BT::NodeStatus"/><output_port name="int" type="int"/>
+      <output_port name="text" type="std::string"/><output_port name="flags" type="std::vector&lt;int&gt;"/>
+      <output_port name="text2" type="std::string"/>
+    </Action></TreeNodesModel></root>)"));
+  const Imported system = imported(source);
+  EXPECT_EQ(result_of(system, "GetBattery", "level"), "0");
+  EXPECT_EQ(result_of(system, "GetBattery", "charging"), "false");
+  EXPECT_EQ(result_of(system, "GetMode", "mode"), "''");
+  EXPECT_EQ(result_of(system, "GetColor", "color"), "0");
+  EXPECT_EQ(result_of(system, "GetLimit", "limit"), "0");
+  EXPECT_EQ(result_of(system, "GetLimit", "unit"), "''");
+  EXPECT_EQ(result_of(system, "GetOk", "ok"), "false");
+  EXPECT_EQ(result_of(system, "Copied", "value"), "0");
+  EXPECT_EQ(result_of(system, "HowOften", "n"), "1");
+  EXPECT_EQ(result_of(system, "HowOften", "hz"), "1");
+  EXPECT_EQ(result_of(system, "HowOften", "points"), "[]");
+  EXPECT_EQ(result_of(system, "Typed", "status"), "'SUCCESS'");
+  EXPECT_EQ(result_of(system, "Typed", "int"), "0");
+  EXPECT_EQ(result_of(system, "Typed", "text"), "'0'");
+  EXPECT_EQ(result_of(system, "Typed", "flags"), "[]");
+  EXPECT_EQ(result_of(system, "Typed", "text2"), "''");
+  EXPECT_THAT(system.findings, Contains(told(Fate::kByHand, "", "names of enums are registered by a plug-in")));
+}
+
+TEST(TreeSystem, WhatIsReadAsTwoThingsIsToBeDoneByHand) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "go.xml";
+  ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4"><BehaviorTree ID="Go"><Sequence>
+      <Get parameter="{a}"/><ScriptCondition code="a == 'auto'"/>
+      <Get parameter="{b}"/><ScriptCondition code="b &gt; 3"/>
+    </Sequence></BehaviorTree></root>)"));
+  EXPECT_THAT(imported(source).findings, Contains(told(Fate::kByHand, "parameter of Get",
+                                                       "used as a number at " + source.string() +
+                                                           ":3:29 and as text at " + source.string() + ":2:29")));
+}
+
 TEST(TreeSystem, NodesOfNav2ComeWithSentree) {
   const TemporaryFolder folder("import");
   const path source = folder.path() / "go.xml";
