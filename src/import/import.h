@@ -49,7 +49,8 @@ struct Imported {
 /// files, `main` (a path inside it) says which. Only what lies in the folder (of a main file: its own) is read; links
 /// are not followed.
 ///
-/// Errors: import.unknown-form, import.ambiguous, import.too-large, and those of the files without which there is no
+/// Errors: import.unknown-form, import.ambiguous, import.too-large, import.outside (an <include> of what is not read,
+/// with the call that reads it), and those of the files without which there is no
 /// system. What is wrong with one part is a finding, not an error. The same input gives the same files.
 [[nodiscard]] Loaded<Imported> import_system(const std::filesystem::path& path, const std::string& main = {});
 

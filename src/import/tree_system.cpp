@@ -225,19 +225,27 @@ class TreeSystem {
     bt::LoadOptions options;
     options.registry = &registry_;
     options.partial = true;
-    options.read_file = [this](const fs::path& file) { return include(file); };
+    options.read_file = [this, &main](const fs::path& file) { return include(file, main); };
     options.find_package = [this](std::string_view package) {
       auto found = bt::find_ros_package(package);
-      from_package_ = from_package_ || found;  // what is included from there lies where it lies
+      if (found) packages_.push_back(*found);  // what is included from there lies where it lies
       return found;
     };
     library_.serve(options);
     Loaded<bt::Tree> tree;
-    if (const auto source = include(shown(main))) {
+    if (const auto source = include(shown(main), main)) {
       tree = bt::load(*source, options, shown(main));
     } else {
       tree.diagnostics.push_back(source.error());
     }
+    Diagnostics outside;
+    for (const Diagnostic& problem : tree.diagnostics) {
+      if (problem.code != "import.outside") continue;
+      outside.push_back(problem);
+      outside.back().severity = Severity::kError;
+    }
+    // A project without them is none.
+    if (!outside.empty()) return {.value = std::nullopt, .diagnostics = std::move(outside)};
     if (!tree.value) return {.value = std::nullopt, .diagnostics = std::move(tree.diagnostics)};
     for (const ProjectFile& file : result_.files) note_explicit(file.content);
     for (const Diagnostic& problem : tree.diagnostics) {
@@ -296,20 +304,46 @@ class TreeSystem {
     }
   }
 
+  // `file` as a path inside `folder`, links followed; nothing if it lies outside.
+  static std::optional<std::string> inside_of(const fs::path& folder, const fs::path& file) {
+    std::error_code error;
+    const fs::path inside = fs::weakly_canonical(file, error).lexically_relative(fs::weakly_canonical(folder, error));
+    if (inside.empty() || *inside.begin() == "..") return std::nullopt;
+    return inside.generic_string();
+  }
+
+  // The refusal, with the folder that holds both.
+  [[nodiscard]] Result<std::string> refuse(const fs::path& file, const std::string& main) const {
+    std::error_code error;
+    const fs::path here = fs::absolute(folder_, error).lexically_normal() / "";
+    const fs::path there = fs::absolute(file, error).lexically_normal();
+    const auto [end, _] = std::mismatch(here.begin(), here.end(), there.begin(), there.end());
+    fs::path both;
+    for (auto part = here.begin(); part != end; ++part) both /= *part;
+    std::string out = "copy it there";
+    if (both / "" == here) {
+      out = "it is a link; put the file in its place";
+    } else if (both.has_relative_path()) {
+      const fs::path named = folder_.is_absolute() ? both : both.lexically_relative(fs::current_path(error));
+      out = fmt::format("import the folder that holds both: sentree import {} --main {}", named.string(),
+                        (here / main).lexically_relative(both).string());
+    }
+    return fail("import.outside",
+                fmt::format("lies outside the imported folder, {}, and is not read: {}",
+                            (folder_ / "").lexically_normal().string(), out),
+                SourceSpan{file.string()});
+  }
+
   // What the mission is made of comes into the project as it is, but for packages of ROS, which are found there as
   // here.
-  Result<std::string> include(const fs::path& file) {
-    std::error_code error;
-    const fs::path real = fs::weakly_canonical(file, error);
-    const std::string inside = real.lexically_relative(fs::weakly_canonical(folder_, error)).generic_string();
-    const bool is_outside = inside.empty() || *fs::path(inside).begin() == "..";
-    if (is_outside && !from_package_) {
-      return fail("import.outside",
-                  "lies outside the mission's folder, and is not read; `packages:` of sentree.yaml finds those of ROS",
-                  SourceSpan{file.string()});
-    }
+  Result<std::string> include(const fs::path& file, const std::string& main) {
+    const std::optional<std::string> inside = inside_of(folder_, file);
+    const bool is_of_package = std::any_of(packages_.begin(), packages_.end(), [&](const fs::path& package) {
+      return inside_of(package, file).has_value();
+    });
+    if (!inside && !is_of_package) return refuse(file, main);
     auto source = text::read_file(file, file.string(), kFileBytesMax);
-    if (source && !is_outside && copied_.insert(inside).second) result_.files.push_back({"trees/" + inside, *source});
+    if (source && inside && copied_.insert(*inside).second) result_.files.push_back({"trees/" + *inside, *source});
     return source;
   }
 
@@ -544,6 +578,7 @@ class TreeSystem {
   fs::path folder_;
   bt::Registry registry_;
   bt::Library library_;
+  std::vector<fs::path> packages_;
   bt::Palette own_;  // what the mission's files say, without Nav2's
   Imported result_;
   std::set<std::string> copied_;
@@ -558,7 +593,6 @@ class TreeSystem {
   bool nav2_ = false;
   bool drives_ = false;  // a leaf of Nav2's does, which needs a robot
   bool needs_goal_ = false;
-  bool from_package_ = false;
 };
 
 }  // namespace

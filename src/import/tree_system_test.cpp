@@ -196,15 +196,10 @@ TEST(TreeSystem, SaysWhatCannotBeMadeOfIt) {
   const TemporaryFolder folder("import");
   const path source = folder.path() / "in" / "go.xml";
   std::filesystem::create_directories(source.parent_path());
-  ASSERT_TRUE(
-      text::write_file(folder.path() / "outside.xml",
-                       R"(<root BTCPP_format="4"><BehaviorTree ID="Out"><AlwaysSuccess/></BehaviorTree></root>)"));
-  ASSERT_TRUE(
-      text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go"><include path="../outside.xml"/>
-    <BehaviorTree ID="Go"><Jugglers><SubTree ID="Out"/><SubTree ID="Nowhere"/></Jugglers></BehaviorTree></root>)"));
+  ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go">
+    <BehaviorTree ID="Go"><Jugglers><SubTree ID="Nowhere"/></Jugglers></BehaviorTree></root>)"));
   const Imported system = imported(source);
-  EXPECT_THAT(system.findings, AllOf(Contains(told(Fate::kByHand, "", "lies outside the mission's folder")),
-                                     Contains(told(Fate::kByHand, "Jugglers", "plug-in")),
+  EXPECT_THAT(system.findings, AllOf(Contains(told(Fate::kByHand, "Jugglers", "plug-in")),
                                      Contains(told(Fate::kByHand, "Nowhere", "missing_trees.xml"))));
   EXPECT_THAT(made_file(system, "trees/missing_trees.xml"), HasSubstr("ID=\"Nowhere\""));
   ASSERT_TRUE(text::write_file(source, "<root BTCPP_format=\"4\"><BehaviorTree><Sequence></BehaviorTree></root>"));
@@ -248,9 +243,29 @@ TEST(TreeSystem, LinksAreNotFollowedOutOfTheFolder) {
   std::filesystem::create_symlink(folder.path() / "secret.xml", source.parent_path() / "link.xml");
   ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go"><include path="link.xml"/>
     <BehaviorTree ID="Go"><AlwaysSuccess/></BehaviorTree></root>)"));
-  const Imported system = imported(source);
-  EXPECT_THAT(made_file(system, "trees/link.xml"), HasSubstr("there is no"));
-  EXPECT_THAT(system.findings, Contains(told(Fate::kByHand, "", "outside")));
+  EXPECT_THAT(import_system(source).diagnostics, ElementsAre(AllOf(Field(&Diagnostic::code, "import.outside"),
+                                                                   Field(&Diagnostic::message, HasSubstr("a link")))));
+}
+
+TEST(TreeSystem, WhatLiesBesideTheFolderIsImportedWithTheFolderOfBoth) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "missions" / "go.xml";
+  std::filesystem::create_directories(source.parent_path());
+  std::filesystem::create_directories(folder.path() / "common");
+  ASSERT_TRUE(
+      text::write_file(folder.path() / "common" / "out.xml",
+                       R"(<root BTCPP_format="4"><BehaviorTree ID="Out"><AlwaysSuccess/></BehaviorTree></root>)"));
+  ASSERT_TRUE(
+      text::write_file(source, R"(<root BTCPP_format="4" main_tree_to_execute="Go"><include path="../common/out.xml"/>
+    <BehaviorTree ID="Go"><SubTree ID="Out"/></BehaviorTree></root>)"));
+  const std::string way_out = "sentree import " + folder.path().string() + " --main missions/go.xml";
+  EXPECT_THAT(
+      import_system(source).diagnostics,
+      ElementsAre(AllOf(Field(&Diagnostic::message, HasSubstr(way_out)), Field(&Diagnostic::severity, Severity::kError),
+                        Field(&Diagnostic::span, Field(&SourceSpan::line, 1)))));
+  const Imported system = imported(folder.path(), "missions/go.xml");
+  EXPECT_THAT(made_file(system, "trees/common/out.xml"), HasSubstr("AlwaysSuccess"));
+  expect_runnable(system);
 }
 
 TEST(TreeSystem, InFormat3SubTreesNameEntriesWithoutBraces) {
