@@ -221,7 +221,16 @@ class TreeSystem {
   Loaded<Imported> run(const std::string& main) {
     result_.form = kTreeForm;
     own_ = library_.palette();
-    library_.add(nav2::models());
+    nav2_.add(nav2::models());
+    nav2_.add(bt::models(registry_));
+    for (const auto& [id, own] : own_.nodes()) {
+      const bt::NodeModel* model = nav2_.find(id);
+      const bool is_other =
+          model != nullptr && (model->category != own.category ||
+                               !std::all_of(own.ports.begin(), own.ports.end(),
+                                            [&](const auto& port) { return has_port(*model, port.name); }));
+      if (is_other) own_nodes_.insert(id);
+    }
     bt::LoadOptions options;
     options.registry = &registry_;
     options.partial = true;
@@ -231,12 +240,18 @@ class TreeSystem {
       if (found) packages_.push_back(*found);  // what is included from there lies where it lies
       return found;
     };
-    library_.serve(options);
     Loaded<bt::Tree> tree;
-    if (const auto source = include(shown(main), main)) {
+    const auto source = include(shown(main), main);
+    if (!source) tree.diagnostics.push_back(source.error());
+    // Again without those of Nav2's nodes of which a file that was read has only the name.
+    for (bool again = source.has_value(); again;) {
+      const std::size_t before = own_nodes_.size();
+      bt::Library library = library_;
+      library.add(nav2_models());
+      for (const std::string& id : own_nodes_) registry_.remove(id);
+      library.serve(options);
       tree = bt::load(*source, options, shown(main));
-    } else {
-      tree.diagnostics.push_back(source.error());
+      again = own_nodes_.size() > before;
     }
     Diagnostics outside;
     for (const Diagnostic& problem : tree.diagnostics) {
@@ -247,7 +262,6 @@ class TreeSystem {
     // A project without them is none.
     if (!outside.empty()) return {.value = std::nullopt, .diagnostics = std::move(outside)};
     if (!tree.value) return {.value = std::nullopt, .diagnostics = std::move(tree.diagnostics)};
-    for (const ProjectFile& file : result_.files) note_explicit(file.content);
     for (const Diagnostic& problem : tree.diagnostics) {
       // Of the leaves there is something to say below.
       if (problem.code == "bt.unknown-node" || problem.code == "bt.unknown-tree") continue;
@@ -290,8 +304,8 @@ class TreeSystem {
 
   [[nodiscard]] std::string shown(const std::string& file) const { return (folder_ / file).string(); }
 
-  // IDs of <Action ID=…>, which says what it is.
-  void note_explicit(const std::string& xml) {
+  // Of the nodes in a file: IDs of <Action ID=…>, which says what it is, and those that are called like one of Nav2's.
+  void note_nodes(const std::string& xml) {
     const auto document = text::XmlDocument::parse(xml, {}, {.lenient = true});
     if (!document) return;
     std::vector<text::XmlElement> queue{document->root()};
@@ -299,9 +313,24 @@ class TreeSystem {
       const text::XmlElement element = queue.back();
       queue.pop_back();
       if (element.local_name() == "TreeNodesModel") continue;
-      if (element.local_name() == "Action") explicit_.insert(std::string(element.attribute("ID").value_or("")));
+      const bool is_explicit = bt::is_explicit_tag(element.local_name());
+      const std::string id(is_explicit ? element.attribute("ID").value_or("") : element.local_name());
+      if (element.local_name() == "Action") explicit_.insert(id);
+      if (const bt::NodeModel* model = nav2_.find(id)) {
+        bool is_other = is_explicit && element.local_name() != bt::to_string(model->category);
+        for (const text::XmlAttribute& attribute : element.attributes()) {
+          const std::string_view name = attribute.name;
+          is_other = is_other || (name != "ID" && name != "name" && !name.starts_with('_') && !has_port(*model, name));
+        }
+        if (is_other) own_nodes_.insert(id);
+      }
       for (const text::XmlElement& child : element.children()) queue.push_back(child);
     }
+  }
+
+  static bool has_port(const bt::NodeModel& model, std::string_view name) {
+    return std::any_of(model.ports.begin(), model.ports.end(),
+                       [&](const bt::PortInfo& port) { return port.name == name; });
   }
 
   // `file` as a path inside `folder`, links followed; nothing if it lies outside.
@@ -343,6 +372,7 @@ class TreeSystem {
     });
     if (!inside && !is_of_package) return refuse(file, main);
     auto source = text::read_file(file, file.string(), kFileBytesMax);
+    if (source) note_nodes(*source);
     if (source && inside && copied_.insert(*inside).second) result_.files.push_back({"trees/" + *inside, *source});
     return source;
   }
@@ -359,7 +389,7 @@ class TreeSystem {
       return;
     }
     if (tree.is_external(node)) {
-      if (!is_of_nav2(tree, node)) return add_skill(tree, node, written);
+      if (!is_of_nav2(id)) return add_skill(tree, node, written);
       drives_ = true;
       for (const bt::PortFact& port : tree.ports(node)) {
         const bool is_goal = port.input && !port.output && entry_of(port) == "goal";
@@ -368,26 +398,26 @@ class TreeSystem {
     } else if (registry_.find(id) == nullptr) {
       return;
     }
-    if (!std::exchange(nav2_, true)) {
+    if (!std::exchange(has_nav2_, true)) {
       find(Fate::kReview, tree.span(node), id,
            "taken as Nav2's; a skill of your own in skills/ counts first (docs/how-to/run-a-nav2-tree.md)");
     }
   }
 
-  // One whose skill comes with Sentree, and that has no port which that does not know.
-  [[nodiscard]] bool is_of_nav2(const bt::Tree& tree, bt::NodeId node) const {
-    const std::string id(tree.registration(node));
+  // Nav2's models, without those that the mission has nodes of its own for.
+  [[nodiscard]] std::vector<bt::NodeModel> nav2_models() const {
+    std::vector<bt::NodeModel> models = nav2::models();
+    std::erase_if(models, [this](const bt::NodeModel& model) { return own_nodes_.contains(model.id); });
+    return models;
+  }
+
+  // One whose skill comes with Sentree.
+  [[nodiscard]] bool is_of_nav2(const std::string& id) const {
+    if (own_nodes_.contains(id)) return false;
     const auto& models = nav2::models();
-    const auto model = std::find_if(models.begin(), models.end(), [&](const bt::NodeModel& m) { return m.id == id; });
     std::error_code error;
-    if (model == models.end() ||
-        !fs::exists(project::shipped_folder("skills") / nav2::kPalette / (id + ".scxml"), error))
-      return false;
-    const std::vector<bt::PortFact> ports = tree.ports(node);
-    return std::all_of(ports.begin(), ports.end(), [&](const bt::PortFact& port) {
-      return std::any_of(model->ports.begin(), model->ports.end(),
-                         [&](const bt::PortInfo& known) { return known.name == port.name; });
-    });
+    return std::any_of(models.begin(), models.end(), [&](const bt::NodeModel& m) { return m.id == id; }) &&
+           fs::exists(project::shipped_folder("skills") / nav2::kPalette / (id + ".scxml"), error);
   }
 
   void add_skill(const bt::Tree& tree, bt::NodeId node, Written& written) {
@@ -542,7 +572,7 @@ class TreeSystem {
     std::string files;
     for (const std::string& file : copied_) files += (files.empty() ? "" : ", ") + yaml_text("trees/" + file);
     std::string palettes = write_palette();
-    if (nav2_) palettes += (palettes.empty() ? "" : ", ") + std::string(nav2::kPalette);
+    if (has_nav2_) palettes += (palettes.empty() ? "" : ", ") + std::string(nav2::kPalette);
     std::string yaml = "# Imported; IMPORT.md says from what, and what is left to do.\n";
     const std::string begin = tree.empty() ? "" : ", tree: " + yaml_text(tree);
     yaml += copied_.size() > 1 ? fmt::format("mission: {{files: [{}]{}}}\n", files, begin)
@@ -586,11 +616,13 @@ class TreeSystem {
   std::set<std::string> skill_files_;
   std::string skill_lines_;
   std::set<std::string, std::less<>> explicit_;
+  bt::Palette nav2_;
+  std::set<std::string> own_nodes_;  // called like one of Nav2's
   std::set<std::string> unknown_;
   std::map<std::string, SourceSpan> missing_;
   std::set<std::pair<std::string, std::string>> guessed_;
   std::optional<bt::EntryUses> uses_;
-  bool nav2_ = false;
+  bool has_nav2_ = false;
   bool drives_ = false;  // a leaf of Nav2's does, which needs a robot
   bool needs_goal_ = false;
 };

@@ -192,6 +192,26 @@ TEST(TreeSystem, NodesOfNav2ComeWithSentree) {
   EXPECT_THAT(made_file(system, "skills/Wait.scxml"), HasSubstr("<data id=\"loudly\"/>"));
 }
 
+TEST(TreeSystem, ANodeOfOnesOwnIsNotNav2sBecauseOfItsName) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "go.xml";
+  ASSERT_TRUE(text::write_file(source, R"(<root BTCPP_format="4"><BehaviorTree ID="Go"><Sequence>
+      <Spin/><Spin angle="1.57"/><BackUp backup_dist="1"/><IsBatteryLow/><Wait wait_duration="1"/>
+      <RateController frequency="1"><AlwaysSuccess/></RateController>
+    </Sequence></BehaviorTree>
+    <TreeNodesModel><Condition ID="BackUp"><input_port name="backup_dist"/></Condition>
+      <Condition ID="IsBatteryLow"><input_port name="below"/></Condition></TreeNodesModel></root>)"));
+  const Imported system = imported(source);
+  EXPECT_THAT(made_file(system, "skills/Spin.scxml"),
+              AllOf(HasSubstr("<data id=\"angle\"/>"), Not(HasSubstr("spin_dist")), Not(HasSubstr("time_allowance"))));
+  EXPECT_THAT(made_file(system, "trees/nodes.xml"), AllOf(HasSubstr("angle"), Not(HasSubstr("spin_dist"))));
+  EXPECT_THAT(made_file(system, "skills/BackUp.scxml"), Not(HasSubstr("backup_speed")));
+  EXPECT_THAT(made_file(system, "skills/IsBatteryLow.scxml"), HasSubstr("it holds"));
+  EXPECT_THAT(made_file(system, "skills/Wait.scxml"), HasSubstr("there is no"));
+  EXPECT_THAT(system.findings, AllOf(Contains(told(Fate::kByHand, "RateController", "plug-in")),
+                                     Not(Contains(told(Fate::kByHand, "", "declared nowhere")))));
+}
+
 TEST(TreeSystem, SaysWhatCannotBeMadeOfIt) {
   const TemporaryFolder folder("import");
   const path source = folder.path() / "in" / "go.xml";
