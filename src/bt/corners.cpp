@@ -152,6 +152,7 @@ void Loader::check_corners(std::uint32_t index) {
     }
     if (has(Conditions::kWhile)) halted[i] = 1;
     check_arity(node, own);
+    check_literals(definition, node, own);
     if (has(Conditions::kOnHalted) && on_halted_count++ == 0) on_halted = &node;
     const bool frozen = has(Conditions::kFailureIf) || has(Conditions::kSuccessIf) || has(Conditions::kSkipIf);
     if ((frozen || has(Conditions::kOnHalted)) && (results[i].own & kSkipped) != 0 && own.children_max != 0 &&
@@ -205,6 +206,35 @@ void Loader::check_arity(const DefinedNode& node, const Manifest& own) {
                      node.child_count, own.ports.size()),
          node.element.span());
   }
+}
+
+void Loader::check_literals(const Definition& definition, const DefinedNode& node, const Manifest& own) {
+  const auto port_of = [&](std::size_t port) -> const DefinedPort* {
+    return port < node.port_count ? &definition.ports[node.first_port + port] : nullptr;
+  };
+  struct InFile final : may::Given {
+    InFile(const Model& model_in, std::function<const DefinedPort*(std::size_t)> port_in)
+        : model(model_in), port_of(std::move(port_in)) {}
+    std::optional<std::int64_t> integer(std::size_t port) const override {
+      const DefinedPort* const p = port_of(port);
+      if (p == nullptr || p->kind != Binding::Kind::kLiteral || p->target == kNone) return std::nullopt;
+      const std::int64_t* const value = model.literals[p->target].value.as_int();
+      return value != nullptr ? std::optional(*value) : std::nullopt;
+    }
+    bool absent(std::size_t port) const override {
+      const DefinedPort* const p = port_of(port);
+      return p == nullptr || p->kind == Binding::Kind::kAbsent;
+    }
+    const Model& model;
+    std::function<const DefinedPort*(std::size_t)> port_of;
+  };
+  InFile given(*model_, port_of);
+  given.children = node.child_count;
+  const auto failing = nodes::of_kind(own.kind, [&]<class T>() { return T::always_fails(given); });
+  if (!failing) return;
+  const std::string& port = own.ports[failing->port].name;
+  warn(std::string(failing->code), fmt::format("{} of {} {}; every tick of it fails", port, own.id, failing->why),
+       given.absent(failing->port) ? node.element.span() : node.element.attribute_value_span(port));
 }
 
 }  // namespace sentree::bt

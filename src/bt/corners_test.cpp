@@ -67,11 +67,43 @@ INSTANTIATE_TEST_SUITE_P(
                "<WhileDoElse><Condition ID=\"C\"/><AlwaysSuccess/></WhileDoElse>"},
         Corner{"<Fallback><Inverter><AlwaysFailure/></Inverter><AlwaysSuccess/></Fallback>", "bt.unreachable-child",
                "<Fallback><ScriptCondition code=\"1\"/><AlwaysSuccess/></Fallback>"},
+        Corner{"<Parallel success_count=\"3\">" + kAction + kAction + "</Parallel>", "bt.threshold",
+               "<Parallel success_count=\"{n}\" failure_count=\"2\">" + kAction + kAction + "</Parallel>"},
+        Corner{"<Parallel failure_count=\"3\">" + kAction + kAction + "</Parallel>", "bt.threshold",
+               "<Parallel success_count=\"-9\">" + kAction + kAction + "</Parallel>"},
+        Corner{"<ParallelAll max_failures=\"3\">" + kAction + kAction + "</ParallelAll>", "bt.threshold",
+               "<ParallelAll max_failures=\"2\">" + kAction + kAction + "</ParallelAll>"},
+        Corner{"<ManualSelector selection=\"2\">" + kAction + kAction + "</ManualSelector>", "bt.bad-selection",
+               "<ManualSelector selection=\"1\">" + kAction + kAction + "</ManualSelector>"},
+        Corner{"<Repeat>" + kAction + "</Repeat>", "bt.missing-port",
+               "<Repeat num_cycles=\"{n}\">" + kAction + "</Repeat>"},
+        Corner{"<RetryUntilSuccessful>" + kAction + "</RetryUntilSuccessful>", "bt.missing-port",
+               "<RetryUntilSuccessful num_attempts=\"2\">" + kAction + "</RetryUntilSuccessful>"},
+        Corner{"<Timeout>" + kAction + "</Timeout>", "bt.missing-port",
+               "<Timeout msec=\"9\">" + kAction + "</Timeout>"},
+        Corner{"<Delay>" + kAction + "</Delay>", "bt.missing-port", "<Delay delay_msec=\"9\">" + kAction + "</Delay>"},
+        Corner{"<Sleep/>", "bt.missing-port", "<Sleep msec=\"9\"/>"},
+        Corner{"<SetBlackboard value=\"1\"/>", "bt.missing-port", "<SetBlackboard value=\"1\" output_key=\"k\"/>"},
+        Corner{"<UnsetBlackboard/>", "bt.missing-port", "<UnsetBlackboard key=\"k\"/>"},
         Corner{
             "<Sequence><KeepRunningUntilFailure><AlwaysSuccess/></KeepRunningUntilFailure><AlwaysSuccess/></Sequence>",
             "bt.unreachable-child",
             // A leaf of somebody else's making may return SKIPPED.
             "<Fallback><ForceSuccess><Action ID=\"Go\"/></ForceSuccess><AlwaysSuccess/></Fallback>"}));
+
+TEST(PortsThatMakeEveryTickFail, AreToldAtTheirPlace) {
+  EXPECT_THAT(found_in("<Parallel failure_count=\"3\"><AlwaysSuccess/><AlwaysSuccess/></Parallel>"),
+              HasSubstr("failure_count of Parallel is 3, and there are 2 children; every tick of it fails"));
+  EXPECT_THAT(found_in("<ManualSelector selection=\"1\"><AlwaysSuccess/></ManualSelector>"),
+              HasSubstr("there is 1 child, counted from 0"));
+  EXPECT_THAT(found_in("<Repeat><AlwaysSuccess/></Repeat>"),
+              HasSubstr("num_cycles of Repeat is missing; every tick of it fails"));
+  const auto all = load(
+      "<root BTCPP_format=\"4\"><BehaviorTree ID=\"A\">\n<ParallelAll max_failures=\"9\">"
+      "<AlwaysSuccess/></ParallelAll></BehaviorTree></root>",
+      {}, "m.xml");
+  EXPECT_EQ(to_string(all.diagnostics.at(0).span), "m.xml:2:28");
+}
 
 TEST(CornersOfSubTrees, FollowFromTheTreeThatTheyName) {
   const std::string sub = "<BehaviorTree ID=\"S\">" + kSkippable + "</BehaviorTree>";

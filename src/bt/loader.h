@@ -189,6 +189,8 @@ class Loader {
   // corners.cpp: what the nodes may return, and what a tree depends on.
   void check_corners(std::uint32_t definition);
   void check_arity(const DefinedNode& node, const Manifest& own);
+  /// Ports that make every tick fail: missing, or literals that cannot be.
+  void check_literals(const Definition& definition, const DefinedNode& node, const Manifest& own);
   std::uint8_t tree_result(std::uint32_t definition);
   void find_results(std::uint32_t definition);
   std::uint8_t result_of(const Definition& definition, const DefinedNode& node, std::span<const std::uint8_t> children,

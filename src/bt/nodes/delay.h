@@ -13,6 +13,7 @@ struct Delay : AnyNode {
   static Manifests manifests() {
     return {both(decorator("Delay", {input<std::uint32_t>("delay_msec", "milliseconds before the child")}))};
   }
+  static std::optional<may::Failing> always_fails(const may::Given& given) { return given.lacks({0}); }
   enum : std::int32_t { kIdle, kWaiting, kElapsed };
   static std::int32_t& phase(Machine& m, const Node& n) { return *m.memory(n); }
 

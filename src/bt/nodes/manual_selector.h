@@ -24,6 +24,10 @@ struct ManualSelector : AnyNode {
   }
   static constexpr std::uint32_t kRepeatPort = 0, kSelectionPort = 1;
 
+  static std::optional<may::Failing> always_fails(const may::Given& given) {
+    return given.greater(kSelectionPort, std::int64_t{given.children} - 1, "bt.bad-selection", ", counted from 0");
+  }
+
   static Next enter(Machine& m, const Node& n, NodeId id) {
     std::int32_t* const mem = m.memory(n);
     m.set_status(id, Status::kRunning);

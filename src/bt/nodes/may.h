@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -56,6 +58,44 @@ struct Asked {
 
  protected:
   Asked(std::span<const Mask> children_in, std::size_t& reached_in) : children(children_in), reached(reached_in) {}
+};
+
+/// Why every tick of a node fails, whatever the run brings.
+struct Failing {
+  std::size_t port;  ///< That it is about, by its place in the manifest.
+  std::string_view code;
+  std::string why;  ///< "{port} " goes before it.
+};
+
+/// A node as its file gives it.
+struct Given {
+  std::uint32_t children = 0;
+
+  virtual ~Given() = default;
+  /// A port's literal.
+  [[nodiscard]] virtual std::optional<std::int64_t> integer(std::size_t port) const = 0;
+  /// Neither given, nor has it a default.
+  [[nodiscard]] virtual bool absent(std::size_t port) const = 0;
+
+  /// Of a literal that is greater than it may be with so many children.
+  [[nodiscard]] std::optional<Failing> greater(std::size_t port, std::int64_t most, std::string_view code,
+                                               std::string_view how = {}) const {
+    const auto value = integer(port);
+    if (!value || *value <= most) return std::nullopt;
+    return Failing{port, code,
+                   "is " + std::to_string(*value) + ", and there " + (children == 1 ? "is" : "are") + " " +
+                       std::to_string(children) + (children == 1 ? " child" : " children") + std::string(how)};
+  }
+  /// Of a node that cannot do without these ports.
+  [[nodiscard]] std::optional<Failing> lacks(std::initializer_list<std::size_t> ports) const {
+    for (const std::size_t port : ports) {
+      if (absent(port)) return Failing{port, "bt.missing-port", "is missing"};
+    }
+    return std::nullopt;
+  }
+
+ protected:
+  Given() = default;
 };
 
 /// A Sequence (`go_on` is SUCCESS) or Fallback: what it may return, and how many of the children can be reached.

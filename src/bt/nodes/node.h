@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,6 +34,9 @@ struct AnyNode {
   static constexpr bool kStaysRunning = true;
   /// The IDs under which every tree may use it, by format. None: it is made for what others define.
   static Manifests manifests() { return {}; }
+
+  /// What of it makes every tick fail.
+  static std::optional<may::Failing> always_fails(const may::Given& /*given*/) { return std::nullopt; }
 
   static void halt(Machine& m, const Node& n, NodeId /*id*/) { m.reset_children(n); }
   static void fire(Machine& m, const Node& /*n*/, NodeId id) { m.stop_timer(id); }

@@ -19,6 +19,11 @@ struct Parallel : ParallelNode {
   static constexpr std::uint32_t kSuccessPort = 0;
   static constexpr std::uint32_t kFailurePort = 1;
 
+  static std::optional<may::Failing> always_fails(const may::Given& given) {
+    const auto success = too_many(given, kSuccessPort);
+    return success ? success : too_many(given, kFailurePort);
+  }
+
   static Next enter(Machine& m, const Node& n, NodeId id) {
     std::int32_t* const mem = m.memory(n);
     if (n.data != kNone) [[likely]] {

@@ -12,6 +12,8 @@ struct ParallelAll : ParallelNode {
     return {format4(control("ParallelAll", {input_default<std::int32_t>("max_failures", "1")}))};
   }
 
+  static std::optional<may::Failing> always_fails(const may::Given& given) { return too_many(given, 0); }
+
   static Next enter(Machine& m, const Node& n, NodeId id) {
     std::int32_t* const mem = m.memory(n);
     const auto failures = m.read_integer(n, 0);

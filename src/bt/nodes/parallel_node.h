@@ -32,6 +32,11 @@ struct ParallelNode : AnyNode {
     return (asked.any & (may::kSuccess | may::kFailure | may::kRunning)) | asked.all | may::kRunning;
   }
 
+  /// A threshold that is a literal and more than there are children.
+  static std::optional<may::Failing> too_many(const may::Given& given, std::size_t port) {
+    return given.greater(port, given.children, "bt.threshold");
+  }
+
   static void count(std::int32_t* mem, Status status);
   static void clear(Machine& m, const Node& n);
   static void halt(Machine& m, const Node& n, NodeId /*id*/) {

@@ -23,6 +23,7 @@ struct Repeated : AnyNode {
   }
   static constexpr bool kIsRetry = kAgain == Status::kFailure;
 
+  static std::optional<may::Failing> always_fails(const may::Given& given) { return given.lacks({0}); }
   static bool read_limit(Machine& m, const Node& n, std::int32_t* mem) {
     const auto limit = m.read_integer(n, 0);
     if (limit) mem[kLimit] = static_cast<std::int32_t>(std::clamp<std::int64_t>(*limit, -INT32_MAX, INT32_MAX));

@@ -17,6 +17,9 @@ struct SetBlackboard : AnyNode {
   }
 
   static constexpr std::uint32_t kValuePort = 0, kKeyPort = 1;
+  static std::optional<may::Failing> always_fails(const may::Given& given) {
+    return given.lacks({kValuePort, kKeyPort});
+  }
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
     const auto key = m.read_text(n, kKeyPort);

@@ -8,6 +8,7 @@ namespace sentree::bt::nodes {
 struct Sleep : AnyNode {
   static may::Mask may_return(const may::Asked& /*asked*/) { return may::kSuccess | may::kRunning; }
   static Manifests manifests() { return {format4(leaf("Sleep", Category::kAction, {input<std::uint32_t>("msec")}))}; }
+  static std::optional<may::Failing> always_fails(const may::Given& given) { return given.lacks({0}); }
   static void halt(Machine& m, const Node& /*n*/, NodeId id) { m.stop_timer(id); }
 
   static Next enter(Machine& m, const Node& n, NodeId id) {

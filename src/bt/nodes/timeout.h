@@ -14,6 +14,7 @@ struct Timeout : AnyNode {
   static Manifests manifests() {
     return {both(decorator("Timeout", {input<std::uint32_t>("msec", "milliseconds until the child is halted")}))};
   }
+  static std::optional<may::Failing> always_fails(const may::Given& given) { return given.lacks({0}); }
   enum : std::int32_t { kIdle, kRunning, kElapsed };
   static std::int32_t& phase(Machine& m, const Node& n) { return *m.memory(n); }
 

@@ -9,6 +9,7 @@ struct UnsetBlackboard : AnyNode {
   static Manifests manifests() {
     return {format4(leaf("UnsetBlackboard", Category::kAction, {input<std::string>("key")}))};
   }
+  static std::optional<may::Failing> always_fails(const may::Given& given) { return given.lacks({0}); }
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
     const auto key = m.read_text(n, 0);
