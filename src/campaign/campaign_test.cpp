@@ -101,6 +101,20 @@ class Campaign : public ::testing::Test {
   TemporaryFolder folder_{"campaign"};
 };
 
+TEST_F(Campaign, AnEventIsCalledAfterWhatItDoes) {
+  vary(
+      "duration: 1 s\ntimeline:\n"
+      "  - {at: 100 ms, unreachable: counter.add}\n  - {at: 200 ms, late: counter.value}\n"
+      "  - {at: 300 ms, late: counter.value}\n  - {at: 0 s, delay: {message: IsHigh.tick, by: 1 ms}}\n"
+      "faults: {any_of: [{kill: IsHigh}, {unreachable: counter.*}]}\n");
+  const auto loaded = runner();
+  ASSERT_TRUE(loaded);
+  std::vector<std::string> names;
+  for (const Event& event : loaded->vary().events) names.push_back(event.name);
+  EXPECT_THAT(names, ElementsAre("unreachable counter.add", "late counter.value", "late counter.value #2",
+                                 "delay IsHigh.tick", "kill IsHigh", "unreachable counter.*"));
+}
+
 TEST_F(Campaign, IsTheSameWhateverTheNumberOfProcesses) {
   usual();
   const auto one = runner();

@@ -12,8 +12,10 @@
 #include <numbers>
 #include <set>
 #include <utility>
+#include <variant>
 
 #include "sentree/base/rng.h"
+#include "sentree/project/intervention.h"
 #include "sentree/project/timeline.h"
 #include "sentree/project/variant.h"
 #include "sentree/project/yaml_reader.h"
@@ -226,14 +228,19 @@ void find_parts(const YamlNode& node, std::vector<std::string> path, Reader& rea
   }
 }
 
+template <std::size_t... kKind>
+constexpr auto intervention_words(std::index_sequence<kKind...> /*of*/) {
+  return std::array{std::variant_alternative_t<kKind, project::Intervention>::kWord...};
+}
+
 std::string default_name(const YamlNode& entry) {
-  static const std::vector<std::string> kWords{"call",    "stop",  "kill",       "restart", "delay",
-                                               "falsify", "force", "breakpoint", "clear"};
-  for (const std::string& word : kWords) {
+  constexpr auto kWords = intervention_words(std::make_index_sequence<std::variant_size_v<project::Intervention>>());
+  for (const std::string_view kind : kWords) {
+    const std::string word(kind);
     const YamlNode* what = entry.find(word);
     if (what == nullptr) continue;
     if (what->is_scalar()) return fmt::format("{} {}", word, what->scalar);
-    for (const char* key : {"message", "call", "leaf"}) {
+    for (const char* key : {"message", "call", "leaf", "node", "chart"}) {
       if (const YamlNode* target = what->find(key)) return fmt::format("{} {}", word, target->scalar);
     }
     return word;
