@@ -35,6 +35,26 @@ bool contains(const Names& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+// Null: the path leads to no member of a struct.
+const idl::Field* field_at(const idl::Type& type, std::string_view path) {
+  const auto dot = path.rfind('.');
+  const auto owner = type_at(type, dot == std::string_view::npos ? std::string_view() : path.substr(0, dot));
+  const std::string_view last = dot == std::string_view::npos ? path : path.substr(dot + 1);
+  if (!owner || (*owner)->kind != idl::Kind::kStruct || last.empty()) return nullptr;
+  return (*owner)->structure->find(last);
+}
+
+// What a falsified result has at its path. Null is an optional member that is not there.
+Result<Value> fitted(const idl::Type& result, const Falsify& what) {
+  const auto type = type_at(result, what.path);
+  if (!type) return tl::unexpected(type.error());
+  const idl::Field* field = what.value.is_null() ? field_at(result, what.path) : nullptr;
+  const bool may_lack =
+      field != nullptr && (field->requiredness == idl::Requiredness::kOptional || field->default_value);
+  if (may_lack) return what.value;
+  return idl::conform(**type, what.value, what.path.empty() ? "result" : what.path);
+}
+
 class Check {
  public:
   Check(const Intervention& what, const InterventionScope& scope, const SourceSpan& span)
@@ -153,12 +173,9 @@ class Check {
       if (!service.observed.empty()) continue;
       for (const idl::Method* method : service.service->methods) {
         if (!matches_pattern(what.call, fmt::format("{}.{}", name, method->name))) continue;
-        const auto type = method->result != nullptr ? type_at(*method->result, what.path)
-                                                    : fail("steering.path", method->name + " returns nothing");
-        if (!type) {
-          why = type.error();
-        } else if (const auto value = idl::conform(**type, what.value, what.path.empty() ? "result" : what.path);
-                   !value) {
+        if (method->result == nullptr) {
+          why = Diagnostic{Severity::kError, "steering.path", method->name + " returns nothing", {}};
+        } else if (const auto value = fitted(*method->result, what); !value) {
           why = value.error();
         } else {
           return {};
@@ -281,20 +298,14 @@ std::optional<Diagnostic> doubt_about(const Intervention& what, const Interventi
     for (const idl::Method* method : service.service->methods) {
       if (method->result == nullptr || !matches_pattern(falsify->call, fmt::format("{}.{}", name, method->name)))
         continue;
-      const auto type = type_at(*method->result, falsify->path);
-      const auto value = type ? idl::conform(**type, falsify->value, "") : tl::unexpected(type.error());
-      if (!value) continue;
+      const auto value = fitted(*method->result, *falsify);
+      if (!value || value->is_null()) continue;
       // The member itself, whose bounds its type does not know.
-      const auto dot = falsify->path.rfind('.');
-      const auto owner =
-          type_at(*method->result,
-                  dot == std::string::npos ? std::string_view() : std::string_view(falsify->path).substr(0, dot));
-      const std::string last = dot == std::string::npos ? falsify->path : falsify->path.substr(dot + 1);
-      const idl::Field* field =
-          owner && (*owner)->kind == idl::Kind::kStruct && !last.empty() ? (*owner)->structure->find(last) : nullptr;
+      const idl::Field* field = field_at(*method->result, falsify->path);
       const std::string shown = falsify->path.empty() ? "result" : falsify->path;
-      const auto checked =
-          field != nullptr ? idl::check_ranges(*field, *value, shown) : idl::check_ranges(**type, *value, shown);
+      const auto checked = field != nullptr
+                               ? idl::check_ranges(*field, *value, shown)
+                               : idl::check_ranges(**type_at(*method->result, falsify->path), *value, shown);
       if (checked) continue;
       return Diagnostic{Severity::kWarning, checked.error().code,
                         fmt::format("falsify {}: {}", falsify->call, checked.error().message), span};

@@ -117,7 +117,9 @@ void read(const Entry& entry, Falsify& falsify) {
   entry.details(Falsify::kWord, [&](YamlReader& reader, const text::YamlNode& node) {
     falsify.call = reader.required_string("call");
     falsify.path = reader.string("path").value_or("");
-    if (const auto* value = reader.node("value"); value != nullptr)
+    reader.know("value");
+    // Null is one.
+    if (const auto* value = node.find("value"); value != nullptr)
       falsify.value = value->value();
     else
       reader.error(node.span, "project.missing-key", "\"falsify\" needs \"value\"");

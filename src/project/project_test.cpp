@@ -206,6 +206,38 @@ TEST(Scenario, ChangesItsProjectAndSaysWhatToExpect) {
   EXPECT_EQ(scenario.verdicts.at("a"), "violated");
 }
 
+TEST(Scenario, DelaysOfTheWholeRunNeedATimeAndHaveNoNumber) {
+  const Folder folder;
+  folder.write("sentree.yaml", "mission: {file: m.xml}\n");
+  const auto file = folder.write("scenarios/s.yaml",
+                                 "delays:\n  - {message: GoTo.halt}\n  - {message: GoTo.tick, by: 1 s, count: 2}\n");
+  EXPECT_THAT(messages(load_scenario(file).diagnostics, folder),
+              ElementsAre("scenarios/s.yaml:2:5: a delay needs \"by\"",
+                          "scenarios/s.yaml:3:42: what stands in `delays:` is for the whole run; a delay of so many "
+                          "messages is an entry of `timeline:`, {at: 0 s, delay: {message: …, by: …, count: …}}"));
+}
+
+TEST(Scenario, NullFalsifiesWhatMayBeAbsent) {
+  const Folder folder;
+  std::filesystem::create_directories(folder.path() / "interfaces");
+  folder.write("interfaces/s.thrift",
+               "struct State { 1: double level, 2: optional string note }\nservice S { State get() }\n");
+  folder.write("sentree.yaml",
+               "mission: {file: m.xml}\nservices: {s: {interface: s.thrift/S, at: 'tcp://127.0.0.1:1'}}\n");
+  folder.write("m.xml", "<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\"><AlwaysSuccess/></BehaviorTree></root>");
+  const auto found = [&](const std::string& falsify) {
+    const auto file = folder.write("scenarios/s.yaml",
+                                   "timeline:\n  - {at: 1 s, falsify: {call: s.get, " + falsify + "}}\nclock: real\n");
+    auto scenario = load_scenario(file);
+    if (!scenario.ok()) return messages(scenario.diagnostics, folder);
+    return messages(prepare(std::move(*scenario.value)).diagnostics, folder);
+  };
+  EXPECT_THAT(found("path: note, value: null"), ElementsAre());
+  EXPECT_THAT(found("path: level, value: null"),
+              ElementsAre("scenarios/s.yaml:2:5: falsify s.get: level: expected double, got null"));
+  EXPECT_THAT(found("path: note"), ElementsAre("scenarios/s.yaml:2:24: \"falsify\" needs \"value\""));
+}
+
 TEST(Scenario, RefusesWhatItCannotExpect) {
   const Folder folder;
   folder.write("sentree.yaml",

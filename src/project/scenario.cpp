@@ -36,6 +36,13 @@ void read_delays(const text::YamlNode& node, Scenario& scenario, Diagnostics& di
     YamlReader reader(entry, "a delay", diagnostics);
     scenario.delays.push_back(
         {reader.required_string("message"), reader.duration("by").value_or(Duration(0)), entry.span});
+    if (entry.is_mapping() && reader.node("by") == nullptr)
+      reader.error(entry.span, "project.missing-key", "a delay needs \"by\"");
+    if (reader.node("count") == nullptr) continue;
+    // Each process of a run counts what it delays for itself.
+    reader.error(reader.span("count"), "scenario.count",
+                 "what stands in `delays:` is for the whole run; a delay of so many messages is an entry of "
+                 "`timeline:`, {at: 0 s, delay: {message: …, by: …, count: …}}");
   }
 }
 
