@@ -31,6 +31,7 @@ Loaded<Imported> import_system(const path& from, const std::string& main) {
         .diagnostics = {{Severity::kError, std::move(code), std::move(message), SourceSpan{where.string()}}}};
   };
   std::error_code error;
+  if (!std::filesystem::exists(from, error)) return failed("file.not-found", "there is no such file or folder", from);
   const bool is_file = std::filesystem::is_regular_file(from, error);
   if (is_file && is_tree_file(from)) return import_tree(from);
   const path above = from.has_parent_path() ? from.parent_path() : path(".");

@@ -149,6 +149,7 @@ TEST(ImportSystem, RefusesWhatItDoesNotKnow) {
   ASSERT_FALSE(imported.ok());
   EXPECT_EQ(imported.diagnostics.at(0).code, "import.unknown-form");
   EXPECT_EQ(import_system(folder.path() / "nowhere").diagnostics.at(0).code, "file.not-found");
+  EXPECT_EQ(import_system(folder.path() / "nowhere.xml").diagnostics.at(0).message, "there is no such file or folder");
 }
 
 TEST(ImportSystem, DoesNotFollowLinksOutOfTheFolder) {
