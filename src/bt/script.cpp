@@ -185,7 +185,9 @@ class Compiler {
         {look_.offset, std::move(code), fmt::format("script \"{}\", column {}: {}", shown(), look_.offset + 1, what)});
   }
   [[nodiscard]] std::string shown() const {
-    return script_.text.size() > 60 ? script_.text.substr(0, 60) + "…" : script_.text;
+    std::string text = script_.text.substr(0, 60);
+    if (text.size() < script_.text.size()) text += "…";
+    return text;
   }
   void unexpected(std::string_view wanted) {
     if (look_.token == Token::kBad && look_.text.starts_with('\'')) return error("the string is not closed; add a '");
