@@ -3,7 +3,7 @@ import { useEffect, useState } from "react";
 import type { EditedChart, EditedState, EditedTransition, StateKind } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { Actions } from "./Actions";
-import { condition_words, event_words, transition_text } from "./chart_words";
+import { condition_words, event_words, is_history, leads_out, transition_text } from "./chart_words";
 import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, focus_field, focus_picture, gesture, useDesign } from "./design";
 import { Options, TextField } from "./TextField";
 
@@ -14,7 +14,6 @@ export const kStateKinds: readonly { kind: StateKind; name: string }[] = [
   { kind: "history", name: "history" },
   { kind: "deep-history", name: "deep history" },
 ];
-const is_history = (kind: string) => kind.endsWith("history");
 const kData: Readonly<Record<string, string>> = { "a value": '<data id="name" expr="0"/>', "a port": '<data id="name"/>' };
 
 /** Of a condition in a field of one line. */
@@ -50,7 +49,6 @@ function WholePart({ chart }: { chart: EditedChart }) {
 function StatePart({ chart, state }: { chart: EditedChart; state: EditedState }) {
   const { id, kind } = state;
   const states = chart.states.filter((one) => one.id !== "" && one.id !== id);
-  const leads_out = kind !== "final" && !is_history(kind);
   const rename = (name: string) => void gesture({ what: "rename_state", state: id, id: name }).then((done) => {
       if (!done) return;
       choose_state(name);
@@ -79,7 +77,7 @@ function StatePart({ chart, state }: { chart: EditedChart; state: EditedState })
         </label>
       )}
       <TransitionList chart={chart} state={state} />
-      {leads_out && <NewTransition chart={chart} source={id} />}
+      {leads_out(kind) && <NewTransition chart={chart} source={id} />}
       {!is_history(kind) && (
         <>
           <Actions id="entry" title="On entry" place={{ state: id, block: "onentry" }} actions={state.onentry} />

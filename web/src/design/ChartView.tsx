@@ -13,7 +13,7 @@ import type { EditedChart, Rect } from "../protocol/types";
 import { request } from "../store/store";
 import { ChartMenu } from "./ChartMenu";
 import { part_lines } from "./chart_places";
-import { transition_text } from "./chart_words";
+import { leads_out, transition_text } from "./chart_words";
 import { add_fresh_state, broken, choose_state, choose_transition, chosen_transition, doc_of, findings_of, focus_field, gesture, go_to, obstacle, refusal, useDesign } from "./design";
 import { line_start } from "./places";
 import { payload_of, play_chart, useSimulation } from "./simulate";
@@ -92,6 +92,11 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   const under = (at: PointerEvent) => {
     const element = document.elementFromPoint(at.clientX, at.clientY);
     return element && svg.current?.contains(element) ? (state_of(element)?.id ?? "") : null;
+  };
+  const new_transition = () => {
+    const kind = chart.states.find(({ id }) => id === chosen)?.kind ?? "state";
+    if (leads_out(kind)) focus_field("design-event");
+    else useDesign.setState({ refused: `${chosen} is ${kind === "final" ? "final" : `a ${kind.replace("-", " ")}`}: no transition of one's own leads out of it` });
   };
   const draw_transition = (from: string, event: PointerEvent) => {
     const place = (at: { clientX: number; clientY: number }): [number, number] => {
@@ -265,7 +270,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
           else if (chosen && (event.key === "c" || event.key === "C")) toggle_chosen();
           else if (event.key === "F2" && (chosen_edge || chosen)) focus_field(chosen_edge ? (chosen_edge.written ? "transition-event" : "transition-target") : "design-state");
           else if (event.key === "Enter") document.getElementById("design-new-state")?.focus();
-          else if (chosen && (event.key === "n" || event.key === "N")) focus_field("design-event");
+          else if (chosen && (event.key === "n" || event.key === "N")) new_transition();
           else if (event.key === "t" || event.key === "T") next_transition(event.shiftKey ? -1 : 1);
           else if (event.key === "s" || event.key === "S") next_state(event.shiftKey ? -1 : 1);
           else if (event.key === "m" || event.key === "M" || event.key === "ContextMenu") open_menu();

@@ -3,6 +3,10 @@ import type { EditedChart, EditedTransition, ServiceModel } from "../protocol/ty
 /** Values that are listed of a structure, so that a list can still be read. */
 const kListedMax = 200;
 
+export const is_history = (kind: string): boolean => kind.endsWith("history");
+/** Whether transitions of its own lead out of such a state. */
+export const leads_out = (kind: string): boolean => kind !== "final" && !is_history(kind);
+
 /** Events that a transition can wait for: those of services, of states that end, and those that the chart sends itself. */
 export function event_words(chart: EditedChart, services: readonly ServiceModel[]): string[] {
   const composite = new Set(chart.states.map(({ inside }) => inside).filter((id) => id !== ""));
