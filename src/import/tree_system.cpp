@@ -171,8 +171,11 @@ std::string chart_of(const Skill& skill, const std::string& chart) {
   for (const auto& [name, port] : skill.ports) {
     if (!is_data_id(name)) continue;
     if (port.input) data += fmt::format("    <data id=\"{}\"/>\n", name);
-    if (port.output)
-      results += fmt::format("      <param name=\"{}\" expr=\"{}\"/>\n", name, port.input ? name : first_value(port));
+    if (!port.output) continue;
+    // Nothing may have written yet what it reads and writes.
+    const std::string value =
+        port.input ? fmt::format("{0} == null ? {1} : {0}", name, first_value(port)) : std::string(first_value(port));
+    results += fmt::format("      <param name=\"{}\" expr=\"{}\"/>\n", name, value);
   }
   const std::string head = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"

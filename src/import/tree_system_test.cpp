@@ -130,6 +130,7 @@ TEST(TreeSystem, WhatASkillWritesToBeginWithFitsWhatReadsIt) {
       <SubTree ID="Often" times="{n}" often="{hz}" points="{points}"/>
       <LoopDouble queue="{points}" value="{p}"><Use it="{p}"/></LoopDouble>
       <Typed status="{status}" int="{int}" text="{digits}" flags="{flags}" text2="{text2}"/>
+      <Count n="{count}"/><Count n="3"/><ScriptCondition code="count &lt; 3"/>
       <Precondition if="digits &lt; 3" else="FAILURE"><Use it="{status}"/></Precondition>
     </Sequence></BehaviorTree>
     <BehaviorTree ID="Often"><Sequence>
@@ -153,6 +154,7 @@ TEST(TreeSystem, WhatASkillWritesToBeginWithFitsWhatReadsIt) {
   EXPECT_EQ(result_of(system, "HowOften", "n"), "1");
   EXPECT_EQ(result_of(system, "HowOften", "hz"), "1");
   EXPECT_EQ(result_of(system, "HowOften", "points"), "[]");
+  EXPECT_EQ(result_of(system, "Count", "n"), "n == null ? 0 : n");
   EXPECT_EQ(result_of(system, "Typed", "status"), "'SUCCESS'");
   EXPECT_EQ(result_of(system, "Typed", "int"), "0");
   EXPECT_EQ(result_of(system, "Typed", "text"), "'0'");
