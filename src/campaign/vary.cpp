@@ -236,7 +236,7 @@ constexpr auto intervention_words(std::index_sequence<kKind...> /*of*/) {
 std::string default_name(const YamlNode& entry) {
   constexpr auto kWords = intervention_words(std::make_index_sequence<std::variant_size_v<project::Intervention>>());
   for (const std::string_view kind : kWords) {
-    const std::string word(kind);
+    std::string word(kind);
     const YamlNode* what = entry.find(word);
     if (what == nullptr) continue;
     if (what->is_scalar()) return fmt::format("{} {}", word, what->scalar);
