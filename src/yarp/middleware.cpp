@@ -62,14 +62,11 @@ struct Opening {
 };
 
 Result<std::unique_ptr<Served>> open_ports(const PortAddress& address, std::vector<Opening> openings, bool insecure,
-                                           const std::function<void(const std::string&)>& problem) {
+                                           const std::function<void(const std::string&)>& problem,
+                                           bool serves = false) {
   const bool registers = address.direct.host.empty();
   const HostPort server = registers ? name_server_of(address) : HostPort{};
   const std::string& host = registers ? address.listen : address.direct.host;
-  if (insecure && problem && !host.starts_with("127.") && host != "localhost" && host != "::1") {
-    problem(fmt::format("{} listens on {}; whoever reaches it can do everything, YARP has no authentication",
-                        to_string(address), host));
-  }
   std::vector<std::unique_ptr<Port>> ports;
   std::unique_ptr<Registrar> registrar;
   if (registers) registrar = std::make_unique<Registrar>(server, problem);
@@ -90,6 +87,10 @@ Result<std::unique_ptr<Served>> open_ports(const PortAddress& address, std::vect
         return tl::unexpected(std::move(known.error()));
     }
     ports.push_back(std::move(*port));
+  }
+  if (serves && problem) {
+    problem(fmt::format("{} listens on {}; whoever reaches it can do everything, YARP has no authentication",
+                        to_string(address), host));
   }
   return std::make_unique<Served>(to_string(address), std::move(ports), std::move(registrar));
 }
@@ -197,7 +198,7 @@ class Yarp final : public rpc::Middleware {
     std::vector<Opening> openings;
     for (rpc::NamedService& service : services)
       openings.push_back({parsed->name_of(service.name), {.service = service.service}});
-    auto served = open_ports(*parsed, std::move(openings), options.insecure, options.on_peer_error);
+    auto served = open_ports(*parsed, std::move(openings), options.insecure, options.on_peer_error, true);
     if (!served) return tl::unexpected(std::move(served.error()));
     return std::unique_ptr<rpc::Opened>(std::move(*served));
   }

@@ -197,13 +197,9 @@ class NameServer::Impl {
   ~Impl() { stop(); }
 
   Result<void> start() {
-    rpc::Address address;
-    address.kind = rpc::Address::Kind::kTcp;
-    address.host = options_.listen.host;
-    address.port = options_.listen.port;
-    auto listener = rpc::Listener::open(address, options_.insecure);
+    at_ = options_.listen;
+    auto listener = listen(at_, options_.insecure);
     if (!listener) return tl::unexpected(std::move(listener.error()));
-    at_ = {address.host, address.port};
     table_ = std::make_unique<NameTable>(at_);
     auto acceptor =
         rpc::Acceptor::start(std::move(*listener), [this](rpc::Visitor& visitor) { attend(visitor); },

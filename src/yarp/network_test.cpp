@@ -284,10 +284,27 @@ TEST_F(Network, RefusesWhatItCannotServe) {
   const auto far = rpc::serve(address("yarp:/x:i?listen=0.0.0.0"), {{"a", test::probe_service()}});
   ASSERT_FALSE(far);
   EXPECT_EQ(far.error().code, "rpc.not-loopback");
+  EXPECT_THAT(far.error().message, HasSubstr("0.0.0.0 can be reached from other machines, and YARP has no "
+                                             "authentication"));
+  const auto names = NameServer::start({.listen = {"0.0.0.0", 10000}});
+  ASSERT_FALSE(names);
+  EXPECT_EQ(names.error().code, "rpc.not-loopback");
+  EXPECT_THAT(names.error().message, AllOf(HasSubstr("0.0.0.0:10000"), HasSubstr("YARP has no authentication"),
+                                           HasSubstr("allow it with --insecure")));
   names_->stop();
   const auto nameless = rpc::serve(address("yarp:/x:i"), {{"a", test::probe_service()}});
   ASSERT_FALSE(nameless);
   EXPECT_EQ(nameless.error().code, "yarp.no-name-server");
+}
+
+TEST_F(Network, SaysThatNobodyIsAuthenticatedWhereItServes) {
+  Events told;
+  rpc::ServerOptions options;
+  options.on_peer_error = [&](const std::string& what) { told.add(what); };
+  const auto served = rpc::serve(address("yarp:/x:i"), {{"a", test::probe_service()}}, options);
+  ASSERT_TRUE(served) << to_string(served.error());
+  EXPECT_THAT(told.await(1)[0], HasSubstr("listens on 127.0.0.1; whoever reaches it can do everything, YARP has no "
+                                          "authentication"));
 }
 
 TEST_F(Network, ReadsWhatIsPublished) {

@@ -148,13 +148,9 @@ class Port::Impl {
   ~Impl() { stop(); }
 
   Result<void> start() {
-    rpc::Address address;
-    address.kind = rpc::Address::Kind::kTcp;
-    address.host = options_.listen.host;
-    address.port = options_.listen.port;
-    auto listener = rpc::Listener::open(address, options_.insecure);
+    at_ = options_.listen;
+    auto listener = listen(at_, options_.insecure);
     if (!listener) return tl::unexpected(std::move(listener.error()));
-    at_ = {address.host, address.port};
     auto acceptor = rpc::Acceptor::start(std::move(*listener), [this](rpc::Visitor& visitor) { attend(visitor); },
                                          {.connections_max = options_.connections_max});
     if (!acceptor) return tl::unexpected(std::move(acceptor.error()));
