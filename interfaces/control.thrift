@@ -32,7 +32,8 @@ struct Observed {
 
 service Control {
   RunInfo info()
-  // JSON: [{"name": …, "interface": …, "at": …, "methods": ["signature", …]}, …]; "simulation" is the simulator's test control.
+  // JSON: [{"name": …, "interface": …, "at": …, "methods": ["signature", …]}, …]; "simulation" is the simulator's test control;
+  // "at" is sim, model, topics, or where it is served: addresses, joined by ", ".
   string services()
   // Calls a service as the run itself would; the call is observed, its source is "control".
   CallReply call(1: string target, 2: string method, 3: string arguments = "{}")

@@ -327,6 +327,34 @@ def simulated_robot():
                          "robot.thrift/Simulation")
     check("an enum", code == 0 and out == '"OK"\n', out + err)
     check("it did so", 11 < battery.ask(call_of("getBatteryCharge"))[0] <= 12)
+    state = run("echo", "yarp:/telemetry/battery:o", "-n", "1")[1]
+    check("the battery is published", state.startswith("battery ") and len(state.split()) == 10, state)
+    for topic in ("position", "odometry", "navigation", "scan"):
+        code, out, err = run("echo", "yarp:/telemetry/%s:o" % topic, "-n", "1")
+        # Up to four letters are a word of YARP's own kind, which is shown in brackets.
+        check("so is " + topic, code == 0 and out.startswith((topic + " ", "[" + topic + "] ")), out[:200] + err)
+    of_sim = ("--run", str(sim.child.pid))
+    code, out, err = run("services", *of_sim, "--json")
+    where_it_is = {each["name"]: each["at"] for each in json.loads(out)}
+    check("sentree services of a simulator", where_it_is["battery"] == "yarp:/battery/rpc:i", out + err)
+    code, out, err = run("ping", *of_sim)
+    check("sentree ping of a simulator", code == 0 and "yarp:/battery/rpc:i" in out and "✗" not in out, out + err)
+    echo = subprocess.Popen([sentree, "echo", *of_sim, "battery.*", "-n", "2"], stdin=subprocess.DEVNULL,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    # It hears what is called from when it asks on.
+    while echo.poll() is None:
+        battery.ask(call_of("getBatteryCharge"))
+    out, err = echo.communicate(timeout=PATIENCE)
+    check("sentree echo of a simulator", echo.returncode == 0 and "battery.getBatteryCharge.re" in out, out + err)
+    check("it goes on", 0 <= battery.ask(call_of("getBatteryCharge"))[0] <= 100)
+    second = Program("sim", "--world", source + "/examples/recharge/world/world.yaml", "--at", "yarp:/r1/", "--headless",
+                     until="listening on yarp:/r1/")
+    check("it says so where another name server is, too", "YARP has no authentication" in second.said, second.said)
+    code, out, err = run("services", "--run", str(second.child.pid), "--json")
+    where_it_is = {each["name"]: each["at"] for each in json.loads(out)}
+    check("below another name", where_it_is["battery"] == "yarp:/r1/battery/rpc:i", out + err)
+    second.end()
+
     code, out, err = run("call", "yarp:/nobody", "getBatteryCharge", "--interface", "robot.thrift/Battery")
     check("a port that is not there", code == 4 and "knows no such port" in err, err)
     code, out, err = run("ping", "yarp:/battery/rpc:i")

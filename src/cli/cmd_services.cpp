@@ -56,6 +56,18 @@ struct Ping {
   std::string message;
 };
 
+// What the control socket says of where a service is: addresses, joined by ", ".
+std::vector<std::string> addresses_in(std::string_view text) {
+  constexpr std::string_view kBetween = ", ";
+  std::vector<std::string> all;
+  for (;;) {
+    const std::size_t end = std::min(text.find(kBetween), text.size());
+    all.emplace_back(text.substr(0, end));
+    if (end == text.size()) return all;
+    text.remove_prefix(end + kBetween.size());
+  }
+}
+
 // The first call connects; the round trip is the second's.
 Ping ping_address(const std::string& name, const std::string& text) {
   Ping ping{.name = name, .at = text, .message = {}};
@@ -185,10 +197,14 @@ int ping(const PingCommand& command) {
     const bool is_inside = project::is_inside(service.at);
     if (is_inside && service.name == command.target) return report(pings, command.json);
     if (is_inside || (!command.target.empty() && service.name != command.target)) continue;
-    auto address = rpc::Address::parse(service.at);
-    if (address && address->service.empty()) address->service = service.name;
-    pings.push_back(ping_address(service.name, address ? to_string(*address) : service.at));
-    if (!command.target.empty()) return report({pings.back()}, command.json);
+    const std::size_t before = pings.size();
+    for (const std::string& at : addresses_in(service.at)) {
+      auto address = rpc::Address::parse(at);
+      if (address && address->service.empty()) address->service = service.name;
+      pings.push_back(ping_address(service.name, address ? to_string(*address) : at));
+    }
+    if (!command.target.empty())
+      return report({pings.begin() + static_cast<std::ptrdiff_t>(before), pings.end()}, command.json);
   }
   if (!command.target.empty()) {
     say(fmt::format("the run has no service \"{}\"{}", command.target, did_you_mean(command.target, names)));

@@ -15,11 +15,14 @@
 #include "sentree/cli/terminal_map.h"
 #include "sentree/cli/tour.h"
 #include "sentree/cli/yarp_network.h"
+#include "sentree/cli/yarp_robot.h"
 #include "sentree/processes/component.h"
 #include "sentree/processes/control.h"
+#include "sentree/ros/address.h"
 #include "sentree/rpc/middleware.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
+#include "sentree/yarp/address.h"
 
 namespace sentree::cli {
 
@@ -148,6 +151,29 @@ int sprint(const sim::World& world, Tour tour, const SimCommand& command, std::o
   return tour.missed().empty() ? kOk : kFindings;
 }
 
+// Whether ports there are known to the name server of YARP that is configured.
+bool asks_configured_names(const rpc::Address& address) {
+  if (address.scheme != "yarp") return false;
+  const auto port = yarp::PortAddress::parse(address.path);
+  return port && port->direct.host.empty() && port->server.host.empty();
+}
+
+// Of a service of those that are served there.
+std::string address_of(const std::string& at, const std::string& service) {
+  rpc::Address address = *rpc::Address::parse(at);
+  if (address.kind != rpc::Address::Kind::kOther) {
+    address.service = service;
+    return to_string(address);
+  }
+  if (address.scheme == "yarp") {
+    auto port = *yarp::PortAddress::parse(address.path);
+    port.name = port.name_of(service);
+    return to_string(port);
+  }
+  const std::string options = address.path.substr(std::min(address.path.find('?'), address.path.size()));
+  return address.scheme + ":" + ros::GraphAddress::parse(address.path)->name_of(service) + options;
+}
+
 // Draws, prints and drives until a signal or the end. The signals are blocked.
 int watch(processes::SimServer& server, const sim::World& world, Tour tour, const SimCommand& command,
           std::optional<Duration> duration, const sigset_t& signals) {
@@ -249,15 +275,15 @@ int sim(const SimCommand& command) {
   std::unique_ptr<yarp::NameServer> names;
   std::vector<rpc::Address> addresses;
   if (address) addresses.push_back(*address);
-  if (command.yarp) {
-    auto there = ensure_name_server(command.insecure);
+  if (command.yarp || (address && asks_configured_names(*address))) {
+    auto there = ensure_name_server("", command.insecure);
     if (!there) {
       say(to_string(there.error()));
       return kEnvironment;
     }
     names = std::move(*there);
-    addresses.push_back(*rpc::Address::parse("yarp:/"));
   }
+  if (command.yarp) addresses.push_back(*rpc::Address::parse("yarp:/"));
   if (command.ros) addresses.push_back(*rpc::Address::parse("ros:/"));
   std::vector<std::unique_ptr<rpc::Opened>> served;
   for (const rpc::Address& each : addresses) {
@@ -270,7 +296,21 @@ int sim(const SimCommand& command) {
       return kEnvironment;
     }
     served.push_back(std::move(*started));
-    say("listening on " + served.back()->address());
+    const std::string at = served.back()->address();
+    say("listening on " + at);
+    for (const rpc::NamedService& service : server.services())
+      server.tell_address(service.name, address_of(at, service.name));
+  }
+  std::vector<std::unique_ptr<YarpRobot>> in_yarp;
+  for (const rpc::Address& each : addresses) {
+    // Ports for data are found by their names.
+    if (each.scheme != "yarp" || !yarp::PortAddress::parse(each.path)->direct.host.empty()) continue;
+    auto started = YarpRobot::start(server, *world, each);
+    if (!started) {
+      say(to_string(started.error()));
+      return kEnvironment;
+    }
+    in_yarp.push_back(std::move(*started));
   }
   std::unique_ptr<RosRobot> robot;
   if (command.ros) {
@@ -280,7 +320,7 @@ int sim(const SimCommand& command) {
       return kEnvironment;
     }
     robot = std::move(*started);
-    say("publishing as a robot of ROS 2; DDS is used without authentication");
+    say("publishing as a robot of ROS 2");
   }
   return watch(server, *world, *std::move(tour), command, duration, signals);
 }

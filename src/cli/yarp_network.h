@@ -12,7 +12,7 @@ namespace sentree::cli {
 /// @param where  HOST:PORT; empty or "true": where one is configured.
 [[nodiscard]] Result<std::unique_ptr<yarp::NameServer>> start_name_server(const std::string& where, bool insecure);
 
-/// The same, if none answers. Null: one does.
-[[nodiscard]] Result<std::unique_ptr<yarp::NameServer>> ensure_name_server(bool insecure);
+/// The same, if none answers there. Null: one does, and is used.
+[[nodiscard]] Result<std::unique_ptr<yarp::NameServer>> ensure_name_server(const std::string& where, bool insecure);
 
 }  // namespace sentree::cli

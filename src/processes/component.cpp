@@ -97,10 +97,9 @@ SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor,
   served_ = std::move(component.services);
   for (const SimComponent::Served& served : served_) {
     auto service = std::make_shared<rpc::FunctionService>(
-        served.service,
-        [host = host_.get(), interface = served.interface, robot = served.robot](
-            const idl::Method& method, const Value& arguments) -> rpc::Outcome {
-          mission::CallOutcome outcome = host->call(interface, method.name, arguments, robot);
+        served.service, [this, &served](const idl::Method& method, const Value& arguments) -> rpc::Outcome {
+          // Who calls is not known here.
+          mission::CallOutcome outcome = call(served, method, arguments, "client");
           if (outcome.ok) return std::move(outcome.result);
           return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kProtocol, outcome.message, {}, {}});
         });
@@ -108,13 +107,57 @@ SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor,
   }
 }
 
+void SimServer::observe(Message message) {
+  message.time = clock_->now();
+  const std::lock_guard lock(mutex_);
+  message.stamp = message.sequence = ++observed_;
+  tap_.observe(message);
+}
+
+mission::CallOutcome SimServer::call(const SimComponent::Served& served, const idl::Method& method,
+                                     const Value& arguments, const std::string& source) {
+  Message message;
+  {
+    const std::lock_guard lock(mutex_);
+    message.call = ++calls_;
+  }
+  const std::string name = fmt::format("{}.{}", served.name, method.name);
+  message.source = source;
+  message.target = served.name;
+  message.kind = MessageKind::kRequest;
+  message.name = name + ".request";
+  message.data = Map{{"args", arguments}};
+  observe(message);
+  mission::CallOutcome outcome = host_->call(served.interface, method.name, arguments, served.robot);
+  message.kind = outcome.ok ? MessageKind::kReply : MessageKind::kError;
+  message.name = name + (outcome.ok ? ".reply" : ".error");
+  message.data =
+      outcome.ok ? Map{{"result", outcome.result}} : Map{{"kind", outcome.kind}, {"message", outcome.message}};
+  observe(std::move(message));
+  return outcome;
+}
+
+void SimServer::tell_address(const std::string& service, std::string address) {
+  const std::lock_guard lock(mutex_);
+  std::string& all = addresses_[service];
+  all += (all.empty() ? "" : ", ") + std::move(address);
+}
+
+std::string SimServer::addresses_of(const std::string& service) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = addresses_.find(service);
+  return found == addresses_.end() ? "sim" : found->second;
+}
+
 ControlHandler SimServer::control(std::string world_file) {
   ControlHandler handler;
+  handler.tap = &tap_;
   handler.scenario = [file = std::move(world_file)] { return file; };
   handler.now = [this] { return clock_->now(); };
   handler.services = [this] {
     std::vector<ControlHandler::ServiceEntry> entries;
-    for (const SimComponent::Served& served : served_) entries.push_back({served.name, served.service});
+    for (const SimComponent::Served& served : served_)
+      entries.push_back({served.name, served.service, addresses_of(served.name)});
     return entries;
   };
   handler.call = [this](const std::string& name, const std::string& method, const Value& arguments) {
@@ -133,7 +176,7 @@ ControlHandler SimServer::control(std::string world_file) {
     const auto args = idl::conform_arguments(**found, arguments);
     if (!args) return refused(args.error().message);
     if (const auto checked = idl::check_ranges(**found, *args); !checked) return refused(checked.error().message);
-    return host_->call(served->interface, method, *args, served->robot);
+    return call(*served, **found, *args, "control");
   };
   return handler;
 }

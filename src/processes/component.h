@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -10,6 +13,7 @@
 #include "sentree/rpc/server.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
+#include "sentree/runtime/tap.h"
 
 namespace sentree::processes {
 
@@ -39,14 +43,30 @@ class SimServer {
       SimComponent component, std::uint64_t seed, double factor,
       std::function<void(const std::string&)> say = [](const std::string&) {});
   [[nodiscard]] std::vector<rpc::NamedService> services() const { return services_; }
-  /// For the control socket, by the same names; valid while this lives.
+  /// For the control socket, by the same names; valid while this lives. What is observed are the calls, from there and
+  /// of `services()`.
   [[nodiscard]] runtime::ControlHandler control(std::string world_file);
+  /// That service is served there too, which the control socket tells from now on. From any thread.
+  void tell_address(const std::string& service, std::string address);
   [[nodiscard]] runtime::SimHost& host() { return *host_; }
   [[nodiscard]] const Clock& clock() const { return *clock_; }
 
  private:
+  // One that is checked.
+  [[nodiscard]] mission::CallOutcome call(const SimComponent::Served& served, const idl::Method& method,
+                                          const Value& arguments, const std::string& source);
+  void observe(Message message);
+  // "sim", if it is served nowhere else.
+  [[nodiscard]] std::string addresses_of(const std::string& service) const;
+
   std::unique_ptr<Clock> clock_;
   std::unique_ptr<runtime::SimHost> host_;
+  runtime::Tap tap_;
+  mutable std::mutex mutex_;  // of what follows
+  std::uint64_t observed_ = 0;
+  std::uint64_t calls_ = 0;
+  std::map<std::string, std::string> addresses_;  // by service
+
   std::vector<SimComponent::Served> served_;
   std::vector<rpc::NamedService> services_;
 };

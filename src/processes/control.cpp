@@ -37,7 +37,7 @@ rpc::Address socket_of(int pid) {
   return address;
 }
 
-Value serve(const ControlHandler& handler, const idl::Method& method, const Value& arguments) {
+rpc::Outcome serve(const ControlHandler& handler, const idl::Method& method, const Value& arguments) {
   if (method.name == "info") {
     return Map{{"scenario", handler.scenario()},
                {"pid", static_cast<std::int64_t>(getpid())},
@@ -62,6 +62,8 @@ Value serve(const ControlHandler& handler, const idl::Method& method, const Valu
     return to_json(Value(std::move(list)));
   }
   if (method.name == "observe") {
+    if (handler.tap == nullptr)
+      return tl::unexpected(rpc::CallError{rpc::CallErrorKind::kProtocol, "nothing is observed here", {}, {}});
     const auto wait = std::chrono::milliseconds(*arguments.find("wait_ms")->as_int());
     Tap::Batch batch = handler.tap->take(*arguments.find("after")->as_int(), arguments.find("pattern")->text(), wait);
     List messages;

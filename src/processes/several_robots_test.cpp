@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -10,6 +12,7 @@
 #include "sentree/idl/conform.h"
 #include "sentree/processes/component.h"
 #include "sentree/runtime/run.h"
+#include "sentree/runtime/tap.h"
 
 namespace sentree::processes {
 namespace {
@@ -143,6 +146,37 @@ TEST_F(TwoRobots, AComponentServesEachRobotByItsName) {
             "arguments: the simulator has no service \"rigt/battery\"; did you mean \"right/battery\"?");
   EXPECT_THAT(ask("right/battery", "getBateryCharge"), HasSubstr("did you mean \"getBatteryCharge\"?"));
   EXPECT_THAT(ask("left/simulation", "setBatteryCharge"), HasSubstr("percent"));
+}
+
+TEST_F(TwoRobots, AComponentTellsWhatIsCalledAndWhereItServes) {
+  auto component = prepare_sim_world(file("world.yaml"));
+  ASSERT_TRUE(component.ok());
+  SimServer server(std::move(*component.value), 1, 1.0);
+  const runtime::ControlHandler control = server.control("world.yaml");
+  ASSERT_NE(control.tap, nullptr);
+  using std::chrono::milliseconds;
+  const std::uint64_t before = control.tap->take(-1, "*", milliseconds(0)).next;
+  ASSERT_TRUE(control.call("left/battery", "getBatteryCharge", Value(Map{})).ok);
+  const auto services = server.services();
+  const auto navigation =
+      std::find_if(services.begin(), services.end(), [](const auto& each) { return each.name == "right/navigation"; });
+  const idl::Method& method = *navigation->service->interface().find("getNavigationStatus");
+  ASSERT_TRUE(navigation->service->call(method, Value(Map{})));
+  EXPECT_THAT(control.tap->take(static_cast<std::int64_t>(before), "*", milliseconds(0)).messages,
+              ElementsAre(HasSubstr("left/battery.getBatteryCharge.request"), HasSubstr("\"result\":100"),
+                          HasSubstr("right/navigation.getNavigationStatus.request"),
+                          HasSubstr("right/navigation.getNavigationStatus.reply")));
+  const auto where = [&](const std::string& name) {
+    for (const auto& entry : control.services()) {
+      if (entry.name == name) return entry.at;
+    }
+    return std::string();
+  };
+  EXPECT_EQ(where("left/battery"), "sim");
+  server.tell_address("left/battery", "tcp://127.0.0.1:9090/left/battery");
+  server.tell_address("left/battery", "yarp:/left/battery/rpc:i");
+  EXPECT_EQ(where("left/battery"), "tcp://127.0.0.1:9090/left/battery, yarp:/left/battery/rpc:i");
+  EXPECT_EQ(where("right/battery"), "sim");
 }
 
 // With arguments of zeros, which most methods refuse in their reply: whatever it is, it has the shape that the IDL

@@ -20,7 +20,7 @@ struct ControlHandler {
   struct ServiceEntry {
     std::string name;
     idl::ServicePtr service;
-    std::string at;  ///< "sim" or an address.
+    std::string at;  ///< "sim" or an address; several joined by ", ".
   };
   std::function<std::vector<ServiceEntry>()> services;
   std::function<mission::CallOutcome(const std::string& service, const std::string& method, const Value& arguments)>
