@@ -564,11 +564,13 @@ std::string never_holds(const Condition& condition, const Vocabulary* vocabulary
   collect_sources(inner, sources);
   for (const Source& source : sources) {
     if (source.service.empty()) continue;
-    // On topics others publish too.
+    // On topics others publish too, and what is overheard others call.
     const auto service = vocabulary->services.find(source.service);
     if (service != vocabulary->services.end()) {
       const auto method = service->second.find(source.method);
-      if (method != service->second.end() && method->second.oneway) continue;
+      if (method != service->second.end() &&
+          (method->second.oneway || (method->second.overheard && source.from.empty())))
+        continue;
     }
     const bool called =
         std::any_of(vocabulary->calls->begin(), vocabulary->calls->end(), [&](const Vocabulary::Call& call) {

@@ -45,7 +45,8 @@ struct Vocabulary {
   struct Method {
     DataType arguments;  ///< kRecord.
     DataType result;
-    bool oneway = false;  ///< A topic: published by anybody, answered by nobody.
+    bool oneway = false;     ///< A topic: published by anybody, answered by nobody.
+    bool overheard = false;  ///< Others call it, and no leaf does.
     friend bool operator==(const Method&, const Method&) = default;
   };
   std::map<std::string, std::map<std::string, Method>> services;

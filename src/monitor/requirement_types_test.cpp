@@ -170,6 +170,21 @@ TEST(Vacuous, RequirementsArePointedOut) {
   EXPECT_THAT(found("R: before event(request(navigation.goTo)), eventually node(Look) in SUCCESS."), IsEmpty());
 }
 
+TEST(Vacuous, WhatIsOverheardOthersCall) {
+  const auto told = [](const std::string& text) {
+    const auto file = parse_requirements(text, "r.req");
+    Vocabulary v = vocabulary();
+    v.services["battery"]["isCharging"].overheard = true;
+    Diagnostics diagnostics;
+    (void)check_requirement(file.value->requirements.at(0), &v, diagnostics);
+    return diagnostics.empty() ? std::string() : to_string(diagnostics[0]);
+  };
+  EXPECT_EQ(told("R: never event(reply(battery.isCharging))."), "");
+  EXPECT_EQ(told("R: whenever event(request(battery.isCharging)), event(reply(battery.isCharging)) within 2 s."), "");
+  EXPECT_THAT(told("R: never event(reply(battery.isCharging from Look))."),
+              HasSubstr("\"Look\" never calls battery.isCharging"));
+}
+
 TEST(RequirementTypes, ABareWordIsOneThatTheProjectKnows) {
   const auto told = [](bool all, const std::string& text) {
     const auto file = parse_requirements("R: never request(navigation.goTo).name = " + text + ".", "r.req");

@@ -144,7 +144,7 @@ void add_samples(monitor::Vocabulary& vocabulary, const bt::Tree& tree, const st
   const std::vector<std::string> samples(names.begin(), names.end());
   for (auto& [service, methods] : vocabulary.services) {
     for (auto& [method, types] : methods) {
-      if (types.oneway) continue;  // others publish too
+      if (types.oneway || types.overheard) continue;  // others publish and call
       const std::string call = fmt::format("{}.{}", service, method);
       for (monitor::DataMember& argument : types.arguments.members) {
         if (argument.type.kind != DataType::Kind::kText || !argument.type.words.empty()) continue;
@@ -189,7 +189,8 @@ monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& serv
     for (const idl::Method* method : service.service->methods) {
       DataType arguments = record_of(method->arguments, false, 0);
       arguments.name = fmt::format("{}.{}", name, method->name);
-      methods[method->name] = {std::move(arguments), type_of(*method->result, method->unit, false, 0), method->oneway};
+      methods[method->name] = {std::move(arguments), type_of(*method->result, method->unit, false, 0), method->oneway,
+                               !service.observed.empty()};
     }
   }
   if (tree == nullptr) return vocabulary;
