@@ -11,7 +11,7 @@ comment before the block, with one number a command:
     <!-- not run: why -->     only its options are compared with the help of the command
     <!-- run COMMAND -->      is executed before the block, unseen by readers
     <!-- beside: TEXT -->     goes on until the end of the file, where it must still go on; what follows waits until it says TEXT
-    <!-- file PATH -->        the block is written to that file
+    <!-- file PATH -->        the block is written to that file; a `run` behind it finds it there
 
 Blocks without `$` list commands. A line `sentree …` of theirs is executed where its files are there (RUN.mcap is a recording,
 my_robot a new project), it ends by itself, and names no placeholder; findings (1) are no failure then. Else, as with what is not
@@ -197,7 +197,7 @@ class Page:
         self.beside = []
 
     def block(self, line, comments, lines):
-        expected_codes, why_not = [], None
+        expected_codes, why_not, is_file = [], None, False
         for comment in comments:
             word, _, rest = comment.partition(" ")
             if word == "exit":
@@ -207,7 +207,7 @@ class Page:
             elif word == "file":
                 with open(os.path.join(self.folder, rest), "w", encoding="utf-8") as out:
                     out.write("\n".join(lines) + "\n")
-                return
+                is_file = True
             elif word == "beside:":
                 for command, _ in commands(lines):
                     self.go_on(line, command, rest)
@@ -216,7 +216,7 @@ class Page:
                 code, got = self.execute(rest)
                 if code != 0:
                     self.say(line, f"{rest}\n    ended with {code}: " + "\n    ".join(got[-5:]))
-        for number, (command, expected) in enumerate(commands(lines)):
+        for number, (command, expected) in enumerate([] if is_file else commands(lines)):
             listed = expected is None
             if why_not is not None or (listed and not can_be_executed(command, self.folder)):
                 self.left_out += 1

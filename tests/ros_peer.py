@@ -198,8 +198,14 @@ def robot_of_nav2():
     with open("nav2_client/scenarios/all.yaml", "w") as out:
         out.write("clock: real\nduration: 10 min\nexpect: {mission: SUCCESS}\n")
     watching = watcher()
+    echoes = [subprocess.Popen([sentree, "echo", "ros:" + name, "-n", "1"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True, env=environment)
+              for name in ("/navigate_to_pose", "/navigate_to_pose/_action/feedback", "/global_costmap/clear_entirely_global_costmap")]
     code, out, err = run("run", "nav2_client", "--scenario", "all", "--no-record")
     check("every action and service does what it is asked", code == 0, out + err)
+    for echo, kinds in zip(echoes, (("send_goal.reply", "status", "feedback", "result"),) * 2 + (("call.reply",),)):
+        told, problems = echo.communicate(timeout=PATIENCE)
+        check("sentree echo shows what passes at actions and services", set(json.loads(told)) <= set(kinds), told + problems)
     told, _ = watching.communicate(timeout=PATIENCE)
     check("topics and goals of others are observed", watching.returncode == 1 and "violated" in told, told)
     sim.end()

@@ -106,6 +106,27 @@ dds::Qos GraphAddress::qos_of(bool writes) const {
   return {};
 }
 
+Result<void> GraphAddress::check_environment() const {
+  const std::string number = environment("ROS_DOMAIN_ID");
+  if (!domain && !number.empty() && !domain_number(number)) {
+    return fail("ros.environment",
+                fmt::format("ROS_DOMAIN_ID=\"{}\" is no number from 0 to {}; unset it for domain 0, or write domain=N "
+                            "behind the address",
+                            number, kDomainMax));
+  }
+  const std::string range = environment("ROS_AUTOMATIC_DISCOVERY_RANGE");
+  if (localhost || range.empty() || range == "SUBNET" || range == "LOCALHOST" || range == "SYSTEM_DEFAULT") return {};
+  if (range == "OFF") {
+    return fail("ros.environment",
+                "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: no node is to find another one, so nobody could be reached; set it "
+                "to LOCALHOST or SUBNET, or write range=localhost behind the address");
+  }
+  return fail("ros.environment",
+              fmt::format("ROS_AUTOMATIC_DISCOVERY_RANGE=\"{}\" is none of LOCALHOST, SUBNET, OFF and SYSTEM_DEFAULT; "
+                          "set it to one of them, or write range=localhost or range=subnet behind the address",
+                          range));
+}
+
 std::uint32_t GraphAddress::domain_or_environment() const {
   return domain ? *domain : domain_number(environment("ROS_DOMAIN_ID")).value_or(0);
 }

@@ -41,6 +41,9 @@ struct GraphAddress {
   }
   [[nodiscard]] dds::Qos qos_of(bool writes) const;
 
+  /// Whether the environment says what it can mean, as far as the address leaves it to that: a domain, and a range
+  /// other than OFF. Error: ros.environment, with the ways out.
+  [[nodiscard]] Result<void> check_environment() const;
   // With the environment taken for what is not said.
   [[nodiscard]] std::uint32_t domain_or_environment() const;
   [[nodiscard]] bool localhost_or_environment() const;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <cstdlib>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -463,8 +464,11 @@ class Watching final : public rpc::Opened {
         text_(std::move(text)),
         find_(std::move(find)),
         take_(std::move(take)),
-        problem_(std::move(problem)),
-        thread_([this] { look(); }) {}
+        problem_(std::move(problem)) {
+    // What an action is made of is told as the action.
+    address_.name.resize(std::min(address_.name.find("/_action/"), address_.name.size()));
+    thread_ = std::thread([this] { look(); });
+  }
   ~Watching() override { stop(); }
   std::string address() const override { return text_; }
   void stop() override {
@@ -484,47 +488,64 @@ class Watching final : public rpc::Opened {
     const auto patience = SteadyClock::now() + std::chrono::seconds(3);
     while (!stopped_) {
       lock.unlock();
-      const std::string type = type_there();
-      if (!type.empty()) return listen(type);
+      const std::string kind = kind_there();
+      if (!kind.empty()) return listen(kind);
       lock.lock();
       if (!std::exchange(told, told || SteadyClock::now() > patience) && told && problem_)
         problem_(fmt::format("nobody publishes on {} yet, in domain {}", address_.name, node_->domain()));
       changed_.wait_for(lock, kLook, [&] { return stopped_; });
     }
   }
-  std::string type_there() const {
+  // "topic std_msgs/msg/String"; empty: nobody is there yet.
+  std::string kind_there() const {
     for (const dds::Endpoint& each : node_->endpoints()) {
-      if (each.is_writer && each.topic == "rt" + address_.name) return ros_name(each.type);
+      const auto [name, kind] = shown(each);
+      if (name == address_.name && (each.is_writer || !kind.starts_with("topic "))) return kind;
     }
     return {};
   }
-  void listen(const std::string& type) {
+  void listen(const std::string& kind) {
     const auto say = [&](const std::string& what) {
       if (problem_) problem_(what);
     };
+    const bool is_topic = kind.starts_with("topic ");
+    const std::string type = kind.substr(kind.find(' ') + 1);
     if (!find_.find) return say(fmt::format("the type {} is not known here", type));
     const auto schema = find_.find(type);
     if (!schema.ok()) {
       const std::string why =
           schema.diagnostics.empty() ? "" : fmt::format(": {}", to_string(schema.diagnostics.front()));
+      const std::string_view end = is_topic ? "msg" : kind.substr(0, kind.find(' ')) == "action" ? "action" : "srv";
       return say(fmt::format(
-          "{} is of type {}, whose definition is not here; set AMENT_PREFIX_PATH, or put it in interfaces/{}.msg{}",
-          address_.name, type, type, why));
+          "{} is of type {}, whose definition is not here; set AMENT_PREFIX_PATH, or put it in interfaces/{}.{}{}",
+          address_.name, type, type, end, why));
     }
     const idl::ServicePtr interface = schema.value->service(type.substr(type.rfind('/') + 1));
-    auto carried = Carried::make(*interface, *interface->methods.front(), address_.name);
-    if (!carried) return say(carried.error().message);
-    auto listening = std::make_unique<Listening>(text_);
-    const auto heard = listening->hear(
-        node_, *carried, address_.qos_of(false), interface,
-        [take = take_](const idl::Method&, const Value& arguments) { take(to_json(arguments)); }, problem_);
-    if (!heard) return say(heard.error().message);
+    // Of what has several kinds of messages, each is told with its kind.
+    const auto text = [is_topic](const idl::Method& method, const std::string& what, const Value& data) {
+      return to_json(is_topic ? data : Value(Map{{method.name + what, data}}));
+    };
+    Hearing hearing;
+    hearing.request = [take = take_, text](const idl::Method& method, const Value& arguments) -> std::uint64_t {
+      take(text(method, method.oneway ? "" : ".request", arguments));
+      return 1;
+    };
+    hearing.outcome = [take = take_, text](std::uint64_t, const idl::Method& method, const rpc::Outcome& outcome) {
+      if (outcome)
+        take(text(method, ".reply", *outcome));
+      else
+        take(text(method, ".error", Value(outcome.error().message)));
+    };
+    auto listening = overhear(node_, address_, interface, address_.name, text_, std::move(hearing), problem_);
+    if (!listening) return say(listening.error().message);
     const std::lock_guard lock(mutex_);
-    listening_ = std::move(listening);
+    listening_ = std::move(*listening);
   }
 
+  using Hearing = rpc::Middleware::Hearing;
+
   const std::shared_ptr<Node> node_;
-  const GraphAddress address_;
+  GraphAddress address_;  // read only once the thread has begun
   const std::string text_;
   const Options find_;
   const std::function<void(const std::string&)> take_;
@@ -532,7 +553,7 @@ class Watching final : public rpc::Opened {
   std::mutex mutex_;
   std::condition_variable changed_;
   bool stopped_ = false;
-  std::unique_ptr<Listening> listening_;
+  std::unique_ptr<rpc::Opened> listening_;
   std::thread thread_;
 };
 
@@ -553,6 +574,8 @@ class Ros final : public rpc::Middleware {
   }
 
   std::string lacks() const override {
+    if (const auto can_be_meant = GraphAddress::parse("")->check_environment(); !can_be_meant)
+      return can_be_meant.error().message;
     const auto there = load_dds();
     return there ? std::string() : there.error().message;
   }
@@ -621,7 +644,7 @@ class Ros final : public rpc::Middleware {
               "\"{}\" is one name, but there are {} services; give what their names begin with, such as ros:/ for /{}",
               to_string(address), services.size(), services.front().name));
     }
-    auto node = open_node(*parsed, options.on_peer_error);
+    auto node = open_node(*parsed, options.on_peer_error, true);
     if (!node) return tl::unexpected(std::move(node.error()));
     auto out = std::make_unique<Serving>(to_string(address), options.on_peer_error);
     for (const rpc::NamedService& each : services) {
@@ -706,25 +729,36 @@ class Ros final : public rpc::Middleware {
   }
 
  private:
-  Result<std::shared_ptr<Node>> open_node(const GraphAddress& address, const Problem& problem = {}) {
+  // Says once of each domain who reaches it: where others of the network do, and where something is served.
+  Result<std::shared_ptr<Node>> open_node(const GraphAddress& address, const Problem& problem = {},
+                                          bool serves = false) {
     auto node = Node::of(address);
-    if (!node || address.localhost_or_environment()) return node;
+    if (!node) return node;
+    const Problem& tell = problem ? problem : options_.warn;
+    if (!tell) return node;
+    const bool local = address.localhost_or_environment();
+    const char* const peers = std::getenv("ROS_STATIC_PEERS");
+    bool has_peers = peers != nullptr && *peers != '\0';
+    bool is_news = !local || serves;
     {
       const std::lock_guard lock(mutex_);
-      if (!opened_.insert((*node)->domain()).second) return node;
+      if (has_peers) has_peers = !std::exchange(peers_told_, true);
+      is_news = is_news && opened_.insert({(*node)->domain(), local}).second;
     }
-    const Problem& tell = problem ? problem : options_.warn;
-    if (tell) {
+    if (has_peers)
+      tell("ROS_STATIC_PEERS is ignored; nodes beyond this machine are found by ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET");
+    if (is_news) {
       tell(
-          fmt::format("domain {} of ROS 2 is open to all machines of the network; whoever reaches it can do "
-                      "everything, DDS is used without authentication",
-                      (*node)->domain()));
+          fmt::format("domain {} of ROS 2 is open to all {}; whoever reaches it can do everything, DDS is used without "
+                      "authentication",
+                      (*node)->domain(), local ? "programs of this machine" : "machines of the network"));
     }
     return node;
   }
 
   std::mutex mutex_;
-  std::set<std::uint32_t> opened_;  // domains, to other machines
+  std::set<std::pair<std::uint32_t, bool>> opened_;  // domains, and whether to this machine only
+  bool peers_told_ = false;
   const Options options_;
 };
 

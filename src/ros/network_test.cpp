@@ -96,6 +96,32 @@ TEST(GraphAddress, HasWhatItDoesNotSayFromTheVariablesOfRos) {
   EXPECT_FALSE(plain.localhost_or_environment());
 }
 
+TEST(GraphAddress, RefusesVariablesOfRosThatMeanNothing) {
+  const auto told = [](const char* address, const char* domain, const char* range) {
+    const Environment given({{"ROS_DOMAIN_ID", domain}, {"ROS_AUTOMATIC_DISCOVERY_RANGE", range}});
+    const auto checked = GraphAddress::parse(address)->check_environment();
+    return checked ? std::string() : checked.error().message;
+  };
+  EXPECT_EQ(told("/scan", nullptr, nullptr), "");
+  for (const char* range : {"", "SUBNET", "LOCALHOST", "SYSTEM_DEFAULT"}) EXPECT_EQ(told("/scan", "232", range), "");
+  for (const char* domain : {"abc", "300", "-1", "7 "}) {
+    EXPECT_THAT(told("/scan", domain, nullptr), HasSubstr("is no number from 0 to 232; unset it for domain 0"));
+    EXPECT_EQ(told("/scan?domain=7", domain, nullptr), "") << "the address decides";
+  }
+  EXPECT_THAT(told("/scan", nullptr, "foo"), HasSubstr("is none of LOCALHOST, SUBNET, OFF and SYSTEM_DEFAULT"));
+  EXPECT_THAT(told("/scan", nullptr, "OFF"), HasSubstr("set it to LOCALHOST or SUBNET"));
+  EXPECT_EQ(told("/scan?range=localhost", nullptr, "OFF"), "");
+}
+
+TEST(RosMiddleware, OpensNothingWhereItIsNotKnownInWhichDomain) {
+  const Environment wrong({{"ROS_DOMAIN_ID", "abc"}, {"ROS_LOCALHOST_ONLY", nullptr}});
+  const auto ros = make_middleware({.find = load});
+  EXPECT_THAT(ros->lacks(), HasSubstr("ROS_DOMAIN_ID"));
+  const auto opened = ros->watch(*rpc::Address::parse("ros:/scan"), [](const std::string&) {}, {});
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, "ros.environment");
+}
+
 TEST(GraphAddress, SaysWhatIsWrong) {
   EXPECT_THAT(address_error("scan"), HasSubstr("begins with a slash"));
   EXPECT_THAT(address_error("/a//b"), HasSubstr("cannot be one"));
@@ -141,7 +167,10 @@ class RosServices : public Graph {
   std::unique_ptr<rpc::Opened> serve(const std::string& name, const idl::ServicePtr& of,
                                      rpc::FunctionService::Function function) {
     rpc::ServerOptions options;
-    options.on_peer_error = [this](const std::string& what) { problems_.add(what); };
+    // That nobody is authenticated is told once of each domain.
+    options.on_peer_error = [this](const std::string& what) {
+      if (!what.starts_with("domain ")) problems_.add(what);
+    };
     auto opened = rpc::serve(at(name), {{"service", std::make_shared<rpc::FunctionService>(of, std::move(function))}},
                              std::move(options));
     EXPECT_TRUE(opened) << (opened ? "" : opened.error().message);
@@ -249,6 +278,47 @@ TEST_F(RosServices, BeyondThisMachineAreOpenedWithAWarning) {
   EXPECT_THAT(told.wait_for(1), ElementsAre("domain " + domain_ +
                                             " of ROS 2 is open to all machines of the network; whoever reaches it can "
                                             "do everything, DDS is used without authentication"));
+}
+
+TEST_F(RosServices, AreServedWithAWarningOnThisMachineToo) {
+  const Environment peers({{"ROS_STATIC_PEERS", "10.0.0.5"}, {"ROS_LOCALHOST_ONLY", nullptr}});
+  Heard<std::string> told;
+  const auto ros = make_middleware({.find = load});
+  const auto trigger = interface("std_srvs/srv/Trigger");
+  const auto service = std::make_shared<rpc::FunctionService>(
+      trigger, [](const idl::Method&, const Value&) -> rpc::Outcome { return Value(); });
+  rpc::ServerOptions options;
+  options.on_peer_error = [&](const std::string& what) { told.add(what); };
+  std::vector<std::unique_ptr<rpc::Opened>> served;
+  for (const char* name : {"/one", "/two"}) {
+    auto opened = ros->serve(at(name), {{"x", service}}, options);
+    ASSERT_TRUE(opened) << opened.error().message;
+    served.push_back(std::move(*opened));
+  }
+  EXPECT_THAT(told.wait_for(2), ElementsAre(HasSubstr("ROS_STATIC_PEERS is ignored"),
+                                            "domain " + domain_ +
+                                                " of ROS 2 is open to all programs of this machine; whoever reaches it "
+                                                "can do everything, DDS is used without authentication"));
+}
+
+TEST_F(RosServices, AreWatchedByTheirReplies) {
+  const auto trigger = interface("std_srvs/srv/Trigger");
+  const auto served = serve("/bell", trigger, [](const idl::Method&, const Value&) -> rpc::Outcome {
+    return Value(Map{{"success", true}, {"message", "ding"}});
+  });
+  Heard<std::string> seen;
+  rpc::Middleware& ros = rpc::middleware_of(at("/bell"));
+  const auto watched =
+      ros.watch(at("/bell"), [&](const std::string& what) { seen.add(what); }, {.target = "echo", .problem = {}});
+  ASSERT_TRUE(watched) << watched.error().message;
+  const auto client = connect("/bell", trigger);
+  ASSERT_TRUE(eventually([&] {
+    EXPECT_TRUE(rpc::call_and_wait(*client, "call", Map(), patience()));
+    bool any = false;
+    seen.wait([&](const auto& all) { return any = !all.empty(), true; });
+    return any;
+  }));
+  EXPECT_THAT(seen.wait_for(1).front(), testing::AllOf(HasSubstr(R"({"call.reply":{)"), HasSubstr("ding")));
 }
 
 TEST_F(RosServices, ThatDoNotAnswerAreLate) {

@@ -76,10 +76,10 @@ Result<dds::Open> load_dds() {
     const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
     const auto file = (program.parent_path() / "../lib/sentree/libsentree_dds.so").lexically_normal();
     if (!std::filesystem::exists(file, error)) {
-      return fail(
-          "rpc.address",
-          fmt::format("this build of Sentree has no ROS 2: there is no {}; install libfastrtps-dev, and build again",
-                      file.string()));
+      return fail("rpc.address",
+                  fmt::format("this build of Sentree has no ROS 2: there is no {}; install the package sentree-ros, or "
+                              "libfastrtps-dev and build again",
+                              file.string()));
     }
     void* const object = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (object == nullptr) {
@@ -97,6 +97,8 @@ Result<dds::Open> load_dds() {
 Result<std::shared_ptr<Node>> Node::of(const GraphAddress& address) {
   static std::mutex mutex;
   static std::map<std::pair<std::uint32_t, bool>, std::weak_ptr<Node>> nodes;
+  if (auto can_be_meant = address.check_environment(); !can_be_meant)
+    return tl::unexpected(std::move(can_be_meant.error()));
   const auto open = load_dds();
   if (!open) return tl::unexpected(open.error());
   const std::pair key{address.domain_or_environment(), address.localhost_or_environment()};
