@@ -664,6 +664,11 @@ wait $mission || code=$?
 }
 
 # A terminal that goes away ends a run in order, as Ctrl-C does, and nothing is left behind.
+# A path as an output of a leaf is told in short.
+expect 0 'ComputePathToPose: SUCCESS .*…$' "$sentree" run examples/nav2 --clock virtual --no-record
+[[ $(awk '{ if (length > most) most = length } END { print most }' "$work/out") -lt 400 ]] || {
+  echo "✗ a line of the log is longer than a terminal shows" && failures=$((failures + 1))
+}
 mkdir "$work/tmp"
 TMPDIR=$work/tmp "$sentree" run examples/recharge --clock real --processes --duration '60 s' >"$work/mission" 2>&1 &
 mission=$!

@@ -21,6 +21,16 @@ Value to_value(const Message& message) {
 
 double milliseconds(Duration duration) { return seconds(duration) * 1e3; }
 
+// As much of a text as fits a line beside what else is told.
+std::string shortened(std::string text) {
+  constexpr std::size_t kShownMax = 160;
+  if (text.size() <= kShownMax) return text;
+  std::size_t end = kShownMax;
+  const auto continues = [&] { return (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U; };  // UTF-8
+  while (end > 0 && continues()) --end;
+  return text.substr(0, end) + "…";
+}
+
 // The part of an observation's data that says most, short.
 std::string brief(const Message& message) {
   const Value* shown = message.data.find("result");
@@ -31,10 +41,7 @@ std::string brief(const Message& message) {
   if (shown == nullptr) shown = message.data.find("inputs");
   if (shown == nullptr || shown->is_null()) return {};
   if (const Map* map = shown->as_map(); map != nullptr && map->empty()) return {};
-  std::string text = shown->as_string() != nullptr ? *shown->as_string() : to_json(*shown);
-  constexpr std::size_t kBriefMax = 160;
-  if (text.size() > kBriefMax) text = text.substr(0, kBriefMax) + "…";
-  return text;
+  return shortened(shown->as_string() != nullptr ? *shown->as_string() : to_json(*shown));
 }
 
 }  // namespace
@@ -95,7 +102,7 @@ std::string Narrator::tell(const Message& message) {
   last = status;
   std::string text = fmt::format("{}: {}", message.source, status);
   if (const Value* outputs = message.data.find("outputs"); outputs != nullptr && !outputs->as_map()->empty())
-    text += " " + to_json(*outputs);
+    text += " " + shortened(to_json(*outputs));
   return say_line(text);
 }
 
