@@ -220,26 +220,31 @@ bool show_to_groot(const RunCommand& command, const project::Plan& plan, std::un
 struct Viewers {
   std::unique_ptr<studio::GrootRun> groot;
   std::unique_ptr<studio::Foxglove> foxglove;
+  std::unique_ptr<yarp::NameServer> names;  // of YARP, because the project wants one
 };
 
-// Shows the next run in Foxglove, if the command asks for it. Otherwise than kOk: it cannot be.
+// Shows the next run in Foxglove, where somebody wants that: as `show_to_groot`. Otherwise than kOk: it cannot be, and
+// the command asked for it.
 int show_in_foxglove(const RunCommand& command, const project::Plan& plan, std::unique_ptr<studio::Foxglove>& foxglove,
                      runtime::RunOptions& options) {
-  if (command.foxglove.empty()) return kOk;
+  const project::Project& project = plan.scenario.project;
+  const bool is_asked = !command.foxglove.empty();
+  const bool can_be_followed = !plan.scenario.virtual_time || options.pace > 0;
+  if (!is_asked && (project.foxglove.empty() || !can_be_followed)) return kOk;
   if (!foxglove) {
-    const auto at = listen_at("--foxglove", command.foxglove, studio::kFoxglovePort);
+    const auto at = listen_at("--foxglove", is_asked ? command.foxglove : project.foxglove, studio::kFoxglovePort);
     if (!at) return kUsage;
     auto started = studio::Foxglove::start(
         {.address = at->address, .port = at->port, .insecure = command.insecure, .version = SENTREE_VERSION});
     if (!started) {
-      say(to_string(started.error()));
-      return kEnvironment;
+      say(to_string(started.error()) + (is_asked ? "" : "; the run is not shown in Foxglove"));
+      return is_asked ? kEnvironment : kOk;
     }
     foxglove = std::move(*started);
     say(foxglove->told());
   }
   foxglove->begin(plan.scenario.name);
-  if (plan.scenario.virtual_time) options.pace = command.factor.value_or(1.0);
+  if (!can_be_followed) options.pace = command.factor.value_or(1.0);
   return kOk;
 }
 
@@ -346,6 +351,17 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
   if (!plan.ok()) return invalid(plan.diagnostics);
 
   RunInterrupts::block();
+  const project::Project& project = plan.value->scenario.project;
+  if (!viewers.names && command.yarp_server.empty() && !project.yarp_server.empty() &&
+      !plan.value->scenario.virtual_time) {
+    auto names = ensure_name_server(project.yarp_server, command.insecure);
+    if (!names) {
+      names.error().span = project.yarp_server_span;
+      say(to_string(names.error()));
+      return kEnvironment;
+    }
+    viewers.names = std::move(*names);
+  }
   bool live = command.live && !command.headless && !command.json;
   if (live && !wants_colour()) {
     say("--live needs a terminal with colours; the log follows instead");

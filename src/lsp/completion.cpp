@@ -476,7 +476,8 @@ class Completer {
       if (path.empty()) {
         if (is_project)
           keys({"mission", "world", "services", "observe", "skills", "monitors", "models", "verify", "observers",
-                "protocols", "palettes", "packages", "plugins", "deadlines", "groot"});
+                "protocols", "palettes", "packages", "plugins", "deadlines", "groot", "foxglove", "yarp_server",
+                "durable"});
         else
           keys({"description", "project", "override", "clock", "seed", "duration", "stop_when_violated", "timeline",
                 "delays", "choices", "orders", "loop", "processes", "expect"});
@@ -502,6 +503,10 @@ class Completer {
       interfaces();
     } else if (key == "at" && is_project) {
       add_all({"sim", "model", "topics"}, ItemKind::kValue);
+    } else if (key == "groot" || key == "foxglove" || key == "yarp_server") {
+      add_all({"true", "false"}, ItemKind::kValue);
+    } else if (key == "durable") {
+      add_all({"true", "false", "never", "interval", "each"}, ItemKind::kValue);
     } else if (key == "serves") {
       services();
     } else if (key == "kill" || key == "skill") {

@@ -324,6 +324,34 @@ void read_monitors(const text::YamlNode& node, bool replaces, Project& project, 
   }
 }
 
+// Something that listens: "true", PORT or HOST:PORT; "false" is nowhere.
+struct PlaceKey {
+  const char* key;
+  const char* example;  // of a port
+  int least = 0;        // port; 0, any free one, is no other's business
+  int most = 65535;
+  bool with_host = false;
+};
+
+void read_place(YamlReader& reader, const PlaceKey& key, std::string& place, SourceSpan& span) {
+  const auto text = reader.string(key.key);
+  if (!text || *text == "false") return;
+  span = reader.span(key.key);
+  place = *text;
+  if (*text == "true") return;
+  const std::size_t colon = text->rfind(':');
+  const std::string port = colon == std::string::npos ? *text : text->substr(colon + 1);
+  int number = -1;
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
+  const bool is_port = error == std::errc() && end == port.data() + port.size() && number <= key.most &&
+                       (number >= key.least || (number == 0 && !key.with_host));
+  if (is_port && colon != 0 && (colon != std::string::npos || !key.with_host)) return;
+  reader.error(
+      span, "project.place",
+      fmt::format("{}: \"{}\" is neither true, false{} nor HOST:PORT such as 127.0.0.1:{}", key.key, *text,
+                  key.with_host ? "" : fmt::format(", a port from {} to {}", key.least, key.most), key.example));
+}
+
 void read_observers(const text::YamlNode& node, Project& project, Diagnostics& diagnostics) {
   for (const auto& [name, entry] : node.entries) {
     YamlReader reader(entry, fmt::format("observer \"{}\"", name.scalar), diagnostics);
@@ -452,10 +480,12 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     project.packages = file_refs(reader, "packages");
     if (const auto* plugins = reader.sequence("plugins")) read_plugins(*plugins, project, loaded.diagnostics);
     read_deadlines(reader.mapping("deadlines"), project, loaded.diagnostics);
-    if (const auto groot = reader.string("groot")) {
-      if (*groot != "false") project.groot = *groot;
-      project.groot_span = reader.span("groot");
-    }
+    // The two ports beside Groot's must be there.
+    read_place(reader, {.key = "groot", .example = "1667", .least = 2, .most = 65532}, project.groot,
+               project.groot_span);
+    read_place(reader, {.key = "foxglove", .example = "8765"}, project.foxglove, project.foxglove_span);
+    read_place(reader, {.key = "yarp_server", .example = "10000", .least = 1, .with_host = true}, project.yarp_server,
+               project.yarp_server_span);
     if (const auto durable = reader.string("durable"); durable && *durable != "false") {
       project.durable = *durable == "true" ? JournalSync::kInterval : parse_journal_sync(*durable);
       if (!project.durable)

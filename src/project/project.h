@@ -203,6 +203,12 @@ struct Project {
   /// Where runs in real time are shown to Groot: "true" for the usual place, a port, or HOST:PORT; empty: nowhere.
   std::string groot;
   SourceSpan groot_span;
+  std::string foxglove;  ///< Likewise, to Foxglove.
+  SourceSpan foxglove_span;
+  /// Where runs in real time bring a name server of YARP, if none answers: "true" for where one is configured, or
+  /// HOST:PORT; empty: they bring none.
+  std::string yarp_server;
+  SourceSpan yarp_server_span;
   /// Runs keep a journal, from which `sentree run --resume` goes on; nothing: only if the command says so.
   std::optional<JournalSync> durable;
   /// Changes to the world file's content, from a scenario: merged over it, mapping by mapping.

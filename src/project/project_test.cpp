@@ -140,6 +140,32 @@ TEST(Project, IsReadWhole) {
   EXPECT_EQ(project.deadlines.condition, milliseconds(20));
 }
 
+TEST(Project, SaysWhereRunsAreShown) {
+  const Folder folder;
+  const auto load = [&](const std::string& lines) {
+    return load_project(folder.write("sentree.yaml", "mission: {file: mission.xml}\n" + lines));
+  };
+  const auto loaded = load("groot: 1700\nfoxglove: \"0.0.0.0:0\"\nyarp_server: true\n");
+  ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.front());
+  EXPECT_EQ(loaded.value->groot, "1700");
+  EXPECT_EQ(loaded.value->foxglove, "0.0.0.0:0");
+  EXPECT_EQ(loaded.value->yarp_server, "true");
+  const auto nowhere = load("groot: false\nfoxglove: false\nyarp_server: false\n");
+  ASSERT_TRUE(nowhere.ok());
+  EXPECT_EQ(nowhere.value->groot + nowhere.value->foxglove + nowhere.value->yarp_server, "");
+  EXPECT_THAT(
+      messages(load("groot: 99999999\nfoxglove: here\nyarp_server: 10000\n").diagnostics, folder),
+      ElementsAre("sentree.yaml:2:8: groot: \"99999999\" is neither true, false, a port from 2 to 65532 nor HOST:PORT "
+                  "such as 127.0.0.1:1667",
+                  "sentree.yaml:3:11: foxglove: \"here\" is neither true, false, a port from 0 to 65535 nor HOST:PORT "
+                  "such as 127.0.0.1:8765",
+                  "sentree.yaml:4:14: yarp_server: \"10000\" is neither true, false nor HOST:PORT such as "
+                  "127.0.0.1:10000"));
+  for (const char* wrong :
+       {"groot: 65534\n", "groot: \":1667\"\n", "foxglove: \"1.2.3.4:\"\n", "yarp_server: \"h:0\"\n"})
+    EXPECT_FALSE(load(wrong).ok()) << wrong;
+}
+
 TEST(Project, ReportsAllProblemsAtOnce) {
   const Folder folder;
   folder.write("sentree.yaml",
