@@ -34,18 +34,20 @@ bool StepMemory::step(std::string_view what, bool begins, scxml::Session& sessio
     return execute();
   }
   // Delayed sends that wait matter to few events, so they are looked at only where they do.
-  const bool with_timers = !begins && (what == kTimers || !session.invocations().empty());
+  const bool with_timers = !begins && (what == kTimers || session.timers().empty() || !session.invocations().empty());
   const auto add_form = [&](const scxml::Session& of) { spoilt_ = spoilt_ || !scxml::encode(chart_, of, now, key_); };
   if (with_timers) {
     add_form(session);
   } else if (!begins) {
+    // Not the step of a session that has none: what a <cancel> does not find there is not noticed below.
+    key_ += "any timers\n";
     scxml::Session bare = session;
     scxml::take_timers(bare, scxml::Session());
     add_form(bare);
   }
   Node* node = spoilt_ ? nullptr : follow(named(key_), ask);
   bool keeps_timers = !with_timers && !begins;
-  if (node != nullptr && node->changes_timers) {
+  if (node != nullptr && node->looks_at_timers) {
     keeps_timers = false;
     key_ += "\ntimers\n";
     add_form(session);
@@ -82,8 +84,9 @@ bool StepMemory::step(std::string_view what, bool begins, scxml::Session& sessio
     node->next[chosen.alternative] = std::make_unique<Node>();
     node = node->next[chosen.alternative].get();
   }
-  if (was && !(was->timers() == session.timers() && session.invocations().empty())) {
-    node->changes_timers = true;
+  // A <cancel> makes them the session's own, whether it finds one or not.
+  if (was && (&was->timers() != &session.timers() || !session.invocations().empty())) {
+    node->looks_at_timers = true;
     return result;
   }
   ++remembered_;

@@ -90,7 +90,8 @@ class StepMemory {
     std::optional<Asked> asked;
     std::vector<std::unique_ptr<Node>> next;  // by alternative
     std::optional<Done> done;
-    bool changes_timers = false;  ///< So that it matters which ones there are; known by the longer name then.
+    bool looks_at_timers =
+        false;  ///< Sends later or cancels: it matters which ones there are. Known by the longer name.
   };
   struct Chosen {
     std::optional<Asked> asked;  // nothing: it was known
