@@ -7,9 +7,17 @@
 
 namespace sentree::runtime {
 
+namespace {
+
+// A re-arming monitor goes on, and may be something else at the end.
+bool was_violated(const MonitorReport& monitor) {
+  return monitor.verdict == monitor::Verdict::kViolated || monitor.violations > 0;
+}
+
+}  // namespace
+
 bool RunReport::any_violated() const {
-  return std::any_of(monitors.begin(), monitors.end(),
-                     [](const MonitorReport& m) { return m.verdict == monitor::Verdict::kViolated; });
+  return std::any_of(monitors.begin(), monitors.end(), [](const MonitorReport& m) { return was_violated(m); });
 }
 
 void judge(const project::Scenario& scenario, RunReport& report) {
@@ -34,6 +42,15 @@ void judge(const project::Scenario& scenario, RunReport& report) {
     if (expected == scenario.verdicts.end()) continue;
     const std::string verdict(to_string(monitor.verdict));
     const bool owes = monitor.verdict == monitor::Verdict::kUndecided && monitor.standing.starts_with("pending");
+    if (was_violated(monitor)) {
+      if (expected->second == "violated") continue;
+      if (monitor.verdict != monitor::Verdict::kViolated) {
+        report.unmet.push_back(fmt::format("monitor {} was violated{} before it was {}, expected {}", monitor.name,
+                                           monitor.violations > 1 ? fmt::format(" {} times", monitor.violations) : "",
+                                           verdict, expected->second));
+        continue;
+      }
+    }
     if (expected->second == verdict || (expected->second == "owed" && owes)) continue;
     const bool tells = expected->second == "owed" && !monitor.standing.empty();
     report.unmet.push_back(fmt::format("monitor {} is {}{}, expected {}", monitor.name, verdict,
