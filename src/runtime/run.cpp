@@ -40,8 +40,25 @@ RunReport Run::Impl::execute() {
   finish();
   report.error = error.value_or("");
   fill(report);
-  judge(scenario_, report);
+  if (owed_.empty()) {
+    judge(scenario_, report);
+    return report;
+  }
+  project::Scenario left = scenario_;
+  std::erase_if(left.verdicts, [this](const auto& one) { return one.second == "owed" && owed_.contains(one.first); });
+  judge(left, report);
   return report;
+}
+
+// What is owed on a loop is owed while that goes on. How skills halt behind it is no part of it.
+void Run::Impl::note_owed() {
+  if (!scenario_.loop || !scheduler_->is_virtual()) return;
+  for (std::size_t i = 0; i < plan_.monitors.size(); ++i) {
+    const monitor::State* const state = monitors_.state(i);
+    if (state != nullptr && state->verdict == monitor::Verdict::kUndecided &&
+        monitor::standing(plan_.monitors[i], *state).pending)
+      owed_.insert(plan_.monitors[i].name());
+  }
 }
 
 std::optional<std::string> Run::Impl::prepare() {
@@ -95,6 +112,7 @@ void Run::Impl::start_clocks() {
   }
   scheduler_->at(director_, TimePoint(scenario_.duration), mission::Rank::kInjection, [this] {
     timed_out_ = true;
+    note_owed();
     mission_->stop();
   });
   if (options_.inject) schedule_timeline();

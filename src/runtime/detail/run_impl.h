@@ -4,6 +4,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -72,6 +73,7 @@ class Run::Impl final : public RunView, private RunInside {
   void connect_stream();
   void start_clocks();
   void schedule_timeline();
+  void note_owed();
   void start_parts();
   Result<void> begin_or_resume();
   void go_on_from(const mission::State& state);
@@ -185,6 +187,7 @@ class Run::Impl final : public RunView, private RunInside {
   Duration tell_behind_ = std::chrono::seconds(1);
   bool is_over_ = false;  // and durable
   std::atomic<bool> timed_out_ = false;
+  std::set<std::string> owed_;  // by monitors when the rounds of the scenario's loop were over
   /// What the timeline says up to there has happened. Of the director.
   TimePoint timeline_to_ = TimePoint::min();
   std::atomic<bool> interrupted_ = false;
