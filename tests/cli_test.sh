@@ -500,6 +500,52 @@ expect 124 'monitor ends: undecided .pending' "$sentree" run "$work/loops/verify
 expect 0 'monitor ends: satisfied' "$sentree" run "$work/loops/verify/ends.yaml" --duration '20 s' --choose person#30=true
 sed -i 's/ends: owed/ends: satisfied/' "$work/loops/verify/ends.yaml"
 expect 1 'monitor ends is undecided, expected satisfied' "$sentree" test "$work/loops/verify/ends.yaml"
+# What a counterexample shows is not spoilt by how its run ends, by a monitor that is re-armed, by another one that cannot be
+# judged, nor by what the scenario does or stops at.
+mkdir -p "$work/shown"/{skills,models,interfaces,monitors}
+shown() { # shown REQUIREMENTS [MONITORS]: a skill that asks at each tick and, when it is halted, has the component stopped
+  (cd "$work/shown" && rm -rf verify && echo "$1" >r.req && cat >sentree.yaml <<END
+mission: {file: mission.xml, rate: 10 Hz}
+services: {d: {interface: d.thrift/D, at: model}}
+models: [{file: models/m.scxml, serves: [d]}]
+monitors: [{file: r.req}${2:-}]
+END
+    echo 'service D { i32 ask() void stop() }' >interfaces/d.thrift
+    echo '<root BTCPP_format="4"><BehaviorTree ID="M"><Action ID="Go"/></BehaviorTree></root>' >mission.xml
+    cat >skills/Go.scxml <<'END'
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="go"><transition event="tick"><send type="thrift" target="d" event="ask"/></transition>
+<transition event="halt" target="stopping"/></state><state id="stopping"><onentry><send type="thrift" target="d" event="stop"/></onentry><transition event="d.stop.reply error" target="halted"/></state><final id="halted"/></scxml>
+END
+    cat >models/m.scxml <<'END'
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="k" expr="4"/></datamodel>
+<state id="t"><transition event="d.ask.request"><send type="thrift" target="d" event="ask.reply"><param name="result" expr="k"/></send><assign location="k" expr="5"/></transition>
+<transition event="d.stop.request"><send type="thrift" target="d" event="stop.reply"/></transition></state></scxml>
+END
+    cat >monitors/spins.scxml <<'END'
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="w"><transition event="d.ask.reply" target="x"/></state><state id="x"><transition target="y"/></state>
+<state id="y"><transition cond="false" target="bad"/><transition target="x"/></state><state id="bad"/></scxml>
+END
+  )
+}
+shown 'stops: whenever event(request(d.ask)), event(request(d.stop)) eventually.'
+expect 1 'stops +REFUTED .*come again for ever' "$sentree" verify "$work/shown"
+expect 0 'stops can be open for ever' "$sentree" test "$work/shown/verify/stops.yaml"
+shown 'let said = reply(d.ask)
+a (re-arming): eventually said = 5 within 50 ms.'
+expect 1 'a +REFUTED .*0.05 s' "$sentree" verify "$work/shown"
+expect 0 'a is violated at 0.05 s' "$sentree" test "$work/shown/verify/a.yaml"
+printf 'clock: virtual\nduration: 1 s\nexpect: {mission: IDLE}\n' >"$work/shown/rearmed.yaml"
+expect 1 'monitor a is violated, and the scenario does not expect it' "$sentree" test "$work/shown/rearmed.yaml"
+sed -i 's/expect:.*/expect: {monitors: {a: satisfied}}/' "$work/shown/rearmed.yaml"
+expect 1 'monitor a was violated before it was satisfied, expected satisfied' "$sentree" test "$work/shown/rearmed.yaml"
+shown 'never_5: never reply(d.ask) = 5.' ', {file: monitors/spins.scxml, violated: [bad]}'
+expect 1 'never_5 +REFUTED' "$sentree" verify "$work/shown"
+expect 1 'spins +ERROR .*does not come to rest' "$sentree" verify "$work/shown"
+shown 'let said = reply(d.ask)
+never_5: never said = 5.
+eventually_9: eventually said = 9 within 250 ms.'
+printf 'clock: virtual\nduration: 1 s\nstop_when_violated: true\n' >"$work/shown/stops.yaml"
+expect 1 'eventually_9 +REFUTED .*0.25 s' "$sentree" verify "$work/shown" --scenario "$work/shown/stops.yaml"
 # Faults have no probability, which is said.
 expect 0 'left out: the fault of verify:' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty
 expect 0 '"faults":0,"faults_left_out":[1-9]' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty --json

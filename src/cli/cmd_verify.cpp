@@ -46,19 +46,23 @@ std::string models_text(const std::vector<verify::MadeModel>& made) {
   return out;
 }
 
-// Executes a scenario in the run-time system: whether it comes out as it says.
+// Executes a scenario in the run-time system: whether it comes out as it says of the requirement, and of all others but
+// those that cannot be judged.
 // @param violated  If given, receives the names of all monitors that are.
-bool confirmed(const project::Plan& plan, std::unique_ptr<replay::RunRecorder> recorder,
+bool confirmed(const project::Plan& plan, const std::string& requirement, std::unique_ptr<replay::RunRecorder> recorder,
                std::vector<std::string>* violated = nullptr) {
   runtime::RunOptions options;
   if (recorder) recorder->install(options);
   runtime::Run run(plan, std::move(options));
   const runtime::RunReport report = run.execute();
   if (recorder) (void)recorder->finish(report);
+  std::size_t given_up = 0;
   for (const runtime::MonitorReport& monitor : report.monitors) {
-    if (violated != nullptr && monitor.verdict == monitor::Verdict::kViolated) violated->push_back(monitor.name);
+    const bool is_violated = monitor.verdict == monitor::Verdict::kViolated || monitor.violations > 0;
+    if (violated != nullptr && is_violated) violated->push_back(monitor.name);
+    if (!monitor.failure.empty() && monitor.name != requirement) ++given_up;
   }
-  return report.error.empty() && report.unmet.empty();
+  return report.error.empty() && report.given_up.empty() && report.unmet.size() == given_up;
 }
 
 class Verifying {
@@ -190,12 +194,13 @@ class Verifying {
     if (!judgement.path->loop) {
       verify::simplify(example, plan_.scenario, [&](const project::Scenario& scenario) {
         const auto plan = prepared(scenario);
-        return plan.ok() && confirmed(*plan.value, nullptr);
+        return plan.ok() && confirmed(*plan.value, judgement.requirement, nullptr);
       });
     }
     // What else it violates is expected of it too: as a test, it would fail by that.
     std::vector<std::string> violated;
-    if (const auto plan = prepared(example); plan.ok()) (void)confirmed(*plan.value, nullptr, &violated);
+    if (const auto plan = prepared(example); plan.ok())
+      (void)confirmed(*plan.value, judgement.requirement, nullptr, &violated);
     for (const std::string& name : violated) example.verdicts.try_emplace(name, "violated");
     shown.choices = example.choices->size();
     shown.orders = example.orders.size();
@@ -217,7 +222,7 @@ class Verifying {
         replay::RecordingOptions{.library = "sentree " SENTREE_VERSION,
                                  .on_failure = [](const std::string& what) { say("! " + what); },
                                  .story = story_without_witness});
-    if (!confirmed(*plan.value, std::move(recorder))) {
+    if (!confirmed(*plan.value, judgement.requirement, std::move(recorder))) {
       return tl::unexpected(
           fmt::format("internal error: the counterexample {} does not come out so in a run; please report it with the "
                       "project. Nothing is claimed of {}",
