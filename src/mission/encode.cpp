@@ -260,6 +260,7 @@ void encode(const Parts& parts, const Delivery& what, TimePoint when, std::strin
 void encode(const Faults& faults, const std::set<std::string>& down, std::string& out) {
   Encoder to(out);
   for (const StandingIntervention& standing : faults.list()) {
+    to.number(standing.id);  // by which it may be cleared
     to.text(to_json(Value(project::to_entry(standing.what))));
     if (project::count_of(standing.what) > 0) to.number(standing.used);
   }

@@ -235,7 +235,8 @@ void PartMemory::execute(std::uint32_t state, std::uint32_t what, std::uint32_t 
   node_ = kNone;
 }
 
-Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Outside& outside) {
+Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Outside& outside,
+                                std::optional<std::uint64_t> number) {
   run_ = &run;
   outside_ = &outside;
   const auto is_dead = [&](std::size_t leaf) { return is_killed(run, leaf); };
@@ -243,6 +244,7 @@ Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Out
   Encoder to(key);
   to.number(run.standing);
   to.text(to_json(Value(project::to_entry(what))));
+  to.number(number.value_or(0));
   for (std::size_t leaf = 0; leaf < tables_->parts.skills(); ++leaf) {
     if (is_dead(leaf)) to.number(leaf);
   }
@@ -265,9 +267,11 @@ Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Out
   script_.clear();
   replayed_ = 0;
   Stands stands = *tables_->standing[run.standing];
-  auto done = mission::inject(tables_->parts, stands.faults, stands.down, is_dead, what, *this);
+  auto done = mission::inject(tables_->parts, stands.faults, stands.down, is_dead, what, *this, number);
   node_ = kNone;
-  if (done) {
+  if (!done) {
+    tables_->nodes.pop_back();
+  } else {
     run.standing = tables_->nodes[node].result = intern_standing(std::move(stands));
     tables_->injections.emplace(std::move(key), node);
   }
@@ -723,11 +727,10 @@ std::uint32_t PartMemory::aged(std::uint32_t state, Duration by) {
   if (by == Duration(0) || tables_->kept[state].timeless) return state;
   if (tables_->kept[state].aged != kNone && tables_->kept[state].aged_by == by) return tables_->kept[state].aged;
   if (reads_) {
-    const auto known = tables_->number_of_aged.find({state, static_cast<std::uint64_t>(by.count())});
+    const auto known = tables_->number_of_aged.find({state, by});
     return known != tables_->number_of_aged.end() ? known->second : (miss(), state);
   }
-  const auto [found, is_new] =
-      tables_->number_of_aged.try_emplace({state, static_cast<std::uint64_t>(by.count())}, kNone);
+  const auto [found, is_new] = tables_->number_of_aged.try_emplace({state, by}, kNone);
   if (is_new)
     found->second =
         intern(tables_->kept[state].part, PartState(*tables_->kept[state].state), tables_->kept[state].at + by);

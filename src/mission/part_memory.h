@@ -135,7 +135,8 @@ class PartMemory final : private Ground {
   /// What is due first.
   [[nodiscard]] const Delivery& front(const Run& run) const { return tables_->deliveries[run.queue.front().what].what; }
   void step(Run& run, Outside& outside);
-  Result<void> inject(Run& run, const project::Intervention& what, Outside& outside);
+  Result<void> inject(Run& run, const project::Intervention& what, Outside& outside,
+                      std::optional<std::uint64_t> number = std::nullopt);
   /// While it is told of an observation, or of a transition: the result that has come from outside, which is that of an
   /// observation that `is_answer`. Null: none has. It may be taken, and must be put back.
   [[nodiscard]] Value* result() { return result_ ? &*result_ : nullptr; }
@@ -153,7 +154,11 @@ class PartMemory final : private Ground {
   void trace(Trace* trace) { trace_ = trace; }
 
   [[nodiscard]] const Faults& faults(const Run& run) const { return tables_->standing[run.standing]->faults; }
-  [[nodiscard]] bool is_killed(const Run& run, std::size_t leaf) const { return tables_->kept[run.parts[leaf]].killed; }
+  [[nodiscard]] bool is_killed(const Run& run, std::size_t leaf) const {
+    return will_be_killed(
+        leaf, tables_->kept[run.parts[leaf]].killed, run.queue,
+        [this](const Run::Waiting& waiting) -> const Delivery& { return tables_->deliveries[waiting.what].what; });
+  }
   [[nodiscard]] bool is_down(const Run& run, const std::string& service) const {
     return tables_->standing[run.standing]->down.contains(service);
   }
@@ -315,6 +320,14 @@ class PartMemory final : private Ground {
   [[nodiscard]] std::uint32_t part_of(const Delivery& what) const;
   std::uint32_t new_node();
 
+  // A state, and how long ago it was so.
+  using Aged = std::pair<std::uint32_t, Duration>;
+  struct AgedHash {
+    std::size_t operator()(const Aged& of) const {
+      return WordHash()(WordHash()(of.first) ^ static_cast<std::uint64_t>(of.second.count()));
+    }
+  };
+
   // What has a number, and which; and what steps do.
   struct Tables {
     Tables(const project::Plan& plan, bool has_faults, bool timeline);
@@ -329,7 +342,7 @@ class PartMemory final : private Ground {
 
     std::vector<Kept> kept;
     FlatMap<Hash128, Hash128Hash> number_of_state;
-    std::unordered_map<Hash128, std::uint32_t, Hash128Hash> number_of_aged;
+    std::unordered_map<Aged, std::uint32_t, AgedHash> number_of_aged;
     std::vector<OnItsWay> deliveries;
     std::unordered_map<std::string, std::uint32_t> number_of_delivery;
     std::vector<Known> messages;

@@ -258,15 +258,16 @@ Parts::Told Parts::told_of(const Message& request) const {
 
 Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& down,
                     const std::function<bool(std::size_t leaf)>& is_killed, const project::Intervention& what,
-                    Ground& ground) {
+                    Ground& ground, std::optional<std::uint64_t> number) {
   using namespace project::intervention;
   const auto tell = [&](std::uint64_t id) { ground.publish(project::injection_message(what, "scenario", id)); };
   const auto post = [&](Delivery delivery) { ground.put(ground.now(), Rank::kMessage, std::move(delivery)); };
   if (project::stands(what)) {
-    const auto id = faults.next_id();
-    if (!id) return tl::unexpected(id.error());
-    tell(*id);
-    faults.add(*id, what);
+    const auto next = faults.next_id();
+    if (!next) return tl::unexpected(next.error());
+    const std::uint64_t id = number.value_or(*next);
+    tell(id);
+    faults.add(id, what);
     return {};
   }
   if (const auto* clear = std::get_if<Clear>(&what)) {

@@ -126,9 +126,26 @@ using Numbered = std::optional<std::pair<std::size_t, std::uint64_t>>;
 
 /// What a timeline would do now.
 /// @param is_killed  Whether the skill of a leaf is.
+/// @param number     Of what stands from then on; nothing: the next one.
 /// Errors: steering.part-state, steering.too-many, steering.unknown-id, verify.fault.
 Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& down,
                     const std::function<bool(std::size_t leaf)>& is_killed, const project::Intervention& what,
-                    Ground& ground);
+                    Ground& ground, std::optional<std::uint64_t> number = std::nullopt);
+
+/// Whether a skill is killed, once what is on its way to it has come.
+/// @param is_killed  It is now.
+/// @param waiting    On its way to anybody, in order; `delivery` gives one of them.
+template <class Waiting, class DeliveryOf>
+[[nodiscard]] bool will_be_killed(std::size_t leaf, bool is_killed, const Waiting& waiting,
+                                  const DeliveryOf& delivery) {
+  for (const auto& one : waiting) {
+    const Delivery& what = delivery(one);
+    const auto* skill = std::get_if<SkillDelivery>(&what.what);
+    if (skill == nullptr || what.leaf != leaf) continue;
+    if (std::holds_alternative<KillSkill>(*skill)) is_killed = true;
+    if (std::holds_alternative<RestartSkill>(*skill)) is_killed = false;
+  }
+  return is_killed;
+}
 
 }  // namespace sentree::mission

@@ -176,11 +176,12 @@ void VirtualHost::step(State& state, Surroundings& surroundings) {
   state_ = nullptr;
 }
 
-Result<void> VirtualHost::inject(State& state, const project::Intervention& what, Surroundings& surroundings) {
+Result<void> VirtualHost::inject(State& state, const project::Intervention& what, Surroundings& surroundings,
+                                 std::optional<std::uint64_t> number) {
   state_ = &state;
   surroundings_ = &surroundings;
-  const auto is_killed = [&](std::size_t leaf) { return state.skills[leaf].phase == SkillPhase::kKilled; };
-  return mission::inject(parts_, state.faults, state.down, is_killed, what, *this);
+  const auto killed = [&](std::size_t leaf) { return is_killed(state, leaf); };
+  return mission::inject(parts_, state.faults, state.down, killed, what, *this, number);
 }
 
 }  // namespace sentree::mission

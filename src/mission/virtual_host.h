@@ -70,8 +70,15 @@ class VirtualHost final : private Ground {
   /// Executes what is due first.
   void step(State& state, Surroundings& surroundings);
   /// What a timeline would do now: kills, restarts, and what stands.
+  /// @param number  As of `mission::inject`.
   /// Errors: steering.part-state, steering.too-many, steering.unknown-id, verify.fault.
-  Result<void> inject(State& state, const project::Intervention& what, Surroundings& surroundings);
+  Result<void> inject(State& state, const project::Intervention& what, Surroundings& surroundings,
+                      std::optional<std::uint64_t> number = std::nullopt);
+  /// Whether a skill is killed, or is at once.
+  [[nodiscard]] static bool is_killed(const State& state, std::size_t leaf) {
+    return will_be_killed(leaf, state.skills[leaf].phase == SkillPhase::kKilled, state.queue,
+                          [](const Waiting& waiting) -> const Delivery& { return waiting.what; });
+  }
   /// Nothing of the mission is left to do.
   [[nodiscard]] static bool ended(const State& state) { return state.tree.phase == TreePhase::kEnded; }
 

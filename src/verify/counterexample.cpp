@@ -26,7 +26,7 @@ std::optional<project::Intervention> fault_of(const ChoicePoint& point, const pr
 using Timeline = std::vector<project::Injection>;
 
 // The entries `kept` of a timeline in which a fault that ends names the entry of the one that began: with the numbers
-// that these have in a run, where what the scenario does itself has some too.
+// that these have in a run. What the scenario itself does names its own by the numbers that they have without others.
 Timeline with_numbers(const Timeline& timeline, const project::Scenario& scenario,
                       const std::vector<std::size_t>& kept) {
   const std::size_t own = scenario.timeline.size();
@@ -38,11 +38,23 @@ Timeline with_numbers(const Timeline& timeline, const project::Scenario& scenari
   for (const std::size_t entry : order) {
     if (project::stands(timeline[entry].what)) numbers[entry] = ++last;
   }
+  std::map<std::uint64_t, std::size_t> entries;  // of the scenario's own, by their numbers without others
+  for (auto one = scenario.timeline.begin(); one != scenario.timeline.end(); ++one) {
+    if (project::stands(one->what))
+      entries[number_of(scenario, one)] = static_cast<std::size_t>(one - scenario.timeline.begin());
+  }
   Timeline out;
   for (const std::size_t entry : kept) {
     out.push_back(timeline[entry]);
-    if (auto* clear = std::get_if<project::intervention::Clear>(&out.back().what); clear != nullptr && entry >= own)
+    auto* const clear = std::get_if<project::intervention::Clear>(&out.back().what);
+    if (clear == nullptr || (entry < own && clear->id <= scenario.delays.size())) continue;
+    if (entry >= own) {
       clear->id = numbers[clear->id];
+    } else if (const auto found = entries.find(clear->id); found != entries.end()) {
+      clear->id = numbers[found->second];
+    } else {
+      clear->id += numbers.size();  // nothing of its own, nor of the others
+    }
   }
   return out;
 }
@@ -58,6 +70,7 @@ Timeline with_entries(Timeline timeline, const project::Scenario& scenario) {
   for (const std::size_t entry : order) {
     if (project::stands(timeline[entry].what)) entries[++last] = entry;
   }
+  std::copy(scenario.timeline.begin(), scenario.timeline.end(), timeline.begin());
   for (std::size_t entry = scenario.timeline.size(); entry < timeline.size(); ++entry) {
     if (auto* clear = std::get_if<project::intervention::Clear>(&timeline[entry].what)) clear->id = entries[clear->id];
   }
@@ -99,7 +112,11 @@ project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
   made.virtual_time = true;
   made.factor = 1.0;
   made.choices.emplace();
+  made.orders.clear();
   made.expect_nothing();
+  // What is shown may come behind another violation.
+  made.stop_when_violated = false;
+  std::erase_if(made.source.entries, [](const auto& entry) { return entry.first.scalar == "stop_when_violated"; });
   made.verdicts[judgement.requirement] =
       judgement.path->loop || judgement.state == "the mission ends" ? "owed" : "violated";
   std::map<std::string, std::uint64_t> numbers;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <memory>
 #include <utility>
 
@@ -17,6 +18,8 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 const std::string kMemory = "the limit of memory";
+// Code of a period that a limit has ended.
+const std::string kLimit = "verify.limit";
 
 // States that are gone through ahead at a time; as many as are worth it.
 constexpr std::uint32_t kAheadMin = 64;
@@ -31,6 +34,11 @@ class Explorer {
   Result<Graph> operator()() {
     if (auto begun = periods_.begin(); !begun) return tl::unexpected(begun.error());
     started_ = SteadyClock::now();
+    periods_.on_the_way([this]() -> Result<void> {
+      std::string reached = limit_now();
+      if (reached.empty()) return {};
+      return fail(kLimit, std::move(reached));
+    });
     if (options_.each && !options_.tells_what_is_said) {
       for (std::size_t i = 0; i < kShares; ++i) scouts_.push_back(std::make_unique<Scout>(periods_));
       if (!scouts_.front()->can()) scouts_.clear();
@@ -48,17 +56,18 @@ class Explorer {
       }
       // How likely something is can depend on any order.
       if (graph.reduced && graph.probabilistic) return std::move(graph);
-      // Some ways of a state are no ways of it: what is drawn there would be drawn from too little.
-      if (!graph.limit.empty()) graph.edges.resize(graph.nodes[at].first_edge);
       graph.nodes[at].edges = static_cast<std::uint32_t>(graph.edges.size()) - graph.nodes[at].first_edge;
-      if (!graph.limit.empty()) break;
+      if (!graph.limit.empty()) {
+        graph.partial = at;
+        break;
+      }
       periods_.drop();
       if (options_.progress && at % 1024 == 0) options_.progress(graph.nodes.size(), graph.edges.size());
     }
     graph.complete = graph.limit.empty();
     if (graph.complete) graph.complete_to = graph.nodes.back().depth + 1;
     // What grows without end, most likely; of ticks somebody wanted so many.
-    if (!graph.complete && !graph.limit.ends_with(" ticks")) {
+    if (!graph.complete && !graph.limit.ends_with(" ticks") && !too_many_ways_) {
       graph.grows = periods_.most_varied(3);
     }
     return std::move(graph);
@@ -123,13 +132,20 @@ class Explorer {
     ways_.begin();
     for (std::size_t ways = 0;; ++ways) {
       if (ways >= kWaysMax) {
-        return fail("verify.choice",
-                    fmt::format("tick {} can go on in more than {} ways; leave less open at one instant",
-                                graph.nodes[at].depth + 1, kWaysMax));
+        too_many_ways_ = true;
+        graph.limit = fmt::format(
+            "tick {} can go on in more than {} ways ({}): leave less open at one instant, or draw some of them with "
+            "--runs",
+            graph.nodes[at].depth + 1, kWaysMax, left_open());
+        return {};
       }
       if (ways % 64 == 63) graph.limit = limit_now();
       if (!graph.limit.empty()) return {};
       const auto way = periods_.go_on(at, ways_.script());
+      if (!way && way.error().code == kLimit) {
+        graph.limit = way.error().message;
+        return {};
+      }
       if (!way) return tl::unexpected(told(way.error(), graph.nodes[at].depth + 1));
       graph.edges.push_back({at, way->to, periods_.keep_seen(), periods_.keep_made()});
       if (options_.tells_what_is_said) graph.said.push_back(periods_.said());
@@ -137,6 +153,25 @@ class Explorer {
       graph.reduced = graph.reduced || ways_.leaves_out();
       return {};
     }
+  }
+
+  // What was decided in the last period: "17 times m.door of 3".
+  std::string left_open() const {
+    std::map<std::string, std::size_t> times;
+    for (const Made& made : periods_.made()) {
+      if (made.count < 2) continue;
+      if (made.kind != Made::Kind::kChoice) {
+        ++times[made.kind == Made::Kind::kOrder ? "which part is first" : "a fault"];
+        continue;
+      }
+      const ChoicePoint& point = periods_.graph().choices[made.what];
+      ++times[fmt::format("{}{}{} of {}", point.model, point.name.empty() ? " at " : ".",
+                          point.name.empty() ? point.place : point.name, made.count)];
+    }
+    std::string text;
+    for (const auto& [what, count] : times)
+      text += fmt::format("{}{}{}", text.empty() ? "" : ", ", count > 1 ? fmt::format("{} times ", count) : "", what);
+    return text;
   }
 
   // With when it comes, and what was chosen then.
@@ -156,6 +191,7 @@ class Explorer {
   Periods periods_;
   Ways ways_;
   SteadyClock::time_point started_;
+  bool too_many_ways_ = false;
   // States that scouts have gone through, a share each.
   std::vector<std::unique_ptr<Scout>> scouts_;
   bool scouted_ = false;
@@ -218,6 +254,11 @@ Diagnostics obstacles(const project::Plan& plan) {
     }
   }
   return out;
+}
+
+Duration Graph::judged(const Edge& edge) const {
+  const Duration all = lasts(edge);
+  return nodes[edge.to].cut_off && all > Duration(0) ? all - Duration(1) : all;
 }
 
 Duration Graph::lasts(const Edge& edge) const {

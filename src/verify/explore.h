@@ -67,7 +67,8 @@ struct Graph {
     std::uint32_t depth = 0;  ///< Periods from the beginning, at least.
     std::uint32_t first_edge = 0;
     std::uint32_t edges = 0;
-    bool ended = false;  ///< Nothing of the mission is left to do.
+    bool ended = false;    ///< Nothing of the mission is left to do.
+    bool cut_off = false;  ///< It has ended, and not by itself.
     friend bool operator==(const Node&, const Node&) = default;
   };
   std::vector<Node> nodes;            ///< The first is the beginning; in order of depth.
@@ -86,6 +87,10 @@ struct Graph {
   std::uint32_t complete_to = 0;  ///< Ticks up to which every behaviour is known.
   /// How long the period of an edge is: before the first tick no time passes, and the mission may end between two.
   [[nodiscard]] Duration lasts(const Edge& edge) const;
+  /// How much of that monitors judge (`mission::judged_until`).
+  [[nodiscard]] Duration judged(const Edge& edge) const;
+  /// The state at which a limit ended it between two ways on; those that were gone are there. UINT32_MAX: none.
+  std::uint32_t partial = UINT32_MAX;
 
   // What was reached at all.
   std::vector<std::vector<bool>> taken;                 ///< By leaf and transition.
@@ -141,10 +146,11 @@ struct Options {
 inline constexpr std::uint64_t kAlternativesMax = 10'000;
 /// Says so of a choice, with its line: verify.choice.
 [[nodiscard]] Diagnostic too_many_alternatives(const mission::Choice& choice);
-/// Ways in which one period of one state can go on.
+/// Ways in which one period of one state can go on; more are a limit.
 inline constexpr std::size_t kWaysMax = 100'000;
 /// Executes one period after the other for every choice, breadth first.
-/// Errors: verify.choice (too many alternatives), verify.endless, those of `mission::encode`, verify.fault.
+/// Errors: verify.choice (too many alternatives of one choice), verify.endless, those of `mission::encode`,
+/// verify.fault.
 [[nodiscard]] Result<Graph> explore(const project::Plan& plan, const Options& options);
 
 /// What no exploration can deal with: parts elsewhere, charts that read clocks or random numbers or their names.

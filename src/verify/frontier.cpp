@@ -33,8 +33,9 @@ class Executing final : public Frontier {
     return encode();
   }
   void again(std::uint64_t place, TimePoint) override { run_ = states_[place - dropped_]; }
-  Result<void> go_on(const std::function<Result<void>()>& before_tick) override {
-    if (const auto delivered = period(host_, run_, surroundings_, before_tick); !delivered)
+  Result<void> go_on(const std::function<Result<void>()>& before_tick,
+                     const std::function<Result<void>()>& on_the_way) override {
+    if (const auto delivered = period(host_, run_, surroundings_, before_tick, on_the_way); !delivered)
       return tl::unexpected(delivered.error());
     mission::prune(run_);
     return encode();
@@ -57,18 +58,21 @@ class Executing final : public Frontier {
 
   TimePoint now() const override { return run_.now; }
   bool ended() const override { return mission::VirtualHost::ended(run_); }
+  bt::Status root() const override { return run_.tree.root; }
   bool over() const override { return mission::VirtualHost::over(run_); }
   TimePoint planned() const override { return mission::VirtualHost::planned(run_); }
   const mission::Faults& faults() const override { return run_.faults; }
   bool is_down(const std::string& part) const override {
     if (run_.down.contains(part)) return true;
     for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
-      if (plan_.leaves[leaf].name == part) return run_.skills[leaf].phase == mission::SkillPhase::kKilled;
+      if (plan_.leaves[leaf].name == part) return mission::VirtualHost::is_killed(run_, leaf);
     }
     return false;
   }
   const mission::ModelState& model(std::size_t index) const override { return run_.models[index]; }
-  Result<void> inject(const project::Intervention& what) override { return host_.inject(run_, what, surroundings_); }
+  Result<void> inject(const project::Intervention& what, std::uint64_t number) override {
+    return host_.inject(run_, what, surroundings_, number);
+  }
   void each_state(const Visit& visit) const override {
     for (const mission::State& state : states_) {
       const auto wake = [&](const scxml::Session& session) -> std::optional<Duration> {
@@ -126,8 +130,9 @@ class Remembering final : public Frontier {
     memory_->unpack(std::span(keeps.waiting_).subspan(first + 1, keeps.waiting_[first]), at, run_);
     run_.begun = place != 0;
   }
-  Result<void> go_on(const std::function<Result<void>()>& before_tick) override {
-    if (const auto delivered = period(*memory_, run_, outside_, before_tick); !delivered)
+  Result<void> go_on(const std::function<Result<void>()>& before_tick,
+                     const std::function<Result<void>()>& on_the_way) override {
+    if (const auto delivered = period(*memory_, run_, outside_, before_tick, on_the_way); !delivered)
       return tl::unexpected(delivered.error());
     return pack();
   }
@@ -166,6 +171,7 @@ class Remembering final : public Frontier {
 
   TimePoint now() const override { return run_.now; }
   bool ended() const override { return memory_->ended(run_); }
+  bt::Status root() const override { return memory_->root(run_); }
   bool over() const override { return memory_->over(run_); }
   TimePoint planned() const override { return memory_->planned(run_); }
   const mission::Faults& faults() const override { return memory_->faults(run_); }
@@ -177,7 +183,9 @@ class Remembering final : public Frontier {
     return false;
   }
   const mission::ModelState& model(std::size_t index) const override { return memory_->model(run_, index); }
-  Result<void> inject(const project::Intervention& what) override { return memory_->inject(run_, what, outside_); }
+  Result<void> inject(const project::Intervention& what, std::uint64_t number) override {
+    return memory_->inject(run_, what, outside_, number);
+  }
   void each_state(const Visit& visit) const override {
     memory_->each_state([&](std::size_t part, const mission::PartState& state, std::optional<Duration> wake) {
       visit(part, std::visit([](const auto& of) { return PartView(&of); }, state), wake);

@@ -29,7 +29,9 @@ class Frontier {
   /// @param at     Its time.
   virtual void again(std::uint64_t place, TimePoint at) = 0;
   /// Goes on by one period. Errors: those of `period`, and of `mission::encode`.
-  virtual Result<void> go_on(const std::function<Result<void>()>& before_tick) = 0;
+  /// @param before_tick, on_the_way  Of `period`.
+  virtual Result<void> go_on(const std::function<Result<void>()>& before_tick,
+                             const std::function<Result<void>()>& on_the_way) = 0;
   /// From now on steps are appended to it. False: they cannot be.
   virtual bool trace(mission::PartMemory::Trace& trace) = 0;
   /// Stands for the run between two periods: equal for runs that behave alike from here on.
@@ -53,6 +55,8 @@ class Frontier {
   // Of the run.
   [[nodiscard]] virtual TimePoint now() const = 0;
   [[nodiscard]] virtual bool ended() const = 0;
+  /// What the root of the tree answered last.
+  [[nodiscard]] virtual bt::Status root() const = 0;
   /// No tick follows; else when the next one is planned.
   [[nodiscard]] virtual bool over() const = 0;
   [[nodiscard]] virtual TimePoint planned() const = 0;
@@ -61,7 +65,8 @@ class Frontier {
   [[nodiscard]] virtual bool is_down(const std::string& part) const = 0;
   /// Of that index in the plan.
   [[nodiscard]] virtual const mission::ModelState& model(std::size_t index) const = 0;
-  virtual Result<void> inject(const project::Intervention& what) = 0;
+  /// @param number  Of what stands then.
+  virtual Result<void> inject(const project::Intervention& what, std::uint64_t number) = 0;
 
   /// States of parts by the index of their part among leaves, then models, then the tree, each with the time until a
   /// timer of it rings: all that were found, or those that are kept, if the others are not known any more.

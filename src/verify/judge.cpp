@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "sentree/base/flat_map.h"
@@ -28,6 +31,11 @@ class Judge {
  public:
   Judge(const Graph& graph, const monitor::Model& model, const JudgeOptions& options)
       : graph_(graph), model_(model), options_(options), memory_(graph, model) {}
+  ~Judge() {
+    if (options_.taken != nullptr) *options_.taken -= taken_;
+  }
+  Judge(const Judge&) = delete;
+  Judge& operator=(const Judge&) = delete;
 
   Judgement operator()() {
     out_.requirement = model_.name();
@@ -38,7 +46,12 @@ class Judge {
       if (!follow(at)) break;
       if (out_.finding == Finding::kRefuted && !wants_all()) break;
       constexpr std::uint32_t kLooksOften = 1024;
-      if (at % kLooksOften == kLooksOften - 1) all = !options_.interrupted || !options_.interrupted();
+      if (at % kLooksOften != kLooksOften - 1) continue;
+      if (options_.interrupted && options_.interrupted())
+        out_.limit = "given up while it was judged";
+      else if (takes_too_much())
+        out_.limit = too_much();
+      all = out_.limit.empty();
     }
     if (memory_.error()) {
       out_.error = to_string(*memory_.error());
@@ -46,7 +59,7 @@ class Judge {
     }
     out_.states = pairs_.size();
     if (!all) {
-      if (out_.finding != Finding::kRefuted) out_.limit = "given up while it was judged";
+      if (out_.finding == Finding::kRefuted) out_.limit.clear();
       return std::move(out_);
     }
     if (out_.finding != Finding::kRefuted) {
@@ -63,6 +76,36 @@ class Judge {
   }
 
  private:
+  bool takes_too_much() {
+    const std::uint64_t taken =
+        memory_.bytes() + pair_of_.bytes() + pairs_.capacity() * sizeof(Pair) + steps_.capacity() * sizeof(Step);
+    if (options_.taken == nullptr) return taken > options_.memory;
+    *options_.taken += taken - taken_;
+    taken_ = taken;
+    return *options_.taken > options_.memory;
+  }
+
+  // What grows, and a way out.
+  [[nodiscard]] std::string too_much() const {
+    std::map<std::string, std::set<std::string>> values;
+    for (const MonitorMemory::Kept& kept : memory_.all()) {
+      kept.core.session.visit_data(
+          model_.chart(), [&](const std::string& datum, const Value& value) { values[datum].insert(to_json(value)); });
+    }
+    std::string most;
+    std::size_t count = 1;
+    for (const auto& [datum, of] : values) {
+      if (of.size() <= count) continue;
+      most = datum;
+      count = of.size();
+    }
+    return fmt::format(
+        "the limit of memory while it was judged, with {} states of its own and {} together with the mission{}; judge "
+        "it alone (--only), with a smaller bound or {}, or give it more (--memory)",
+        memory_.all().size(), pairs_.size(), most.empty() ? "" : fmt::format(" (most values had {}: {})", most, count),
+        model_.origin() != nullptr ? "number" : "fewer values in its chart");
+  }
+
   [[nodiscard]] bool wants_all() const { return options_.probabilities && graph_.probabilistic && graph_.complete; }
 
   std::pair<std::uint32_t, bool> add(Pair pair) {
@@ -87,10 +130,11 @@ class Judge {
     }
     for (std::uint32_t e = node.first_edge; e < node.first_edge + node.edges; ++e) {
       const Edge& edge = graph_.edges[e];
-      const auto* outcome = memory_.after(pair.core, memory_.heard(edge.seen), graph_.lasts(edge));
+      const auto* outcome = memory_.after(pair.core, memory_.heard(edge.seen), graph_.judged(edge));
       if (outcome == nullptr) return false;
       const auto [to, is_new] = add({edge.to, outcome->core, at, e});
-      steps_.push_back({at, to, e, outcome->discharged});
+      // Whether a loop is fair is not known where some ways on are not.
+      if (pair.node != graph_.partial) steps_.push_back({at, to, e, outcome->discharged});
       if (outcome->violated && out_.finding != Finding::kRefuted) {
         // The time on this path, which need not be one of the shortest to its state of the mission.
         refute(to, outcome->observation, time_of(at) + outcome->after, outcome->state);
@@ -294,6 +338,7 @@ class Judge {
   std::vector<Pair> pairs_;
   FlatMap<std::uint64_t, WordHash> pair_of_;
   std::vector<Step> steps_;
+  std::uint64_t taken_ = 0;             // bytes, as it was looked at last
   std::optional<Branching> branching_;  // when it is wanted, of all pairs
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -63,6 +64,9 @@ struct JudgeOptions {
   bool all_fair = false;  ///< Also those without a name, each by where it stands.
   bool probabilities = true;
   std::function<bool()> interrupted;  ///< What is not decided then stays unknown; may be empty.
+  /// Bytes that all requirements that are judged at a time may take together, about; likewise.
+  std::uint64_t memory = UINT64_MAX;
+  std::atomic<std::uint64_t>* taken = nullptr;  ///< By all of them; null: there is only one.
 };
 
 /// Steps a monitor along the graph: each of its states with each state of the mission once, breadth first. Obligations

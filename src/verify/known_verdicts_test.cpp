@@ -35,6 +35,7 @@ struct Known {
   std::string yaml = "";
   bool all_fair = false;
   std::string other_model = "";  // that serves e
+  std::string scenario = "";     // but for its project
 };
 
 void PrintTo(const Known& known, std::ostream* out) { *out << known.why; }
@@ -628,6 +629,109 @@ std::vector<Known> known() {
                   {"twice", "holds", {}},
                   {"twice6", "refuted@0.7", {}},
                   {"per_event", "holds", {}}}});
+  // ---- timers that are cancelled
+  const auto asked_thrice = [](const std::string& begins, const std::string& cancels) {
+    const auto on = [](const std::string& cond, const std::string& does) {
+      return "<transition event=\"d.ask.request\" cond=\"" + cond + "\">" + does + "</transition>";
+    };
+    return chart(
+        "<datamodel><data id=\"k\" expr=\"0\"/><data id=\"z\" expr=\"0\"/></datamodel><state id=\"t\"><transition "
+        "event=\"x\">" +
+        assign("z", "1") + "</transition>" + on("k === 0", assign("k", "1") + begins + reply("1")) +
+        on("k === 1", cancels + assign("k", "2") + reply("1")) + on("k === 2", reply("z === 0 ? 6 : 2")) + "</state>");
+  };
+  const std::string thrice =
+      "<Sequence><ForceSuccess><Condition ID=\"Ask\" name=\"A\"/></ForceSuccess><Sleep msec=\"100\"/><ForceSuccess>"
+      "<Condition ID=\"Ask\" name=\"B\"/></ForceSuccess><Sleep msec=\"200\"/><Condition ID=\"Ask\" name=\"Z\"/>"
+      "</Sequence>";
+  const std::string sends_x = "<send id=\"s1\" event=\"x\" delay=\"250ms\"/>";
+  const std::string sends_other = "<send id=\"s2\" event=\"x\" delay=\"250ms\"/>";
+  all.push_back({"CancelThatFindsAnotherTimer",
+                 "Only s1 is cancelled at 100 ms; of the two sends, either of which is on its way, s2 rings at 250 ms.",
+                 thrice,
+                 asked_thrice("<if cond=\"chance(0.5)\">" + sends_other + "<else/>" + sends_x + "</if>",
+                              "<cancel sendid=\"s1\"/>"),
+                 "a: never said = 6.\nb: never said = 2.\n",
+                 {{"a", "refuted@0.3", {{0.5, 0.5}}}, {"b", "refuted@0.3", {{0.5, 0.5}}}}});
+  all.push_back({"CancelThatFindsNone",
+                 "Nothing is on its way, or s1, which is cancelled: nothing rings. Or s2, which rings.",
+                 thrice,
+                 asked_thrice("<if cond=\"pick('a', 0, 1, 2) === 0\"><log expr=\"'none'\"/><elseif cond=\"pick('b', "
+                              "true, false)\"/>" +
+                                  sends_x + "<else/>" + sends_other + "</if>",
+                              "<cancel sendid=\"s1\"/>"),
+                 "a: never said = 6.\nb: never said = 2.\n",
+                 {{"a", "refuted@0.3", {}}, {"b", "refuted@0.3", {}}}});
+  // ---- timelines
+  const std::string once_false = "verify: {faults: {at_most: 1, any_of: [{falsify: {call: d.ask, value: 1}}]}}\n";
+  all.push_back({"ClearsItsOwn",
+                 "From 150 ms to 350 ms d is not reached: errors at 200 and 300 ms. What verify tries has no number of "
+                 "the timeline's, and stands beyond 350 ms: a second 1 can come at 100 ms, and errors only two.",
+                 kEachTick,
+                 answers("", "5"),
+                 "a: never event(error(d.ask)).\nb: event(error(d.ask)) at most 2 times.\nc: said = 1 at most 1 "
+                 "times.\nd: event(error(d.ask)) at most 1 times.\n",
+                 {{"a", "refuted@0.2", {}}, {"b", "holds", {}}, {"c", "refuted@0.1", {}}, {"d", "refuted@0.3", {}}},
+                 once_false,
+                 false,
+                 "",
+                 "duration: 8 s\ntimeline:\n  - {at: 150 ms, unreachable: d.ask}\n  - {at: 350 ms, clear: 1}\n"});
+  all.push_back({"CutOffAtADeadline",
+                 "The mission is stopped at 250 ms. What would have been due there may have been to come; what was due "
+                 "before was not.",
+                 kAgain,
+                 answers("", "5"),
+                 "w: eventually said = 9 within 250 ms.\nv: eventually said = 9 within 249 ms.\nz: whenever said "
+                 "= 5, said = 9 within 50 ms.\ny: whenever said = 5, said = 9 within 150 ms.\n",
+                 {{"w", "holds", {}}, {"v", "refuted@0.249", {}}, {"z", "refuted@0.15", {}}, {"y", "holds", {}}},
+                 "",
+                 false,
+                 "",
+                 "duration: 8 s\ntimeline:\n  - {at: 250 ms, stop: mission}\n"});
+  all.push_back({"CutOffAtATick",
+                 "As a stop between two ticks.",
+                 kAgain,
+                 answers("", "5"),
+                 "w: eventually said = 9 within 300 ms.\nv: eventually said = 9 within 299 ms.\n",
+                 {{"w", "holds", {}}, {"v", "refuted@0.299", {}}},
+                 "",
+                 false,
+                 "",
+                 "duration: 8 s\ntimeline:\n  - {at: 300 ms, stop: mission}\n"});
+  all.push_back({"WhatTheTimelineCannotDo",
+                 "Faults of verify may have killed Ask before: the timeline's kill is noted then, as in a run. The "
+                 "second clear finds nothing.",
+                 kEachTick,
+                 answers("", "5"),
+                 "a: never said = 9.\nb: event(request(d.ask)) at most 1 times.\n",
+                 {{"a", "holds", {}}, {"b", "refuted@0.1", {}}},
+                 "verify: {faults: {at_most: 1, any_of: [{kill: Ask}]}}\n",
+                 false,
+                 "",
+                 "duration: 8 s\ntimeline:\n  - {at: 0 ms, falsify: {call: d.ask, value: 1, count: 1}}\n  - {at: 250 "
+                 "ms, kill: Ask}\n  - "
+                 "{at: 250 ms, restart: Ask}\n  - {at: 350 ms, restart: Ask}\n  - {at: 450 ms, clear: 1}\n"});
+  all.push_back({"ViolatedBehindAnother",
+                 "A run would stop at 100 ms, where b is violated. Each is judged by itself.",
+                 kAgain,
+                 answers("", "5"),
+                 "b: never said = 5.\nc: eventually said = 9 within 250 ms.\n",
+                 {{"b", "refuted@0.1", {}}, {"c", "refuted@0.25", {}}},
+                 "",
+                 false,
+                 "",
+                 "duration: 8 s\nstop_when_violated: true\n"});
+  all.push_back({"LoopBehindALoop",
+                 "The timeline of a loop comes at its times in all its rounds; what is owed is owed behind it too.",
+                 kAgain,
+                 answers("", "pick('o', 1, 6)"),
+                 "a: eventually said = 7.\nc: event(error(d.ask)) at most 1 times.\n",
+                 {{"a", "refuted", {}}, {"c", "refuted@0.6", {}}},
+                 "",
+                 false,
+                 "",
+                 "timeline:\n  - {at: 0.2 s, unreachable: d.ask}\n  - {at: 0.3 s, clear: 1}\nloop: {from: 2, to: "
+                 "5}\nduration: 1.3 s\n"});
   return all;
 }
 
@@ -675,7 +779,14 @@ class KnownVerdicts : public ::testing::TestWithParam<Known> {
               "]\nmonitors: [{file: r.req}]\n" + of.yaml);
     auto project = project::load_project(folder_.path());
     EXPECT_TRUE(project.ok()) << to_string(project.diagnostics.front());
-    auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+    project::Scenario scenario = project::plain_scenario(std::move(*project.value));
+    if (!of.scenario.empty()) {
+      write("s.yaml", "project: .\nclock: virtual\n" + of.scenario);
+      auto loaded = project::load_scenario(folder_.path() / "s.yaml");
+      EXPECT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.front());
+      scenario = std::move(*loaded.value);
+    }
+    auto prepared = project::prepare(with_models(std::move(scenario)));
     for (const Diagnostic& diagnostic : prepared.diagnostics) EXPECT_TRUE(prepared.ok()) << to_string(diagnostic);
     return std::move(prepared.value.value());
   }

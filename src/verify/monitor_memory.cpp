@@ -162,7 +162,10 @@ const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint
     return nullptr;
   }
   outcome.violated = violated;
-  const auto to = intern(std::move(stepped), begin + period, violated);
+  // What cuts the mission off is heard at the instant that is not judged as a whole.
+  const auto& all = heard_[heard];
+  const auto to =
+      intern(std::move(stepped), begin + std::max(period, all.empty() ? Duration(0) : all.back().after), violated);
   if (!to) return nullptr;
   outcome.core = *to;
   outcome.discharged = outcome.discharged || !cores_[*to].owes;

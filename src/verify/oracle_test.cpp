@@ -100,8 +100,7 @@ class BruteForce final : public mission::Surroundings {
         if (const auto* kill = std::get_if<Kill>(&one)) {
           stands = state.down.contains(kill->part);
           for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf)
-            stands = stands || (plan_.leaves[leaf].name == kill->part &&
-                                state.skills[leaf].phase == mission::SkillPhase::kKilled);
+            stands = stands || (plan_.leaves[leaf].name == kill->part && mission::VirtualHost::is_killed(state, leaf));
           end = Restart{kill->part};
         } else {
           for (const auto& standing : state.faults.list()) {

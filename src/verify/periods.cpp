@@ -101,13 +101,21 @@ Result<Periods::Way> Periods::go_on(std::uint32_t from, std::span<const std::uin
     gates_.again(std::span(gates_of_).subspan(from * gates, gates), begin_);
   }
   const auto before_tick = [this] { return fault(); };
-  if (auto done = frontier_->go_on(before_tick); !done) return tl::unexpected(done.error());
+  const auto on_the_way = [this]() -> Result<void> {
+    if (error_) return tl::unexpected(*error_);
+    return on_the_way_ ? on_the_way_() : Result<void>();
+  };
+  if (auto done = frontier_->go_on(before_tick, on_the_way); !done) return tl::unexpected(done.error());
   if (error_) return tl::unexpected(*error_);
   gates_now_.clear();
   if (auto kept = gates_.keep(frontier_->now(), gates_now_); !kept) return tl::unexpected(kept.error());
   ended_ = frontier_->ended();
   const TimePoint now = frontier_->now();
-  Way way{.to = find(), .over = frontier_->over(), .took = now - begin_, .until_planned = frontier_->planned() - now};
+  Way way{.to = find(),
+          .over = frontier_->over(),
+          .took = now - begin_,
+          .judged = std::max(Duration(0), now - begin_ - Duration(is_cut_off(*frontier_) ? 1 : 0)),
+          .until_planned = frontier_->planned() - now};
   way.is_new = way.to == graph_.nodes.size();
   if (way.is_new) add(graph_.nodes[from].depth + 1);
   return way;
@@ -129,7 +137,12 @@ std::uint32_t Periods::find() {
 void Periods::add(std::uint32_t depth) {
   const bool ended = frontier_->ended();
   if (look_) look_(*frontier_);
-  graph_.nodes.push_back({.at = frontier_->now(), .depth = depth, .first_edge = 0, .edges = 0, .ended = ended});
+  graph_.nodes.push_back({.at = frontier_->now(),
+                          .depth = depth,
+                          .first_edge = 0,
+                          .edges = 0,
+                          .ended = ended,
+                          .cut_off = is_cut_off(*frontier_)});
   gates_of_.insert(gates_of_.end(), gates_now_.begin(), gates_now_.end());
   places_.push_back(ended ? 0 : frontier_->keep());
 }
@@ -170,24 +183,25 @@ std::vector<Periods::Possible> Periods::possible_faults(const Options& options, 
                                                         std::size_t from) {
   std::vector<Possible> possible;
   const auto standing = frontier.faults().list();
+  const auto stands = [&](std::size_t i) {
+    return std::any_of(standing.begin(), standing.end(), [&](const auto& s) { return s.id == kFirstFault + i; });
+  };
   std::size_t stand = 0;
   using namespace project::intervention;
   for (std::size_t i = 0; i < options.faults.size(); ++i) {
     const project::Intervention& fault = options.faults[i];
-    const auto found = std::find_if(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
     const auto* kill = std::get_if<Kill>(&fault);
-    if (kill != nullptr ? !frontier.is_down(kill->part) : found == standing.end()) continue;
+    if (kill != nullptr ? !frontier.is_down(kill->part) : !stands(i)) continue;
     ++stand;
     if (i < from) continue;
-    project::Intervention end = kill != nullptr ? project::Intervention(Restart{kill->part}) : Clear{found->id};
+    project::Intervention end = kill != nullptr ? project::Intervention(Restart{kill->part}) : Clear{kFirstFault + i};
     possible.push_back({std::move(end), i, true});
   }
   for (std::size_t i = 0; i < options.faults.size() && stand < options.faults_at_most; ++i) {
     if (options.faults.size() + i < from) continue;
     const project::Intervention& fault = options.faults[i];
-    const bool stands = std::any_of(standing.begin(), standing.end(), [&](const auto& s) { return s.what == fault; });
     const auto* kill = std::get_if<Kill>(&fault);
-    if (stands || (kill != nullptr && frontier.is_down(kill->part))) continue;
+    if (stands(i) || (kill != nullptr && frontier.is_down(kill->part))) continue;
     possible.push_back({fault, i, false});
   }
   return possible;
@@ -209,7 +223,7 @@ Result<void> Periods::put_faults(const Options& options, Frontier& frontier,
     const std::vector<Possible> possible = possible_faults(options, frontier, from);
     const Possible* const fault = possible.empty() ? nullptr : decide(possible);
     if (fault == nullptr) return {};
-    if (auto injected = frontier.inject(fault->what); !injected) return injected;
+    if (auto injected = frontier.inject(fault->what, kFirstFault + fault->fault); !injected) return injected;
     from = fault->number(options) + 1;
   }
 }
@@ -498,7 +512,8 @@ std::uint32_t Periods::adopt(const Scouted& way, std::uint32_t depth) {
   const auto next = static_cast<std::uint32_t>(graph_.nodes.size());
   const std::uint32_t to = *known_.try_emplace(way.key, next).first;
   if (to != next) return to;
-  graph_.nodes.push_back({.at = way.now, .depth = depth, .first_edge = 0, .edges = 0, .ended = way.ended});
+  graph_.nodes.push_back(
+      {.at = way.now, .depth = depth, .first_edge = 0, .edges = 0, .ended = way.ended, .cut_off = way.cut_off});
   places_.push_back(way.ended ? 0 : frontier_->keep(way.form));
   return to;
 }

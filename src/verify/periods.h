@@ -66,6 +66,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
     bool is_new = false;  ///< Nothing led there before.
     bool over = false;    ///< No tick follows.
     Duration took{};
+    Duration judged{};         ///< How much of it monitors judge (`mission::judged_until`).
     Duration until_planned{};  ///< From there to the next tick.
   };
 
@@ -80,6 +81,8 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   /// @param script  What is decided first, in order.
   /// @param rest    Decides the rest; empty: everything takes its first alternative.
   Result<Way> go_on(std::uint32_t from, std::span<const std::uint32_t> script, const Decider& rest = {});
+  /// `look` is asked in a period every now and then; its error is that of the period.
+  void on_the_way(std::function<Result<void>()> look) { on_the_way_ = std::move(look); }
   /// Nobody goes on any more from the first state, in the order of numbers, from which somebody did.
   void drop() { frontier_->drop(); }
 
@@ -111,12 +114,16 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
     std::uint32_t made = 0;
     TimePoint now{};
     bool ended = false;
+    bool cut_off = false;
     std::span<const std::uint32_t> form;
   };
   std::uint32_t adopt(const Scouted& way, std::uint32_t depth);
 
  private:
   friend class Scout;
+
+  // Numbers of faults that may come or go, while they stand: behind all that the scenario's own ones have.
+  static constexpr std::uint64_t kFirstFault = std::uint64_t{1} << 32U;
 
   // A fault that may come or go, and what is said of it.
   struct Possible {
@@ -135,6 +142,9 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
                                  const std::function<const Possible*(const std::vector<Possible>& possible)>& decide);
   [[nodiscard]] ChoicePoint point_of(const Possible& fault) const;
   [[nodiscard]] static std::string key_of(const ChoicePoint& point);
+  [[nodiscard]] static bool is_cut_off(const Frontier& frontier) {
+    return frontier.ended() && !bt::is_completed(frontier.root());
+  }
   static Hash128 hash_of(const std::vector<Seen>& seen, std::vector<std::uint32_t>& words);
   static Hash128 hash_of(const std::vector<Made>& made, std::vector<std::uint32_t>& words);
 
@@ -182,6 +192,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   const Options& options_;
   std::unique_ptr<Frontier> frontier_;
   std::function<void(const Frontier&)> look_;
+  std::function<Result<void>()> on_the_way_;
   Gates gates_;
   monitor::Dispatch dispatch_;
   Graph graph_;

@@ -52,7 +52,7 @@ bool Scout::go_on(std::uint32_t from, std::span<const std::uint32_t> script) {
   ordered_.clear();
   due_.clear();
   frontier_->again(of_.places_[from], begin_);
-  const auto done = frontier_->go_on([this] { return fault(); });
+  const auto done = frontier_->go_on([this] { return fault(); }, [] { return Result<void>(); });
   if (frontier_->missed() || missed_ || !done) return false;
   const auto seen = of_.sequence_of_.find(Periods::hash_of(seen_, words_));
   if (seen == of_.sequence_of_.end()) return false;
@@ -64,6 +64,7 @@ bool Scout::go_on(std::uint32_t from, std::span<const std::uint32_t> script) {
                           .made = made->second,
                           .now = frontier_->now(),
                           .ended = frontier_->ended(),
+                          .cut_off = Periods::is_cut_off(*frontier_),
                           .form = {}},
                   .form = forms_.size(),
                   .size = form.size()});

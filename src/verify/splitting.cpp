@@ -157,7 +157,7 @@ class Splitter {
         return fail("verify.memory", "one repetition needs too much of it");
       const auto way = walk_.go_on(at, rng);
       if (!way) return tl::unexpected(way.error());
-      const auto* outcome = monitor.after(core, monitor.heard(way->seen), way->took);
+      const auto* outcome = monitor.after(core, monitor.heard(way->seen), way->judged);
       if (outcome == nullptr) return tl::unexpected(*monitor.error());
       at = way->to;
       core = outcome->core;

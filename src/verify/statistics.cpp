@@ -102,7 +102,7 @@ class Executed {
     // What is owed with a bound is due while the rest of the run is silent. What would come at its very end is not
     // known any more.
     const bool ended = mission::VirtualHost::ended(state);
-    thrower.advance(ended ? state.now : end - Duration(1));
+    thrower.advance(ended ? mission::judged_until(state.now, bt::is_completed(state.tree.root)) : end - Duration(1));
     thrower.end(ended);
     return std::move(thrower.of_run);
   }
@@ -139,7 +139,7 @@ class Walked {
       for (std::size_t i = 0; i < walk_.monitors(); ++i) {
         if (of_run[i] == Came::kViolated) continue;
         MonitorMemory& monitor = walk_.monitor(i);
-        const auto* outcome = monitor.after(cores_[i], monitor.heard(way->seen), way->took);
+        const auto* outcome = monitor.after(cores_[i], monitor.heard(way->seen), way->judged);
         if (outcome == nullptr) return tl::unexpected(*monitor.error());
         cores_[i] = outcome->core;
         if (!outcome->violated) continue;

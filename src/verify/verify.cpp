@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <utility>
 
 #include "sentree/base/diagnostic.h"
 #include "sentree/project/any_reply.h"
+#include "sentree/project/loop.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/scenario_text.h"
 #include "sentree/scxml/model.h"
@@ -65,6 +67,8 @@ std::vector<std::string> choice_names(const Graph& graph) {
 project::Scenario with_models(project::Scenario scenario) {
   scenario.virtual_time = true;
   scenario.factor = 1.0;
+  // What its timeline does comes at its times, whatever loops are found.
+  project::write_out(scenario);
   // Who answers is a model. What has none answers anything, whether anybody could serve it or not.
   for (project::ServiceEntry& service : scenario.project.services) {
     const bool is_simulated = service.at == "sim" && scenario.project.world;
@@ -135,10 +139,13 @@ Verification verify(const project::Plan& plan, const Asked& asked) {
     if (only.empty() || std::find(only.begin(), only.end(), model.name()) != only.end()) judged.push_back(&model);
   }
   out.judgements.resize(judged.size());
+  std::atomic<std::uint64_t> taken = 0;
   // What is known of a part is told too: who was interrupted before is not so again.
   const bool was_interrupted = options.interrupted && options.interrupted();
   for_each(asked.each, judged.size(), [&](std::size_t i) {
     JudgeOptions how = asked.judge;
+    how.memory = options.memory;
+    how.taken = &taken;
     how.interrupted = [&, begun = std::chrono::steady_clock::now()] {
       return (!was_interrupted && options.interrupted && options.interrupted()) ||
              (options.time && std::chrono::steady_clock::now() - begun > *options.time);

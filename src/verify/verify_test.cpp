@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <utility>
 
@@ -468,6 +469,94 @@ TEST_F(Verify, StopsAtItsLimits) {
   asked.explore = {};
   asked.explore.interrupted = [] { return true; };
   EXPECT_EQ(verify(plan(), asked).graph.limit, "interrupted");
+}
+
+TEST_F(Verify, TellsWhatItFoundWhereAPeriodGoesOnInTooManyWays) {
+  std::string asks;
+  for (int i = 0; i < 17; ++i) asks += "<Condition ID=\"Ask\" name=\"A" + std::to_string(i) + "\"/>";
+  tree("<ParallelAll>" + asks + "</ParallelAll>");
+  model("pick('way', 6, 1)");
+  requirements("six: never said = 1.\nseven: never said = 7.\n");
+  const Verification found = verify(plan(), {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  EXPECT_FALSE(found.graph.complete);
+  EXPECT_EQ(found.graph.complete_to, 0U);
+  EXPECT_THAT(found.graph.limit, AllOf(HasSubstr("tick 1 can go on in more than 100000 ways"),
+                                       HasSubstr("17 times keeper.way of 2"), HasSubstr("--runs")));
+  EXPECT_EQ(found.judgements[0].finding, Finding::kRefuted);
+  EXPECT_EQ(found.judgements[1].finding, Finding::kUnknown);
+}
+
+TEST_F(Verify, StopsAtItsLimitOfMemoryWhileItJudges) {
+  tree(
+      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
+      "</RetryUntilSuccessful>");
+  model("1");
+  requirements("six: never said = 6.\n");
+  write("monitors/counts.scxml", kHead + R"(initial="w"><datamodel><data id="n" expr="0"/></datamodel><state id="w">
+  <transition event="door.ask.reply" cond="n > 100000000" target="bad"/>
+  <transition event="door.ask.reply"><assign location="n" expr="n + 1"/></transition></state><state id="bad"/></scxml>)");
+  write("sentree.yaml",
+        "mission: {file: mission.xml, rate: 10 Hz}\nservices: {door: {interface: door.thrift/Door, at: model}}\n"
+        "models: [{file: models/door.scxml, name: keeper, serves: [door]}]\n"
+        "monitors: [{file: r.req}, {file: monitors/counts.scxml, violated: [bad]}]\n");
+  auto project = project::load_project(folder_.path());
+  ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+  const auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+  ASSERT_TRUE(prepared.ok());
+  Asked asked;
+  asked.explore.memory = 20'000'000;
+  const Verification found = verify(*prepared.value, asked);
+  EXPECT_TRUE(found.graph.complete);
+  EXPECT_EQ(found.judgements[0].finding, Finding::kHolds);
+  EXPECT_EQ(found.judgements[1].finding, Finding::kUnknown);
+  EXPECT_THAT(found.judgements[1].limit,
+              AllOf(HasSubstr("the limit of memory"), HasSubstr("most values had n"), HasSubstr("--memory")));
+}
+
+// A period is not gone through to its end if it takes more.
+TEST_F(Verify, StopsAtItsLimitsWithinAPeriod) {
+  model("6");
+  std::string asks;
+  for (int i = 0; i < 400; ++i) asks += "<Condition ID=\"Ask\" name=\"A" + std::to_string(i) + "\"/>";
+  tree("<Sequence>" + asks + "</Sequence>");
+  requirements("small: always said <= 6.\n");
+  Asked asked;
+  const Verification all = verify(plan(), asked);
+  ASSERT_TRUE(all.graph.complete);
+  EXPECT_EQ(all.graph.nodes.size(), 2U);
+  asked.explore.memory = 500'000;
+  const Verification few = verify(plan(), asked);
+  EXPECT_EQ(few.graph.limit, "the limit of memory");
+  EXPECT_EQ(few.graph.nodes.size(), 1U);
+}
+
+// A timer that drifts against the ticks leaves many ages of a state behind.
+TEST_F(Verify, TakesNoLongerForEachOfManyDelays) {
+  model("1");
+  write("models/door.scxml", kHead + R"(initial="t"><datamodel><data id="k" expr="0"/></datamodel><state id="t">
+  <onentry><send event="x" delay="100ms"/></onentry>
+  <transition event="x" target="t"><assign location="k" expr="1 - k"/></transition><transition event="door.ask.request">
+  <send type="thrift" target="door" event="ask.reply"><param name="result" expr="k"/></send></transition></state></scxml>)");
+  tree("<KeepRunningUntilFailure><ForceSuccess><Condition ID=\"Ask\"/></ForceSuccess></KeepRunningUntilFailure>");
+  requirements("nine: never said = 9.\n");
+  write("sentree.yaml",
+        "mission: {file: mission.xml, rate: 3 Hz}\nservices: {door: {interface: door.thrift/Door, at: model}}\n"
+        "models: [{file: models/door.scxml, name: keeper, serves: [door]}]\nmonitors: [{file: r.req}]\n");
+  auto project = project::load_project(folder_.path());
+  ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+  const auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+  ASSERT_TRUE(prepared.ok());
+  const auto takes = [&](std::uint64_t ticks) {
+    Options options;
+    options.ticks = ticks;
+    const std::clock_t began = std::clock();
+    EXPECT_EQ(explore(*prepared.value, options)->complete_to, ticks);
+    return static_cast<double>(std::clock() - began);
+  };
+  // Four times as many would take sixteen times as long.
+  const double few = std::min(takes(5'000), takes(5'000));
+  EXPECT_LT(std::min(takes(20'000), takes(20'000)), 10 * few);
 }
 
 TEST_F(Verify, SaysWhatGrowsWithoutEnd) {

@@ -106,7 +106,7 @@ Result<Walk::Step> Walk::go_on(std::uint32_t from, Rng& rng) {
     next_[forks_[before].next + made[depth - 1].alternative] = what;
   };
   for (std::size_t i = 0; i < met_.size(); ++i) put(known + i, met_[i]);
-  ways_.push_back({.to = way->to, .seen = periods_->keep_seen(), .took = way->took});
+  ways_.push_back({.to = way->to, .seen = periods_->keep_seen(), .took = way->took, .judged = way->judged});
   put(made.size(), kIsWay | static_cast<std::uint32_t>(ways_.size() - 1));
   return ways_.back();
 }

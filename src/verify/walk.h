@@ -30,6 +30,7 @@ class Walk {
     std::uint32_t to = 0;
     std::uint32_t seen = 0;
     Duration took{};
+    Duration judged{};  ///< As `Periods::Way` has it.
   };
 
   /// @param plan   Without `obstacles`; borrowed.
