@@ -67,8 +67,10 @@ std::vector<std::string> choice_names(const Graph& graph) {
 project::Scenario with_models(project::Scenario scenario) {
   scenario.virtual_time = true;
   scenario.factor = 1.0;
-  // What its timeline does comes at its times, whatever loops are found.
+  // What its timeline does comes at its times, whatever loops are found, and in whatever order it lists them.
   project::write_out(scenario);
+  std::stable_sort(scenario.timeline.begin(), scenario.timeline.end(),
+                   [](const auto& a, const auto& b) { return a.at < b.at; });
   // Who answers is a model. What has none answers anything, whether anybody could serve it or not.
   for (project::ServiceEntry& service : scenario.project.services) {
     const bool is_simulated = service.at == "sim" && scenario.project.world;
