@@ -4,6 +4,8 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -65,7 +67,7 @@ std::string advice(const std::string& from, const std::string& to) {
                      : "; divide the first by " + plain_decimal(b->factor / a->factor);
 }
 
-std::vector<std::string> names(const std::vector<DataMember>& members) {
+std::vector<std::string> names(const DataMembers& members) {
   std::vector<std::string> result;
   for (const DataMember& member : members) result.push_back(member.name);
   return result;
@@ -639,6 +641,35 @@ bool can_be_violated(const Requirement& requirement) {
   if (requirement.pattern != Pattern::kEventually || requirement.bound) return true;
   // Without a bound it is due when its scope ends.
   return requirement.scope.kind == Scope::Kind::kBefore || requirement.scope.can_reopen();
+}
+
+DataMembers::DataMembers(std::initializer_list<DataMember> members)
+    : list_(std::make_shared<std::vector<DataMember>>(members)) {}
+
+const DataMember* DataMembers::begin() const { return list_ ? list_->data() : nullptr; }
+
+const DataMember* DataMembers::end() const { return list_ ? list_->data() + list_->size() : nullptr; }
+
+std::size_t DataMembers::size() const { return list_ ? list_->size() : 0; }
+
+void DataMembers::push_back(DataMember member) {
+  if (!list_)
+    list_ = std::make_shared<std::vector<DataMember>>();
+  else if (list_.use_count() > 1)
+    list_ = std::make_shared<std::vector<DataMember>>(*list_);
+  list_->push_back(std::move(member));
+}
+
+bool operator==(const DataMembers& a, const DataMembers& b) {
+  if (a.list_ == b.list_) return true;
+  if (a.size() != b.size()) return false;
+  // Of the comparison that goes on: the first pair that differs ends all of it, so one that was met before is alike.
+  thread_local std::set<std::pair<const void*, const void*>> met;
+  const bool is_outermost = met.empty();
+  if (!met.emplace(a.list_.get(), b.list_.get()).second) return true;
+  const bool alike = std::equal(a.begin(), a.end(), b.begin());
+  if (is_outermost) met.clear();
+  return alike;
 }
 
 Typing check_requirement(const Requirement& requirement, const Vocabulary* vocabulary, Diagnostics& diagnostics) {

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,6 +15,27 @@
 namespace sentree::monitor {
 
 struct DataMember;
+
+/// The members of a record, in order. Copies share them: a dozen structs, each with ten members of the one before, have
+/// 10^12 members by their paths, and some hundred by their types.
+class DataMembers {
+ public:
+  DataMembers() = default;
+  DataMembers(std::initializer_list<DataMember> members);
+
+  [[nodiscard]] const DataMember* begin() const;
+  [[nodiscard]] const DataMember* end() const;
+  [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] bool empty() const { return size() == 0; }
+  /// Cost: if they are shared, a copy of this level.
+  void push_back(DataMember member);
+
+  /// Cost: the pairs of records that stand at the same place, each once.
+  friend bool operator==(const DataMembers& a, const DataMembers& b);
+
+ private:
+  std::shared_ptr<std::vector<DataMember>> list_;  // null: none
+};
 
 /// What a value can be.
 struct DataType {
@@ -23,14 +48,15 @@ struct DataType {
     kOther,   ///< Lists, octets: nothing that can be compared.
   };
   Kind kind = Kind::kUnknown;
-  std::string name;                ///< For messages: "double", "NavigationStatus".
-  std::string unit;                ///< kNumber; empty: not known.
-  bool may_be_absent = true;       ///< An observation may come without it.
+  std::string name;           ///< For messages: "double", "NavigationStatus".
+  std::string unit;           ///< kNumber; empty: not known.
+  bool is_wide = false;       ///< kNumber: an integer of 64 bits, which scripts have as a decimal text beyond 2^53.
+  bool may_be_absent = true;  ///< An observation may come without it.
   std::vector<std::string> words;  ///< kText of an enumeration: its enumerators.
   /// Other kText: what the project's files give for it, as far as they tell (places of the mission and the world).
   std::vector<std::string> samples;
-  bool samples_are_all = false;     ///< It never is anything else.
-  std::vector<DataMember> members;  ///< kRecord.
+  bool samples_are_all = false;  ///< It never is anything else.
+  DataMembers members;           ///< kRecord.
   friend bool operator==(const DataType&, const DataType&) = default;
 };
 

@@ -60,6 +60,32 @@ std::vector<std::string> found(const std::string& text, bool with_project = true
 
 constexpr const char* kBattery = "reply(battery.getBatteryState)";
 
+// A record of ten of the one before, and so on.
+DataType tower(int levels, const std::string& lowest) {
+  DataType type{.kind = Kind::kRecord, .name = lowest};
+  for (int level = 0; level < levels; ++level) {
+    DataMembers members;
+    for (const char* name : {"a", "b", "c", "d", "e", "f", "g", "h", "i", "j"}) members.push_back({name, type});
+    type = {.kind = Kind::kRecord, .name = "level", .members = members};
+  }
+  return type;
+}
+
+TEST(DataMembers, OfManyPathsToFewRecordsAreComparedByRecord) {
+  EXPECT_EQ(tower(30, "x"), tower(30, "x"));
+  EXPECT_NE(tower(30, "x"), tower(30, "y"));
+  EXPECT_EQ(tower(30, "x"), tower(30, "x"));  // what differed before is forgotten
+}
+
+TEST(DataMembers, ACopyHasItsOwn) {
+  const DataMembers one{{"a", number()}};
+  DataMembers other = one;
+  other.push_back({"b", number()});
+  EXPECT_EQ(one.size(), 1u);
+  EXPECT_EQ(other.size(), 2u);
+  EXPECT_EQ(other.begin()->name, "a");
+}
+
 TEST(Types, KnowServicesMethodsMembersAndLeaves) {
   EXPECT_THAT(found("R: always reply(batery.getBatteryState).voltage > 20 V."),
               ElementsAre("r.req:1:17: the project has no service \"batery\"; did you mean \"battery\"?"));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -200,11 +202,14 @@ class ChartReader {
     if (const auto& tree = facts_.tree(param.expr); tree && tree->nodes.size() == 1 && tree->at(0).kind == Node::kText)
       return;  // of constants it has been said
     const DataType wanted = events_.param_of(send.target.constant, send.event.constant, param.name);
-    check_sent(wanted, type, fmt::format("param \"{}\"", param.name),
-               chart_.span(model_.expressions[param.expr].place));
+    std::set<std::pair<const void*, const void*>> compared;
+    check_sent(wanted, type, fmt::format("param \"{}\"", param.name), chart_.span(model_.expressions[param.expr].place),
+               compared);
   }
 
-  void check_sent(const DataType& wanted, const ExpressionType& type, const std::string& path, const SourceSpan& span) {
+  // @param compared  Records that were, which may come again at many places of those around them.
+  void check_sent(const DataType& wanted, const ExpressionType& type, const std::string& path, const SourceSpan& span,
+                  std::set<std::pair<const void*, const void*>>& compared) {
     if (wanted.kind == TypeKind::kUnknown || wanted.kind == TypeKind::kOther) return;
     const auto error = [&](const char* code, std::string message) {
       Diagnostic diagnostic{Severity::kError, code, std::move(message), span};
@@ -220,13 +225,14 @@ class ChartReader {
             error("check.unknown-word", fmt::format("{}: '{}' is no {}{}", path, text, wanted.name, near));
         }
       } else if (form.kind == TypeKind::kRecord && wanted.kind == TypeKind::kRecord) {
+        if (!compared.emplace(wanted.members.begin(), form.members.begin()).second) continue;
         std::vector<std::string> known;
         for (const monitor::DataMember& member : wanted.members) known.push_back(member.name);
         for (const monitor::DataMember& member : form.members) {
           const auto found = std::find_if(wanted.members.begin(), wanted.members.end(),
                                           [&](const auto& one) { return one.name == member.name; });
           if (found != wanted.members.end()) {
-            check_sent(found->type, of(member.type), fmt::format("{}.{}", path, member.name), span);
+            check_sent(found->type, of(member.type), fmt::format("{}.{}", path, member.name), span, compared);
           } else if (const std::string near = did_you_mean(member.name, known); !near.empty()) {
             error("check.unknown-member",
                   fmt::format("{}: {} has no member {}{}", path, wanted.name.empty() ? "it" : wanted.name,

@@ -1,7 +1,9 @@
 #include "sentree/project/requirements.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -18,37 +20,54 @@ using monitor::DataType;
 // Structs inside structs that a requirement can name members of.
 constexpr int kMembersNestingMax = 8;
 
-DataType type_of(const idl::Type& type, const std::string& unit, bool may_be_absent, int depth);
-
-DataType record_of(const idl::Struct& structure, bool may_be_absent, int depth) {
-  DataType result{.kind = DataType::Kind::kRecord, .name = structure.name, .may_be_absent = may_be_absent};
-  if (depth >= kMembersNestingMax) return {.kind = DataType::Kind::kOther, .name = structure.name};
-  for (const idl::Field& field : structure.fields) {
-    const bool absent = field.requiredness == idl::Requiredness::kOptional || structure.kind == idl::StructKind::kUnion;
-    result.members.push_back({field.name, type_of(*field.type, field.unit, absent, depth + 1)});
+// The types of interfaces. A struct has the same members wherever it stands as deep, and they are made once.
+class DataTypes {
+ public:
+  DataType of(const idl::Type& type, const std::string& unit, bool may_be_absent, int depth = 0) {
+    DataType result{.name = type.name, .unit = unit, .may_be_absent = may_be_absent};
+    switch (type.kind) {
+      case idl::Kind::kBool: result.kind = DataType::Kind::kTruth; break;
+      case idl::Kind::kI8:
+      case idl::Kind::kI16:
+      case idl::Kind::kI32:
+      case idl::Kind::kDouble: result.kind = DataType::Kind::kNumber; break;
+      case idl::Kind::kI64:
+        result.kind = DataType::Kind::kNumber;
+        result.is_wide = true;
+        break;
+      case idl::Kind::kString: result.kind = DataType::Kind::kText; break;
+      case idl::Kind::kEnum:
+        result.kind = DataType::Kind::kText;
+        for (const idl::Enumerator& one : type.enumeration->enumerators) result.words.push_back(one.name);
+        break;
+      case idl::Kind::kStruct: return record(*type.structure, may_be_absent, depth);
+      default: result.kind = DataType::Kind::kOther; break;
+    }
+    return result;
   }
-  return result;
-}
 
-DataType type_of(const idl::Type& type, const std::string& unit, bool may_be_absent, int depth) {
-  DataType result{.name = type.name, .unit = unit, .may_be_absent = may_be_absent};
-  switch (type.kind) {
-    case idl::Kind::kBool: result.kind = DataType::Kind::kTruth; break;
-    case idl::Kind::kI8:
-    case idl::Kind::kI16:
-    case idl::Kind::kI32:
-    case idl::Kind::kI64:
-    case idl::Kind::kDouble: result.kind = DataType::Kind::kNumber; break;
-    case idl::Kind::kString: result.kind = DataType::Kind::kText; break;
-    case idl::Kind::kEnum:
-      result.kind = DataType::Kind::kText;
-      for (const idl::Enumerator& one : type.enumeration->enumerators) result.words.push_back(one.name);
-      break;
-    case idl::Kind::kStruct: return record_of(*type.structure, may_be_absent, depth);
-    default: result.kind = DataType::Kind::kOther; break;
+  DataType record(const idl::Struct& structure, bool may_be_absent, int depth = 0) {
+    if (depth >= kMembersNestingMax) return {.kind = DataType::Kind::kOther, .name = structure.name};
+    const std::pair key(&structure, depth);
+    auto made = made_.find(key);
+    if (made == made_.end()) {
+      monitor::DataMembers members;
+      for (const idl::Field& field : structure.fields) {
+        const bool absent =
+            field.requiredness == idl::Requiredness::kOptional || structure.kind == idl::StructKind::kUnion;
+        members.push_back({field.name, of(*field.type, field.unit, absent, depth + 1)});
+      }
+      made = made_.emplace(key, std::move(members)).first;
+    }
+    return {.kind = DataType::Kind::kRecord,
+            .name = structure.name,
+            .may_be_absent = may_be_absent,
+            .members = made->second};
   }
-  return result;
-}
+
+ private:
+  std::map<std::pair<const idl::Struct*, int>, monitor::DataMembers> made_;
+};
 
 // Every call of every skill, if that can be told from the charts.
 std::optional<std::vector<monitor::Vocabulary::Call>> calls_of(const std::vector<LeafPlan>& leaves) {
@@ -146,12 +165,16 @@ void add_samples(monitor::Vocabulary& vocabulary, const bt::Tree& tree, const st
     for (auto& [method, types] : methods) {
       if (types.oneway || types.overheard) continue;  // others publish and call
       const std::string call = fmt::format("{}.{}", service, method);
-      for (monitor::DataMember& argument : types.arguments.members) {
-        if (argument.type.kind != DataType::Kind::kText || !argument.type.words.empty()) continue;
-        argument.type.samples = samples;
-        argument.type.samples_are_all =
-            vocabulary.calls && given.are_all(call) && given.are_all(fmt::format("{} {}", call, argument.name));
+      monitor::DataMembers arguments;
+      for (monitor::DataMember argument : types.arguments.members) {
+        if (argument.type.kind == DataType::Kind::kText && argument.type.words.empty()) {
+          argument.type.samples = samples;
+          argument.type.samples_are_all =
+              vocabulary.calls && given.are_all(call) && given.are_all(fmt::format("{} {}", call, argument.name));
+        }
+        arguments.push_back(std::move(argument));
       }
+      types.arguments.members = std::move(arguments);
       if (types.result.kind == DataType::Kind::kText && types.result.words.empty() && world != nullptr)
         types.result.samples = samples;
     }
@@ -184,12 +207,13 @@ bool is_unread_requirements(const MonitorEntry& entry) {
 monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& services, const bt::Tree* tree,
                                   const std::vector<LeafPlan>& leaves, const sim::World* world, ChartMemory& charts) {
   monitor::Vocabulary vocabulary;
+  DataTypes types;
   for (const auto& [name, service] : services) {
     auto& methods = vocabulary.services[name];
     for (const idl::Method* method : service.service->methods) {
-      DataType arguments = record_of(method->arguments, false, 0);
+      DataType arguments = types.record(method->arguments, false);
       arguments.name = fmt::format("{}.{}", name, method->name);
-      methods[method->name] = {std::move(arguments), type_of(*method->result, method->unit, false, 0), method->oneway,
+      methods[method->name] = {std::move(arguments), types.of(*method->result, method->unit, false), method->oneway,
                                !service.observed.empty()};
     }
   }
@@ -203,7 +227,9 @@ monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& serv
 
 monitor::Vocabulary vocabulary_of(const Plan& plan) {
   ChartMemory charts;
-  return vocabulary_of(plan.services, &plan.tree, plan.leaves, plan.world.get(), charts);
+  monitor::Vocabulary vocabulary = vocabulary_of(plan.services, &plan.tree, plan.leaves, plan.world.get(), charts);
+  for (const ModelPlan& model : plan.models) vocabulary.models.push_back(model.name);
+  return vocabulary;
 }
 
 }  // namespace sentree::project

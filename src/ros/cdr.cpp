@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cstring>
 #include <limits>
+#include <map>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -74,9 +77,20 @@ class Maker {
   Result<std::shared_ptr<const CodecNode>> structure(const idl::Struct& s) {
     if (s.kind == idl::StructKind::kUnion)
       return fail("ros.type", fmt::format("\"{}\" is a union, which messages of ROS cannot hold", s.name));
-    if (!inside_.insert(&s).second || inside_.size() > kNestingMax)
+    const auto made = made_.find(&s);
+    const std::size_t depth = inside_.size() + (made != made_.end() ? made->second.depth : 1);
+    if (depth > kNestingMax || !inside_.insert(&s).second)
       return fail("ros.type",
                   fmt::format("\"{}\" holds itself, or too many others, which messages of ROS cannot", s.name));
+    const std::size_t deepest_outside = std::exchange(deepest_, depth);
+    const auto leave = [&] {
+      inside_.erase(&s);
+      deepest_ = std::max(deepest_, deepest_outside);
+    };
+    if (made != made_.end()) {
+      leave();
+      return made->second.node;
+    }
     auto node = std::make_shared<CodecNode>();
     for (const idl::Field& f : s.fields) {
       auto child = type(*f.type);
@@ -85,7 +99,8 @@ class Maker {
       node->fields.push_back(&f);
       node->optional.push_back(f.requiredness == idl::Requiredness::kOptional);
     }
-    inside_.erase(&s);
+    made_[&s] = {node, deepest_ - inside_.size() + 1};
+    leave();
     return node;
   }
 
@@ -145,7 +160,14 @@ class Maker {
     node.size = size;
   }
 
+  // A struct in many others is made once: by its paths it may be there any number of times.
+  struct Made {
+    std::shared_ptr<const CodecNode> node;
+    std::size_t depth = 0;  // structs within structs, from this one on
+  };
+  std::map<const idl::Struct*, Made> made_;
   std::set<const idl::Struct*> inside_;
+  std::size_t deepest_ = 0;  // of the struct that is being made
   int depth_ = 0;
 };
 

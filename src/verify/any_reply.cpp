@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -138,7 +139,16 @@ class Writer {
 
   std::string record(const idl::Struct& type, const std::string& path, int depth) {
     std::string out = "({";
-    if (depth >= kReplyNestingMax) return out + "})";
+    if (depth >= kReplyNestingMax || ++records_ > kReplyRecordsMax) {
+      if (records_ > kReplyRecordsMax && !trouble_) {
+        trouble_ = Diagnostic{Severity::kError,
+                              "verify.any-reply",
+                              fmt::format("a reply {}.{} holds more than {} records; write a model of the service",
+                                          service_, path.substr(0, path.find('.')), kReplyRecordsMax),
+                              {}};
+      }
+      return out + "})";
+    }
     if (type.kind == idl::StructKind::kUnion) return one_of(type, path, depth);
     for (const idl::Field& field : type.fields) {
       const bool is_recursive = depth > 0 && !field.when_absent && field.type->kind == idl::Kind::kStruct;
@@ -187,11 +197,16 @@ class Writer {
     return out;
   }
 
-  bool mentioned(const idl::Field& field, int depth) const {
+  bool mentioned(const idl::Field& field, int depth) {
     if (uses_.names.contains(field.name)) return true;
     if (field.type->kind != idl::Kind::kStruct || depth >= kReplyNestingMax) return false;
-    return std::any_of(field.type->structure->fields.begin(), field.type->structure->fields.end(),
-                       [&](const idl::Field& inner) { return mentioned(inner, depth + 1); });
+    const std::pair key(field.type->structure, depth);
+    if (const auto known = mentioned_.find(key); known != mentioned_.end()) return known->second;
+    const auto& fields = field.type->structure->fields;
+    const bool found =
+        std::any_of(fields.begin(), fields.end(), [&](const idl::Field& inner) { return mentioned(inner, depth + 1); });
+    mentioned_[key] = found;
+    return found;
   }
 
   static double zero(const idl::Field* field) {
@@ -302,6 +317,8 @@ class Writer {
   const std::string& service_;
   const Distinctions& uses_;
   AnyReply& out_;
+  std::map<std::pair<const idl::Struct*, int>, bool> mentioned_;  // a struct as deep: whether a member of it is
+  std::size_t records_ = 0;
   std::optional<Diagnostic> trouble_;
 };
 

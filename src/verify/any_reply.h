@@ -11,6 +11,8 @@ namespace sentree::verify {
 
 /// Values of one member of a reply that are tried; more are too many to try in every state.
 inline constexpr std::size_t kReplyValuesMax = 40;
+/// Structs in all replies of a service, each counted as often as it comes.
+inline constexpr std::size_t kReplyRecordsMax = 10'000;
 
 /// A model of one service that answers every call with any reply of its type.
 struct AnyReply {
@@ -32,7 +34,7 @@ struct AnyReply {
 /// something is made are there or not. Everything else has one value: what nothing looks at changes nothing. A method
 /// that throws may do so.
 ///
-/// Error: verify.any-reply, if a value is compared with too many constants.
+/// Error: verify.any-reply, if a value is compared with too many constants, or replies hold too many structs.
 [[nodiscard]] Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service);
 
 struct MadeModel {

@@ -6,7 +6,8 @@
 #include <bit>
 #include <cstring>
 #include <limits>
-#include <set>
+#include <map>
+#include <optional>
 #include <string_view>
 
 #include "sentree/base/assert.h"
@@ -31,22 +32,32 @@ struct Misfit {
 
 // ---- what can be carried
 
-std::optional<std::string> cannot_carry_type(const Type& type, std::set<const idl::Struct*>& above) {
+// Values of a struct with those of the structs in it, which lie flat in one list.
+constexpr std::size_t kLeavesMax = 1'000'000;
+
+// Values of structs that can be carried; nothing: it is around what is looked at.
+using CarriedStructs = std::map<const idl::Struct*, std::optional<std::size_t>>;
+
+std::optional<std::string> cannot_carry_type(const Type& type, CarriedStructs& known) {
   switch (type.kind) {
     case Kind::kSet: return type.name + ": YARP reads and writes sets in two forms; use a list";
-    case Kind::kList: return cannot_carry_type(*type.element, above);
+    case Kind::kList: return cannot_carry_type(*type.element, known);
     case Kind::kMap: {
-      if (auto why = cannot_carry_type(*type.key, above)) return why;
-      return cannot_carry_type(*type.element, above);
+      if (auto why = cannot_carry_type(*type.key, known)) return why;
+      return cannot_carry_type(*type.element, known);
     }
     case Kind::kStruct: {
       const idl::Struct& s = *type.structure;
       if (s.kind == idl::StructKind::kUnion) return type.name + ": YARP has no unions";
-      if (!above.insert(&s).second) return type.name + " holds itself";
+      if (const auto [at, is_new] = known.try_emplace(&s); !is_new)
+        return at->second ? std::nullopt : std::optional(type.name + " holds itself");
+      std::size_t count = 0;
       for (const idl::Field& field : s.fields) {
-        if (auto why = cannot_carry_type(*field.type, above)) return why;
+        if (auto why = cannot_carry_type(*field.type, known)) return why;
+        count += field.type->kind == Kind::kStruct ? *known[field.type->structure] : 1;
+        if (count > kLeavesMax) return fmt::format("{} holds more than {} values", type.name, kLeavesMax);
       }
-      above.erase(&s);
+      known[&s] = count;
       return std::nullopt;
     }
     default: return std::nullopt;
@@ -472,11 +483,11 @@ class Reader {
 }  // namespace
 
 std::optional<std::string> cannot_carry(const idl::Method& method) {
-  std::set<const idl::Struct*> above;
+  CarriedStructs known;
   for (const idl::Field& field : method.arguments.fields) {
-    if (auto why = cannot_carry_type(*field.type, above)) return why;
+    if (auto why = cannot_carry_type(*field.type, known)) return why;
   }
-  return cannot_carry_type(*method.result, above);
+  return cannot_carry_type(*method.result, known);
 }
 
 void Encoding::write_call(std::vector<std::uint8_t>& out, const idl::Method& method, const Value& arguments,
