@@ -23,6 +23,7 @@ constexpr std::size_t kEndingSize = 7;  // "-8fK2aQ"
 // Others name folders like this too, and make them with 0700. The sticky bit says nothing else about a folder of one
 // owner.
 constexpr mode_t kOurs = S_ISVTX | S_IRWXU;
+constexpr std::chrono::seconds kAge = std::chrono::minutes(1);
 
 bool is_ours(const std::string& name) {
   return name.starts_with(kPrefix) && name.size() > kPrefix.size() + kEndingSize &&
@@ -56,13 +57,23 @@ void clean_temporary_folders(const fs::path& place, std::chrono::seconds age) {
   }
 }
 
+void clean_temporary_folders() {
+  static std::once_flag cleaned;
+  std::call_once(cleaned, [] {
+    std::error_code error;
+    const fs::path place = fs::temp_directory_path(error);
+    if (!error) clean_temporary_folders(place, kAge);
+    // Where sockets go if that one's path is too long.
+    if (place != "/tmp") clean_temporary_folders("/tmp", kAge);
+  });
+}
+
 TemporaryFolder::TemporaryFolder(std::string_view purpose, std::size_t path_max) {
   std::error_code error;
   fs::path place = fs::temp_directory_path(error);
   if (error) return;
   if (place.native().size() + 1 + kPrefix.size() + purpose.size() + kEndingSize > path_max) place = "/tmp";
-  static std::once_flag cleaned;
-  std::call_once(cleaned, [&] { clean_temporary_folders(place, std::chrono::minutes(1)); });
+  clean_temporary_folders();
   std::string name = (place / (std::string(kPrefix) + std::string(purpose) + "-XXXXXX")).string();
   if (mkdtemp(name.data()) == nullptr) return;
   path_ = name;

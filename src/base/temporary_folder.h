@@ -31,6 +31,8 @@ class TemporaryFolder {
 /// Takes away what no living process holds, of this user, in the place for temporary files. Folders younger than `age`
 /// stay: they may be in the making. The first TemporaryFolder of a process calls it.
 void clean_temporary_folders(const std::filesystem::path& place, std::chrono::seconds age);
+/// The same in the system's place, of those older than a minute; once in a process.
+void clean_temporary_folders();
 
 /// Keeps another process's folder while this process lives, whatever becomes of that one: for what is found there by
 /// its path. Other folders are left alone.

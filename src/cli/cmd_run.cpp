@@ -14,6 +14,7 @@
 #include <thread>
 #include <utility>
 
+#include "sentree/base/temporary_folder.h"
 #include "sentree/cli/commands.h"
 #include "sentree/cli/live_view.h"
 #include "sentree/cli/output.h"
@@ -520,6 +521,8 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
 }  // namespace
 
 int run(const RunCommand& command) {
+  // Of runs in real time that were killed: whoever only runs in virtual time makes none.
+  clean_temporary_folders();
   std::optional<RunCommand> next = command;
   Viewers viewers;
   std::unique_ptr<yarp::NameServer> names;

@@ -1,9 +1,15 @@
 #include "sentree/processes/control.h"
 
+#include <fcntl.h>
 #include <signal.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdlib>
 
@@ -85,15 +91,54 @@ rpc::Outcome serve(const ControlHandler& handler, const idl::Method& method, con
              {"message", outcome.message}};
 }
 
-// Process ids whose sockets are there and who live.
+// Holds the control folder: no socket comes into being in it meanwhile, or none is taken away.
+class FolderLock {
+ public:
+  FolderLock(const std::filesystem::path& folder, int kind)
+      : folder_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)),
+        is_held_(folder_ >= 0 && ::flock(folder_, kind) == 0) {}
+  ~FolderLock() {
+    if (folder_ >= 0) ::close(folder_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  [[nodiscard]] bool is_held() const { return is_held_; }
+
+ private:
+  int folder_;
+  bool is_held_;
+};
+
+// Whether nobody listens there any more. Processes of other containers have ids that nobody lives under here.
+bool is_left_behind(const std::filesystem::path& socket) {
+  sockaddr_un at{};
+  at.sun_family = AF_UNIX;
+  struct stat facts {};
+  if (socket.native().size() >= sizeof at.sun_path || ::lstat(socket.c_str(), &facts) != 0 || !S_ISSOCK(facts.st_mode))
+    return false;
+  socket.native().copy(at.sun_path, socket.native().size());
+  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  const bool refused =
+      ::connect(probe, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0 && errno == ECONNREFUSED;
+  ::close(probe);
+  return refused;
+}
+
+// Process ids whose sockets are there and who live. Sockets of processes that were killed are taken away.
 std::vector<int> runs() {
   std::vector<int> pids;
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(control_folder(), error)) {
-    const std::string stem = entry.path().stem().string();
+  const FolderLock lock(control_folder(), LOCK_EX | LOCK_NB);
+  for (std::filesystem::directory_iterator it(control_folder(), error), end; !error && it != end; it.increment(error)) {
+    if (it->path().extension() != ".sock") continue;
+    const std::string stem = it->path().stem().string();
     int pid = 0;
     const auto read = std::from_chars(stem.data(), stem.data() + stem.size(), pid);
-    if (read.ec == std::errc() && pid > 0 && ::kill(pid, 0) == 0) pids.push_back(pid);
+    if (read.ec != std::errc() || read.ptr != stem.data() + stem.size() || pid <= 0) continue;
+    if (::kill(pid, 0) == 0)
+      pids.push_back(pid);
+    else if (errno == ESRCH && lock.is_held() && is_left_behind(it->path()))
+      ::unlink(it->path().c_str());
   }
   std::sort(pids.begin(), pids.end());
   return pids;
@@ -121,6 +166,8 @@ Result<std::unique_ptr<rpc::Server>> start_control(ControlHandler handler) {
       *interface, [handler = std::move(handler)](const idl::Method& method, const Value& arguments) -> rpc::Outcome {
         return serve(handler, method, arguments);
       });
+  (void)runs();  // takes away what others have left
+  const FolderLock lock(folder, LOCK_SH);
   return rpc::Server::start(socket_of(getpid()), {{"control", std::move(service)}});
 }
 

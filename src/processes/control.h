@@ -14,7 +14,8 @@ namespace sentree::processes {
 /// Where runs of this user put their control sockets: $XDG_RUNTIME_DIR/sentree, else a private folder below /tmp.
 [[nodiscard]] std::filesystem::path control_folder();
 
-/// Serves the handler on this process's control socket until destroyed. Errors: rpc.*, file.*.
+/// Serves the handler on this process's control socket until destroyed. Sockets of processes that were killed are taken
+/// away, here and wherever runs are looked for. Errors: rpc.*, file.*.
 [[nodiscard]] Result<std::unique_ptr<rpc::Server>> start_control(runtime::ControlHandler handler);
 
 /// A process of this user with a control socket that answers.
