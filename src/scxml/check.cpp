@@ -59,7 +59,11 @@ class Checker {
   void expressions() {
     // They may be of a language that is not known here.
     const Severity syntax = model_.obstacle || model_.guessed_data_model ? Severity::kWarning : Severity::kError;
+    // A heap keeps what it has compiled, and where it is nearly full it looks for room at each expression.
+    constexpr std::size_t kHeapBytesMax = std::size_t{64} << 10U;  // of source, and as much for each as a short one
+    constexpr std::size_t kExpressionBytes = 64;
     std::shared_ptr<ScriptHeap> heap;
+    std::size_t held = 0;
     for (ExpressionId id = 0; id < model_.expressions.size(); ++id) {
       const Expression& expression = model_.expressions[id];
       for (const NativeCode::Node& node : expression.native.nodes) {
@@ -80,11 +84,13 @@ class Checker {
                expression.place);
         continue;
       }
-      if (!heap) {
+      if (!heap || held > kHeapBytesMax) {
+        held = 0;
         auto created = ScriptHeap::create_for_syntax(model_, Limits().script_memory_max);
         if (!created) return;
         heap = *std::move(created);
       }
+      held += kExpressionBytes + expression.text.size();
       int line = expression.place.line;
       if (auto problem = heap->syntax_error(id, line)) {
         Place place = expression.place;
