@@ -1,6 +1,7 @@
 #include "sentree/base/diagnostic.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <tuple>
 
@@ -50,9 +51,11 @@ bool equal_but_for_case(std::string_view a, std::string_view b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) { return lower(x) == lower(y); });
 }
 
+constexpr std::size_t kLengthMax = 64;  // Longer names are not slips of the finger; bounds the cost.
+
 // Costs are doubled so that a difference in case only can cost half an edit.
 int edit_distance2(std::string_view a, std::string_view b) {
-  std::vector<std::vector<int>> cost(a.size() + 1, std::vector<int>(b.size() + 1));
+  std::array<std::array<int, kLengthMax + 1>, kLengthMax + 1> cost;
   for (std::size_t i = 0; i <= a.size(); ++i) cost[i][0] = static_cast<int>(2 * i);
   for (std::size_t j = 0; j <= b.size(); ++j) cost[0][j] = static_cast<int>(2 * j);
   for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -69,13 +72,16 @@ int edit_distance2(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string_view closest(std::string_view name, std::span<const std::string> candidates) {
-  constexpr std::size_t kLengthMax = 64;  // Longer names are not slips of the finger; bounds the cost.
+  // Each of thousands of unknown names is compared with thousands of known ones.
+  constexpr std::size_t kCandidatesMax = 2'000;
   if (name.empty() || name.size() > kLengthMax) return {};
   std::string_view best;
   // One edit in three letters; of a single letter, only its case.
   int best_cost = name.size() == 1 ? 2 : 2 * std::max<int>(1, static_cast<int>(name.size()) / 3) + 1;
-  for (const std::string& candidate : candidates) {
+  for (const std::string& candidate : candidates.first(std::min(candidates.size(), kCandidatesMax))) {
     if (candidate.empty() || candidate.size() > kLengthMax) continue;
+    const auto [shorter, longer] = std::minmax({name.size(), candidate.size()});
+    if (2 * static_cast<int>(longer - shorter) >= best_cost) continue;
     const int cost = equal_but_for_case(name, candidate) ? 1 : edit_distance2(name, candidate);
     if (cost < best_cost) {
       best = candidate;
@@ -87,7 +93,8 @@ std::string_view closest(std::string_view name, std::span<const std::string> can
 
 std::string did_you_mean(std::string_view name, std::span<const std::string> candidates) {
   const std::string_view near = closest(name, candidates);
-  return near.empty() ? std::string() : "; did you mean \"" + std::string(near) + "\"?";
+  // What is right but for its place has no other spelling.
+  return near.empty() || near == name ? std::string() : "; did you mean \"" + std::string(near) + "\"?";
 }
 
 }  // namespace sentree

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "sentree/campaign/runner.h"
 #include "sentree/project/part_cache.h"
@@ -52,9 +53,11 @@ Diagnostics check_vary(const fs::path& file) {
 Diagnostics check_project(const fs::path& folder_or_file) {
   project::PartCache parts;
   Diagnostics all = project::check_project(folder_or_file, parts);
+  std::set<std::pair<std::string, std::string>> told;
+  for (const Diagnostic& diagnostic : all) told.emplace(diagnostic.code, to_string(diagnostic));
   const auto add = [&](const Diagnostics& found) {
     std::copy_if(found.begin(), found.end(), std::back_inserter(all), [&](const Diagnostic& diagnostic) {
-      return std::find(all.begin(), all.end(), diagnostic) == all.end();
+      return told.emplace(diagnostic.code, to_string(diagnostic)).second;
     });
   };
   const auto project = project::load_project(folder_or_file);

@@ -9,6 +9,7 @@
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -248,7 +249,22 @@ std::string default_name(const YamlNode& entry) {
   return "event";
 }
 
-Event read_event(const YamlNode& entry, bool is_fault, std::set<std::string>& names, Reader& reader) {
+/// Names of events: one that is there already gets a number.
+class EventNames {
+ public:
+  std::string add(const std::string& base) {
+    std::string name = base;
+    for (int& number = last_.try_emplace(base, 1).first->second; !taken_.insert(name).second;)
+      name = fmt::format("{} #{}", base, ++number);
+    return name;
+  }
+
+ private:
+  std::set<std::string> taken_;
+  std::map<std::string, int> last_;
+};
+
+Event read_event(const YamlNode& entry, bool is_fault, EventNames& names, Reader& reader) {
   Event event;
   event.is_fault = is_fault;
   event.entry = entry;
@@ -267,10 +283,18 @@ Event read_event(const YamlNode& entry, bool is_fault, std::set<std::string>& na
                             : "a probability is from 0 to 1, or from 0 % to 100 %");
     return true;
   });
-  const std::string base = event.name;
-  for (int number = 2; !names.insert(event.name).second; ++number) event.name = fmt::format("{} #{}", base, number);
+  event.name = names.add(event.name);
   find_parts(event.entry, {}, reader, event);
   return event;
+}
+
+// No more than are told to be too many.
+void read_events(const std::vector<YamlNode>& entries, bool is_fault, EventNames& names, Reader& reader,
+                 std::vector<Event>& events) {
+  for (const YamlNode& entry : entries) {
+    if (events.size() > kFactorsMax) return;
+    events.push_back(read_event(entry, is_fault, names, reader));
+  }
 }
 
 // What is not there yet is made, as if it stood at `span`.
@@ -319,7 +343,7 @@ void read_parameters(const YamlNode& node, Reader& reader, Vary& vary) {
   }
 }
 
-void read_faults(const YamlNode& node, const project::Project& project, std::set<std::string>& names, Reader& reader,
+void read_faults(const YamlNode& node, const project::Project& project, EventNames& names, Reader& reader,
                  Diagnostics& diagnostics, Vary& vary) {
   project::YamlReader faults(node, "faults", diagnostics);
   vary.faults_at_most = 1;
@@ -330,7 +354,7 @@ void read_faults(const YamlNode& node, const project::Project& project, std::set
       vary.faults_at_most = static_cast<std::size_t>(*most);
   }
   if (const YamlNode* any_of = faults.sequence("any_of")) {
-    for (const YamlNode& entry : any_of->items) vary.events.push_back(read_event(entry, true, names, reader));
+    read_events(any_of->items, true, names, reader, vary.events);
     return;
   }
   for (const project::Intervention& what : project.verify.faults) {
@@ -413,10 +437,9 @@ Loaded<Vary> load_vary(const std::filesystem::path& file, const project::Project
     vary.duration = reader.duration("duration");
     if (const YamlNode* changes = reader.mapping("override")) vary.changes = *changes;
     if (const YamlNode* parameters = reader.mapping("parameters")) read_parameters(*parameters, values, vary);
-    std::set<std::string> names;
-    if (const YamlNode* timeline = reader.sequence("timeline")) {
-      for (const YamlNode& entry : timeline->items) vary.events.push_back(read_event(entry, false, names, values));
-    }
+    EventNames names;
+    if (const YamlNode* timeline = reader.sequence("timeline"))
+      read_events(timeline->items, false, names, values, vary.events);
     if (const YamlNode* faults = reader.mapping("faults"))
       read_faults(*faults, project, names, values, loaded.diagnostics, vary);
     if (vary.parameters.size() > kFactorsMax || vary.events.size() > kFactorsMax)

@@ -2,6 +2,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <map>
+#include <set>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -37,7 +41,12 @@ bool is_comparison(Kind kind) { return kind == Kind::kEqual || kind == Kind::kNo
 
 class Resolver {
  public:
-  Resolver(const RequirementFile& file, Diagnostics& diagnostics) : file_(file), diagnostics_(diagnostics) {}
+  Resolver(const RequirementFile& file, Diagnostics& diagnostics) : diagnostics_(diagnostics) {
+    for (const Definition& definition : file.definitions) {
+      definitions_.try_emplace({definition.is_event, definition.name}, &definition);
+      names_[definition.is_event ? 1 : 0].push_back(definition.name);
+    }
+  }
 
   void resolve(ConditionPtr& condition) {
     if (!condition) return;
@@ -89,9 +98,7 @@ class Resolver {
     const bool is_event = name.unit == "event";
     if (const auto argument = arguments.find(name.text); argument != arguments.end() && !is_event)
       return argument->second;
-    const auto definition = std::find_if(file_.definitions.begin(), file_.definitions.end(), [&](const Definition& d) {
-      return d.name == name.text && d.is_event == is_event;
-    });
+    const auto definition = definitions_.find({is_event, name.text});
     if (place.in_where) {
       const auto parts = split(name.text);
       if (std::find(kObservationMembers.begin(), kObservationMembers.end(), parts[0]) != kObservationMembers.end()) {
@@ -102,7 +109,7 @@ class Resolver {
         return member;
       }
     }
-    if (definition != file_.definitions.end()) return defined(name, *definition, arguments, place);
+    if (definition != definitions_.end()) return defined(name, *definition->second, arguments, place);
     if (is_event) {
       if (name.text.find('.') != std::string::npos && name.operands.empty()) return observation(name);
       return unknown(name, true);
@@ -190,15 +197,10 @@ class Resolver {
     return truth;
   }
 
-  [[nodiscard]] std::vector<std::string> names(bool events) const {
-    std::vector<std::string> all;
-    for (const Definition& definition : file_.definitions) {
-      if (definition.is_event == events) all.push_back(definition.name);
-    }
-    return all;
-  }
+  [[nodiscard]] const std::vector<std::string>& names(bool events) const { return names_[events ? 1 : 0]; }
 
-  const RequirementFile& file_;
+  std::map<std::pair<bool, std::string_view>, const Definition*> definitions_;  // the first of a name
+  std::array<std::vector<std::string>, 2> names_;                               // of values, of events
   Diagnostics& diagnostics_;
   std::vector<const Definition*> open_;
   std::size_t parts_ = 0;
@@ -256,8 +258,9 @@ void resolve_names(RequirementFile& file, Diagnostics& diagnostics) {
   }
   // The same mistake, reached through every use of its definition, is told once.
   Diagnostics unique;
+  std::set<std::pair<std::string, std::string>> told;
   for (std::size_t i = before; i < diagnostics.size(); ++i) {
-    if (std::find(unique.begin(), unique.end(), diagnostics[i]) == unique.end()) unique.push_back(diagnostics[i]);
+    if (told.emplace(diagnostics[i].code, to_string(diagnostics[i])).second) unique.push_back(diagnostics[i]);
   }
   diagnostics.resize(before);
   diagnostics.insert(diagnostics.end(), unique.begin(), unique.end());
