@@ -298,6 +298,16 @@ TEST(Reader, UnpacksChunksOfTheSizeItSaysAndNoLarger) {
   EXPECT_THAT(problem(kChunkSizeMax + 1), HasSubstr("too large"));
 }
 
+TEST(Reader, UnpacksSoManyTimesTheFileAndNoMore) {
+  const auto problem = [](std::uint64_t chunks) {
+    const auto reader =
+        Reader::open(std::make_unique<RepeatedSource>(chunk_record("", kChunkSizeMax), chunks), "b.mcap");
+    return reader ? (*reader)->problems()[chunks - 1].message : reader.error().message;
+  };
+  EXPECT_THAT(problem(kUnpackedMax / kChunkSizeMax), HasSubstr("cannot be unpacked"));
+  EXPECT_THAT(problem(kUnpackedMax / kChunkSizeMax + 1), HasSubstr("more than 250 times"));
+}
+
 TEST(Reader, TakesMessagesOutsideOfChunksInPieces) {
   const auto parts = [](std::size_t data) {
     Chunk records;

@@ -256,6 +256,18 @@ Result<std::string> Reader::unpack(const Part& part) {
   if (!cursor.ok() || size > kChunkSizeMax)
     return fail("record.damaged-chunk", fmt::format("the chunk at byte {} is damaged or too large", index.offset),
                 SourceSpan{name_});
+  if (!unpacked_.contains(index.offset)) {
+    if (size > kUnpackedMax + kUnpackedTimesMax * source_->size() - unpacked_size_) {
+      return fail(
+          "record.too-large",
+          fmt::format("its chunks unpack to more than {} times its {} bytes: the rest, from byte {} on, is left "
+                      "out",
+                      kUnpackedTimesMax, source_->size(), index.offset),
+          SourceSpan{name_});
+    }
+    unpacked_.insert(index.offset);
+    unpacked_size_ += size;
+  }
   auto records = decompress(compression, packed, size);
   if (!records) {
     records.error().span = SourceSpan{name_};

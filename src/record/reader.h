@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,10 @@ namespace sentree::record {
 /// Largest chunk that is unpacked, and largest attachment, summary or other record that is read.
 inline constexpr std::uint64_t kChunkSizeMax = std::uint64_t{256} << 20U;
 inline constexpr std::uint64_t kRecordSizeMax = std::uint64_t{1} << 30U;
+/// What all chunks of a file unpack to: so many bytes, and so many times its size. Recordings of days stay far below;
+/// what writers make grows by some ten times.
+inline constexpr std::uint64_t kUnpackedMax = std::uint64_t{1} << 30U;
+inline constexpr std::uint64_t kUnpackedTimesMax = 250;
 /// Messages outside of chunks are unpacked in pieces of up to this size, or of one message.
 inline constexpr std::uint64_t kLooseSizeMax = std::uint64_t{4} << 20U;
 /// Chunks of one file, with those that hold no message, and pieces of messages outside of chunks.
@@ -107,6 +112,8 @@ class Reader {
   std::map<SchemaId, Schema> schemas_;
   std::map<ChannelId, Channel> channels_;
   std::vector<Part> parts_;
+  std::set<std::uint64_t> unpacked_;  // where chunks begin that were unpacked
+  std::uint64_t unpacked_size_ = 0;   // of all of them
   std::vector<AttachmentIndex> attachments_;
   std::vector<MetadataIndex> metadata_;
   Statistics statistics_;
