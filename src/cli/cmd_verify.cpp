@@ -82,6 +82,8 @@ class Verifying {
       say(fmt::format("--graph {}: a file that ends in .aut or .dot", command_.graph));
       return kUsage;
     }
+    if (plan_.monitors.empty())
+      say("the project has no requirements and no monitors, so nothing is proved; sentree add monitor NAME writes one");
     const Interrupts interrupts;
     asked.explore.interrupted = is_interrupted;
     asked.explore.progress = [](std::size_t states, std::size_t edges) {

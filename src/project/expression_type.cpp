@@ -52,6 +52,19 @@ std::string_view shown(TypeKind kind) {
   }
 }
 
+// Whether a text can be what an integer of 64 bits is beyond 2^53: "9007199254740993".
+bool is_wide_decimal(const DataType& number, const DataType& text) {
+  if (!number.is_wide || text.kind != TypeKind::kText || !text.words.empty()) return false;
+  const auto is_beyond = [](std::string_view sample) {
+    if (sample.starts_with('-')) sample.remove_prefix(1);
+    constexpr std::string_view kLargest = "9007199254740992";
+    return std::all_of(sample.begin(), sample.end(), [](char c) { return c >= '0' && c <= '9'; }) &&
+           !sample.starts_with('0') &&
+           (sample.size() > kLargest.size() || (sample.size() == kLargest.size() && sample > kLargest));
+  };
+  return !text.samples_are_all || std::any_of(text.samples.begin(), text.samples.end(), is_beyond);
+}
+
 std::string quoted(const std::string& name) { return fmt::format("\"{}\"", name); }
 
 bool is_equality(const std::string& sign) { return sign == "===" || sign == "!==" || sign == "==" || sign == "!="; }
@@ -399,7 +412,7 @@ class Reader {
       const auto unsure = [](const DataType& form) {
         return form.kind == TypeKind::kUnknown || form.kind == TypeKind::kOther || form.kind == TypeKind::kRecord;
       };
-      if (a.kind == b.kind || unsure(a) || unsure(b)) return true;
+      if (a.kind == b.kind || unsure(a) || unsure(b) || is_wide_decimal(a, b) || is_wide_decimal(b, a)) return true;
       // == tries to make them alike; a word never is a number.
       const bool is_word = !a.words.empty() || !b.words.empty();
       return !is_strict && !is_word;

@@ -705,9 +705,11 @@ Loaded<monitor::Vocabulary> load_vocabulary(const Project& project) {
   const auto tree = preparation.tree();
   if (tree) preparation.leaves(*tree);
   loaded.diagnostics = std::move(preparation.diagnostics);
-  if (tree && !has_errors(loaded.diagnostics))
+  if (tree && !has_errors(loaded.diagnostics)) {
     loaded.value = vocabulary_of(preparation.services_, &*tree, preparation.leaves_, preparation.world_.get(),
                                  known.impl().findings);
+    for (const ModelEntry& model : project.models) loaded.value->models.push_back(model.name);
+  }
   return loaded;
 }
 
