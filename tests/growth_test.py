@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
 """Twice the input takes about twice the time: every reader and every command that reads, on large generated files.
 
-usage: growth_test.py SENTREE FOLDER
+usage: growth_test.py SENTREE FOLDER [ONLY]
 
-Each file is tried at n and at 2n elements, within 1 GB and 60 s. What took less than kFloor_s is too quick to tell.
+ONLY: those of whose names it is a part.
+
+Each file, and each project with what is made of it, is tried at n and at 2n elements, within 1 GB and 60 s. What took less than kFloor_s is too
+quick to tell.
 """
+import json
 import os
 import resource
 import shutil
@@ -18,6 +22,8 @@ kRatioMax = 3.0
 kTries = 3
 kMemory_bytes = 1 << 30
 kTime_s = 60
+kElements = 24_000
+EXAMPLE = Path(__file__).resolve().parent.parent / "examples" / "recharge"
 
 TREE = '<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>{}</Sequence></BehaviorTree>{}</root>'
 CHART = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">{}</scxml>'
@@ -56,6 +62,12 @@ FILES = {
     "fields.thrift": lambda n: "struct S {" + many("{next}: i32 a{i}\n", min(n, 16000)) + "}\n",
     "services.thrift": lambda n: "service S0 { void a() }\n" + "".join(f"service S{i} extends S{i - 1} {{ void a{i}() }}\n" for i in range(1, n // 4)),
     "enumerators.thrift": lambda n: "enum E {" + many("A{i}", n, ", ") + "}\n",
+    "conditioned.scxml": lambda n: CHART.format('<datamodel><data id="x" expr="1"/></datamodel><state id="a">' + many('<transition event="e{i}" cond="String(x).length &gt; {i}" target="a"/>', n) + "</state>"),
+    "lets.req": lambda n: "let l0 = reply(a.b)\n" + many("let l{next} = l{i} + 1\n", n // 4 - 1),
+    "words.req": lambda n: many("let word{i} = reply(a.b)\n", n // 8) + many("r{i}: always wrod{i} >= {i}.\n", 900),
+    "p/msg/Fields.msg": lambda n: many("int32 a{i}\n", min(n, 16000)),
+    "p/srv/Fields.srv": lambda n: many("int32 a{i}\n", n // 4) + "---\n" + many("int32 A{i}=1\n", n // 4),
+    "p/action/Fields.action": lambda n: many("int32 a{i}\n", n // 4) + "---\nint32 b\n---\n" + many("int32 a{i}\n", n // 4),
     "requirements.req": lambda n: many("r{i}: always reply(a.b) >= {i}.\n", n // 8),
     "definitions.req": lambda n: many("let l{i} = reply(a.b)\n", n // 8) + "r: always l0 >= 1.\n",
     "keys/sentree.yaml": lambda n: many("k{i}: 1\n", n),
@@ -70,7 +82,76 @@ COMMANDS = {
     ".thrift": [["check"]],
     ".req": [["check"]],
     ".yaml": [["check"]],
+    ".msg": [["check"]],
+    ".srv": [["check"]],
+    ".action": [["check"]],
 }
+
+SERVED = "mission: {{file: mission.xml, rate: 10 Hz}}\nservices: {{a: {{{}}}}}\n"
+
+
+def replaced(file, old, new):
+    text = (EXAMPLE / file).read_text()
+    assert old in text, (file, old)
+    return text.replace(old, new, 1)
+
+
+def wide_thrift(n):
+    """Twelve structs; each but the first has some ten fields of the one before: by their paths they are 10^12."""
+    bodies = ["1: i32 a"] + [many(f"T{k - 1} a{{i}}", n // (kElements // 10), ", ") for k in range(1, 12)]
+    text = "".join(f"struct T{k} {{{body}}}\n" for k, body in enumerate(bodies)) + "service A { T11 ask(1: T11 what) }\n"
+    return {"a.thrift": text, "mission.xml": TREE.format("<AlwaysSuccess/>", ""), "sentree.yaml": SERVED.format("idl: a.thrift, interface: A, at: sim")}
+
+
+def wide_ros(n):
+    files = {"interfaces/p/msg/T0.msg": "int32 a\n", "interfaces/p/srv/Ask.srv": "T11 a\n---\nT11 b\n"}
+    for k in range(1, 12):
+        files[f"interfaces/p/msg/T{k}.msg"] = many(f"p/T{k - 1} a{{i}}\n", n // (kElements // 10))
+    return {**files, "mission.xml": TREE.format("<AlwaysSuccess/>", ""), "sentree.yaml": SERVED.format('interface: p/srv/Ask, at: "ros:/a"')}
+
+
+def lsp(n):
+    """What an editor says that opens a tree, types a letter and asks for its outline."""
+    tree = TREE.format(many('<AlwaysSuccess name="n{i}"/>\n', n // 8), "")
+    document = {"uri": "file:///nowhere/mission.xml"}
+    said = [("initialize", {"processId": None, "rootUri": None, "capabilities": {}}, 1), ("initialized", {}, None),
+            ("textDocument/didOpen", {"textDocument": {**document, "languageId": "xml", "version": 1, "text": tree}}, None),
+            ("textDocument/didChange", {"textDocument": {**document, "version": 2}, "contentChanges": [{"text": tree + "\n"}]}, None),
+            ("textDocument/documentSymbol", {"textDocument": document}, 2), ("shutdown", None, 3), ("exit", None, None)]
+    text = ""
+    for method, parameters, number in said:
+        message = {"jsonrpc": "2.0", "method": method, **({"id": number} if number else {}), **({"params": parameters} if parameters is not None else {})}
+        body = json.dumps(message)
+        text += f"Content-Length: {len(body)}\r\n\r\n{body}"
+    return text
+
+
+def ticking(n):
+    return {"mission.xml": TREE.format('<KeepRunningUntilFailure><AlwaysSuccess/></KeepRunningUntilFailure>', ""), "sentree.yaml": "mission: {file: mission.xml, rate: 10 Hz}\nmonitors: [{file: r.req}]\n",
+            "r.req": "r: never node(AlwaysSuccess) in FAILURE.\n", "scenarios/s.yaml": f"duration: {n // 40} s\n"}
+
+
+# {} is the project's folder; < what is written to the program.
+RECORDED = [["run", "{}/scenarios/s.yaml", "--clock", "virtual", "--record", "{}/run.mcap"], ["info", "{}/run.mcap"], ["replay", "{}/run.mcap"],
+            ["report", "{}/run.mcap", "-o", "{}/report.html"], ["monitor", "check", "{}/run.mcap"], ["export", "{}/run.mcap", "--to", "csv", "-o", "{}/run.csv"],
+            ["export", "{}/run.mcap", "--to", "ndjson", "-o", "{}/run.ndjson"], ["test", "{}"]]
+# What else belongs to it, its files, what is done with it.
+PROJECTS = {
+    "wide structs": (None, wide_thrift, [["check", "{}"]]),
+    "wide messages": (None, wide_ros, [["check", "{}"]]),
+    "recording": (None, ticking, RECORDED),
+    "leaves": (None, lambda n: {"mission.xml": TREE.format(many('<AlwaysSuccess name="n{i}"/>', n // 8), ""), "sentree.yaml": "mission: {file: mission.xml, rate: 10 Hz}\n"},
+               [["check", "{}"], ["run", "{}", "--clock", "virtual", "--record", "{}/run.mcap"], ["verify", "{}", "--out", "{}/verify"], ["replay", "{}/run.mcap"], ["report", "{}/run.mcap", "-o", "{}/report.html"]]),
+    "import": (None, lambda n: {"main_tree.xml": TREE.format(many('<Action ID="A{i}"/>', n // 100), "")}, [["import", "{}/main_tree.xml", "-o", "{}/project"]]),
+    "locations": (EXAMPLE, lambda n: {"world/world.yaml": replaced("world/world.yaml", "locations:\n", "locations:\n" + many("  loc{i}: {{x: 1.0}}\n", n // 8))}, [["check", "{}"]]),
+    "map": (EXAMPLE, lambda n: {"world/house.pgm": f"P2\n320 {n // 16}\n2\n" + ("2 " * 320 + "\n") * (n // 16)}, [["check", "{}"]]),
+    "parameters": (EXAMPLE, lambda n: {"campaign.yaml": "runs: 2\nparameters:\n" + many("  wrold.k{i}: {{uniform: [0, 1]}}\n", n // 8)}, [["check", "{}"]]),
+    "equal faults": (EXAMPLE, lambda n: {"campaign.yaml": "runs: 2\nfaults:\n  any_of:\n" + many("    - {{kill: GoToKitchen, at: {{uniform: [0 s, {i} s]}}}}\n", n // 8)}, [["check", "{}"]]),
+    "runs": (EXAMPLE, lambda n: {"campaign.yaml": f"runs: {n // 600}\nduration: 10 s\nparameters:\n  world.battery.initial: {{uniform: [20 %, 100 %]}}\n"},
+             [["campaign", "{}", "-j", "1", "--no-shrink", "--out", "{}/campaign"]]),
+    "editor": (None, lambda n: {"said": lsp(n)}, [["lsp", "< {}/said"]]),
+}
+REFUSED = {"locations", "parameters", "equal faults"}
 
 
 def limit():
@@ -78,14 +159,16 @@ def limit():
     resource.setrlimit(resource.RLIMIT_CPU, (kTime_s, kTime_s))
 
 
-def cost(command, file):
+def cost(words, codes):
     """CPU time [s]; what is wrong with how it ended, or None."""
-    words = [str(file) if word is None else word for word in command]
+    said = next((Path(word[2:]) for word in words if word.startswith("< ")), None)
+    words = [word for word in words if not word.startswith("< ")]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    ran = subprocess.run([program, *words, file], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, preexec_fn=limit)
+    with open(said or os.devnull, "rb") as given:
+        ran = subprocess.run([program, *words], stdin=given, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, preexec_fn=limit, env=environment)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     wrong = None
-    if ran.returncode not in (0, 1, 2, 3) or b"bad_alloc" in ran.stderr:
+    if ran.returncode not in codes or b"bad_alloc" in ran.stderr:
         wrong = f"ended with {ran.returncode}: {ran.stderr[-200:].decode(errors='replace')}"
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wrong
 
@@ -97,23 +180,51 @@ def written(name, make, n):
     return file.parent if file.name == "sentree.yaml" else file
 
 
+def project_written(name, base, make, n):
+    place = folder / str(n) / name
+    if base:
+        shutil.copytree(base, place, ignore=shutil.ignore_patterns("runs", "verify"))
+    for file, content in make(n).items():
+        (place / file).parent.mkdir(parents=True, exist_ok=True)
+        (place / file).write_text(content)
+    return place
+
+
+def compare(shown, small, large, codes):
+    """Tries two commands, of which the second has twice as much to do."""
+    for attempt in range(kTries):
+        (once, wrong), (twice, wrong_too) = cost(small, codes), cost(large, codes)
+        if wrong or wrong_too or twice <= kRatioMax * max(once, kFloor_s / kRatioMax) or attempt + 1 == kTries:
+            break
+    shown = f"{shown}: {once:.2f} s, twice as much {twice:.2f} s"
+    if wrong or wrong_too:
+        failures.append(f"{shown}: {wrong or wrong_too}")
+    elif twice > kRatioMax * max(once, kFloor_s / kRatioMax):
+        failures.append(f"{shown}: more than {kRatioMax} times")
+    if os.environ.get("SENTREE_SHOW"):
+        print(shown, flush=True)
+
+
 failures = []
+tried = 0
 shutil.rmtree(folder, ignore_errors=True)
+folder.mkdir(parents=True)
+environment = {**os.environ, "TMPDIR": str(folder.resolve()), "SENTREE_RUNS": str(folder.resolve() / "runs"), "XDG_RUNTIME_DIR": str(folder.resolve())}
+only = sys.argv[3] if len(sys.argv) > 3 else ""
 for name, make in FILES.items():
-    n = 24_000
-    small, large = written(name, make, n), written(name, make, 2 * n)
+    if only not in name:
+        continue
+    small, large = written(name, make, kElements), written(name, make, 2 * kElements)
     for command in COMMANDS[Path(name).suffix]:
-        for attempt in range(kTries):
-            (once, wrong), (twice, wrong_too) = cost(command, small), cost(command, large)
-            if wrong or wrong_too or twice <= kRatioMax * max(once, kFloor_s / kRatioMax) or attempt + 1 == kTries:
-                break
-        shown = f"{command[0]} {name}: {once:.2f} s, twice as much {twice:.2f} s"
-        if wrong or wrong_too:
-            failures.append(f"{shown}: {wrong or wrong_too}")
-        elif twice > kRatioMax * max(once, kFloor_s / kRatioMax):
-            failures.append(f"{shown}: more than {kRatioMax} times")
-        if os.environ.get("SENTREE_SHOW"):
-            print(shown)
+        tried += 1
+        compare(f"{command[0]} {name}", *([str(file) if word is None else word for word in [*command, None]] for file in (small, large)), codes=(0, 1, 2, 3))
+for name, (base, make, commands) in PROJECTS.items():
+    if only not in name:
+        continue
+    small, large = project_written(name, base, make, kElements), project_written(name, base, make, 2 * kElements)
+    for command in commands:
+        tried += 1
+        compare(f"{command[0]} of {name}", *([word.replace("{}", str(place)) for word in command] for place in (small, large)), codes=(3,) if name in REFUSED else (0, 1, 124))  # 124: by the limit of its time
 shutil.rmtree(folder, ignore_errors=True)
-print("\n".join(failures) if failures else f"{sum(len(COMMANDS[Path(name).suffix]) for name in FILES)} pairs grow as their input does")
+print("\n".join(failures) if failures else f"{tried} pairs grow as their input does")
 sys.exit(1 if failures else 0)
