@@ -215,9 +215,11 @@ TEST(RequirementTypes, ABareWordIsOneThatTheProjectKnows) {
   const auto told = [](bool all, const std::string& text) {
     const auto file = parse_requirements("R: never request(navigation.goTo).name = " + text + ".", "r.req");
     Vocabulary v = vocabulary();
-    DataType& name = v.services["navigation"]["goTo"].arguments.members[0].type;
-    name.samples = {"kitchen", "station"};
-    name.samples_are_all = all;
+    DataMembers& arguments = v.services["navigation"]["goTo"].arguments.members;
+    DataMember name = *arguments.begin();
+    name.type.samples = {"kitchen", "station"};
+    name.type.samples_are_all = all;
+    arguments = {name};
     Diagnostics diagnostics;
     (void)check_requirement(file.value->requirements.at(0), &v, diagnostics);
     return diagnostics.empty() ? std::string() : to_string(diagnostics[0]);
