@@ -96,8 +96,7 @@ Event from_http(std::string_view method, std::string_view content_type, std::str
   }
   Map data;
   while (!body.empty()) {
-    const std::size_t end = std::min(body.find('&'), body.size());
-    const std::string_view pair = body.substr(0, end);
+    const std::string_view pair = body.substr(0, body.find('&'));
     const std::size_t equals = std::min(pair.find('='), pair.size());
     const std::string name = decode(pair.substr(0, equals));
     std::string value = decode(equals < pair.size() ? pair.substr(equals + 1) : std::string_view());
@@ -105,7 +104,7 @@ Event from_http(std::string_view method, std::string_view content_type, std::str
       event.name = std::move(value);
     else
       data[name] = std::move(value);
-    body.remove_prefix(std::min(end + 1, body.size()));
+    body.remove_prefix(std::min(pair.size() + 1, body.size()));
   }
   if (!data.empty()) event.data = std::move(data);
   return event;
