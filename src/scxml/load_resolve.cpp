@@ -276,7 +276,9 @@ bool makes_plain_objects(std::string_view text) {
 
 void Loader::look_into_scripts() {
   std::vector<std::string_view> scripts;
-  for (const ExpressionId script : model_->scripts) scripts.push_back(model_->expressions[script].text);
+  for (const ExpressionId script : model_->scripts) {
+    if (script != kNoExpression) scripts.push_back(model_->expressions[script].text);  // else it could not be read
+  }
   std::vector<std::string_view> others;
   for (ExpressionId id = 0; id < model_->expressions.size(); ++id) {
     const std::string& text = model_->expressions[id].text;
