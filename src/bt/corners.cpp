@@ -122,6 +122,7 @@ void Loader::check_corners(std::uint32_t index) {
   for (std::size_t i = 0; i < definition.nodes.size(); ++i) {
     const DefinedNode& node = definition.nodes[i];
     const Manifest& own = manifest(node);
+    check_braces(node);
     const auto has = [&](Conditions::Index condition) {
       return node.conditions != kNone && definition.conditions[node.conditions].use[condition] != kNone;
     };
@@ -205,6 +206,20 @@ void Loader::check_arity(const DefinedNode& node, const Manifest& own) {
          fmt::format("{} has {} children; it needs one per case and the default, {}, or every tick of it fails", own.id,
                      node.child_count, own.ports.size()),
          node.element.span());
+  }
+}
+
+// An entry of the blackboard of which one brace is missing would be a text, without a word.
+void Loader::check_braces(const DefinedNode& node) {
+  for (const auto& attribute : node.element.attributes()) {
+    const std::string_view value = attribute.value;
+    const bool begins = value.starts_with('{');
+    if (value.size() < 2 || begins == value.ends_with('}')) continue;
+    if (value.find(begins ? '}' : '{') != std::string_view::npos) continue;
+    warn("bt.half-entry",
+         fmt::format("{}=\"{}\" is a text; an entry of the blackboard is between two braces, {{…}}", attribute.name,
+                     value),
+         node.element.attribute_value_span(attribute.name));
   }
 }
 

@@ -190,6 +190,15 @@ INSTANTIATE_TEST_SUITE_P(
                       Typed{"r := (n &gt; 0 ? s : s) - 1", "an arithmetic or logical operator gets text"},
                       Typed{"r := 1 &lt; n &lt; 3", ""}, Typed{"r := k * 1", "gets text"}));
 
+TEST(Entries, WithOneBraceAreTexts) {
+  for (const char* value : {"{n", "n}", "'n}"})
+    EXPECT_THAT(found_in("<SetBlackboard value=\"" + std::string(value) + "\" output_key=\"m\"/>"),
+                HasSubstr("bt.half-entry"));
+  for (const char* value : {"{n}", "json:{}", "a {n} b}", "}"})
+    EXPECT_THAT(found_in("<SetBlackboard value=\"" + std::string(value) + "\" output_key=\"m\"/>"),
+                Not(HasSubstr("bt.half-entry")));
+}
+
 TEST(ScriptTypesOfPorts, ComeFromWhatWritesTheEntry) {
   EXPECT_THAT(found_in("<Sequence><LoopDouble queue=\"1;2\" value=\"{v}\"><AlwaysSuccess/></LoopDouble>"
                        "<Script code=\"r := v == 'big'\"/></Sequence>"),

@@ -190,6 +190,7 @@ class Loader {
   void check_corners(std::uint32_t definition);
   void check_arity(const DefinedNode& node, const Manifest& own);
   /// Ports that make every tick fail: missing, or literals that cannot be.
+  void check_braces(const DefinedNode& node);
   void check_literals(const Definition& definition, const DefinedNode& node, const Manifest& own);
   std::uint8_t tree_result(std::uint32_t definition);
   void find_results(std::uint32_t definition);
