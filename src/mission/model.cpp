@@ -16,6 +16,8 @@ namespace sentree::mission {
 
 namespace {
 
+constexpr std::string_view kFailure = "error.execution";
+
 using Arguments = std::span<const Value>;
 
 // Publications of one step whose veto the chart is told of.
@@ -69,7 +71,23 @@ ModelMachine::ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch) :
   };
   host_.watch = watch != nullptr ? watch : &watch_;
   host_.observer = &observer_;
+  const auto handled = model_.chart.events_handled();
+  handles_failures_ = std::any_of(handled.begin(), handled.end(), [](const std::string& descriptor) {
+    return scxml::event_matches(descriptor, kFailure);
+  });
   add_choices();
+}
+
+// Half of a model stands for nothing: what it answered then would be nobody's behaviour.
+void ModelMachine::Observer::event(const scxml::Chart& chart, std::string_view, const scxml::Event& event) {
+  if (!(chart == machine.model_.chart) || event.name != kFailure || machine.handles_failures_) return;
+  if (!machine.wrong_.empty()) return;  // said already
+  if (machine.memory_) machine.memory_->spoil();
+  const Value* const message = event.data ? event.data->find("message") : nullptr;
+  machine.wrong_.push_back({Severity::kError, "model.script",
+                            fmt::format("model {}: {} (and its chart has no transition for {})", machine.model_.name,
+                                        message != nullptr ? message->text() : "a script failed", kFailure),
+                            machine.host_.watch->place()});
 }
 
 void ModelMachine::Observer::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {

@@ -139,6 +139,7 @@ class ModelMachine {
   void add_choices();
   struct Observer final : scxml::Observer {
     explicit Observer(ModelMachine& of) : machine(of) {}
+    void event(const scxml::Chart& chart, std::string_view session, const scxml::Event& event) override;
     void transition(const scxml::Chart& chart, std::string_view session, scxml::TransitionIndex taken) override;
     void entered(const scxml::Chart& chart, std::string_view session, scxml::StateIndex state) override;
     ModelMachine& machine;
@@ -151,8 +152,9 @@ class ModelMachine {
   ModelState* stepped_ = nullptr;  // whose chart executes
   ModelHost* surroundings_ = nullptr;
   std::optional<StepMemory> memory_;
-  std::vector<Map> choices_;  // made in this step
-  Diagnostics wrong_;         // likewise: what was no answer
+  std::vector<Map> choices_;       // made in this step
+  Diagnostics wrong_;              // likewise: what was no answer, and what failed
+  bool handles_failures_ = false;  // its chart does
   scxml::Effects effects_;
 };
 

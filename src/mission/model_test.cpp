@@ -41,6 +41,7 @@ class ModelPlayer final : public ModelHost {
     machine_.step(state, Published{Shared<Publication>({topic, "somebody", std::move(args)})}, *this);
   }
   std::vector<std::string> done() { return std::exchange(done_, {}); }
+  std::vector<std::string> refusals() { return std::exchange(refusals_, {}); }
 
   bool vetoes = false;  // whatever is published
   ModelState state;
@@ -82,11 +83,12 @@ class ModelPlayer final : public ModelHost {
                     (outcome.ok || outcome.result.is_null() ? "" : to_json(outcome.result)));
   }
   void problem(const std::string& what) override { done_.push_back("! " + what); }
-  void refused(const Diagnostic&) override {}
+  void refused(const Diagnostic& why) override { refusals_.push_back(why.message); }
 
   ModelMachine machine_;
   std::uint64_t calls_ = 0;
   std::vector<std::string> done_;
+  std::vector<std::string> refusals_;
 };
 
 constexpr const char* kAnswers = R"(
@@ -152,6 +154,18 @@ TEST(Model, AnAnswerThatTheInterfaceDoesNotHaveIsAnErrorOfTheChart) {
   p.call("ask", 1);
   EXPECT_THAT(p.done(),
               ElementsAre("robot.log {\"label\":\"error\",\"text\":\"result: expected i32, got string \\\"x\\\"\"}"));
+}
+
+TEST(Model, WhoseScriptFailsSaysSo) {
+  const std::string ask = R"(<transition event="s.ask.request"><assign location="x" expr="nowhere.y"/>
+      <send type="thrift" target="s" event="ask.reply"><param name="result" expr="1"/></send></transition>)";
+  ModelPlayer p(R"(<datamodel><data id="x"/></datamodel><state id="a">)" + ask + "</state>");
+  p.call("ask", 1);
+  EXPECT_THAT(p.refusals(), ElementsAre(testing::StartsWith("model robot: ")));
+  ModelPlayer handled(R"(<datamodel><data id="x"/></datamodel><state id="a">)" + ask +
+                      R"(<transition event="error.*"/></state>)");
+  handled.call("ask", 1);
+  EXPECT_THAT(handled.refusals(), IsEmpty());
 }
 
 TEST(Model, ThrowsWhatTheInterfaceDeclares) {
