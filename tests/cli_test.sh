@@ -502,7 +502,7 @@ sed -i 's/ends: owed/ends: satisfied/' "$work/loops/verify/ends.yaml"
 expect 1 'monitor ends is undecided, expected satisfied' "$sentree" test "$work/loops/verify/ends.yaml"
 # What a counterexample shows is not spoilt by how its run ends, by a monitor that is re-armed, by another one that cannot be
 # judged, nor by what the scenario does or stops at.
-mkdir -p "$work/shown"/{skills,models,interfaces,monitors}
+mkdir -p "$work/shown"/{skills,models,interfaces,monitors,scenarios}
 shown() { # shown REQUIREMENTS [MONITORS]: a skill that asks at each tick and, when it is halted, has the component stopped
   (cd "$work/shown" && rm -rf verify && echo "$1" >r.req && cat >sentree.yaml <<END
 mission: {file: mission.xml, rate: 10 Hz}
@@ -534,18 +534,18 @@ shown 'let said = reply(d.ask)
 a (re-arming): eventually said = 5 within 50 ms.'
 expect 1 'a +REFUTED .*0.05 s' "$sentree" verify "$work/shown"
 expect 0 'a is violated at 0.05 s' "$sentree" test "$work/shown/verify/a.yaml"
-printf 'clock: virtual\nduration: 1 s\nexpect: {mission: IDLE}\n' >"$work/shown/rearmed.yaml"
-expect 1 'monitor a is violated, and the scenario does not expect it' "$sentree" test "$work/shown/rearmed.yaml"
-sed -i 's/expect:.*/expect: {monitors: {a: satisfied}}/' "$work/shown/rearmed.yaml"
-expect 1 'monitor a was violated before it was satisfied, expected satisfied' "$sentree" test "$work/shown/rearmed.yaml"
+printf 'clock: virtual\nduration: 1 s\nexpect: {mission: RUNNING}\n' >"$work/shown/scenarios/rearmed.yaml"
+expect 1 'monitor a is violated, and the scenario does not expect it' "$sentree" test "$work/shown/scenarios/rearmed.yaml"
+sed -i 's/expect:.*/expect: {monitors: {a: satisfied}}/' "$work/shown/scenarios/rearmed.yaml"
+expect 1 'monitor a was violated before it was satisfied, expected satisfied' "$sentree" test "$work/shown/scenarios/rearmed.yaml"
 shown 'never_5: never reply(d.ask) = 5.' ', {file: monitors/spins.scxml, violated: [bad]}'
-expect 1 'never_5 +REFUTED' "$sentree" verify "$work/shown"
-expect 1 'spins +ERROR .*does not come to rest' "$sentree" verify "$work/shown"
+expect 3 'never_5 +REFUTED' "$sentree" verify "$work/shown"
+expect 3 'spins +ERROR .*does not come to rest' "$sentree" verify "$work/shown"
 shown 'let said = reply(d.ask)
 never_5: never said = 5.
 eventually_9: eventually said = 9 within 250 ms.'
-printf 'clock: virtual\nduration: 1 s\nstop_when_violated: true\n' >"$work/shown/stops.yaml"
-expect 1 'eventually_9 +REFUTED .*0.25 s' "$sentree" verify "$work/shown" --scenario "$work/shown/stops.yaml"
+printf 'clock: virtual\nduration: 1 s\nstop_when_violated: true\n' >"$work/shown/scenarios/stops.yaml"
+expect 1 'eventually_9 +REFUTED .*0.25 s' "$sentree" verify "$work/shown" --scenario "$work/shown/scenarios/stops.yaml"
 # Faults have no probability, which is said.
 expect 0 'left out: the fault of verify:' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty
 expect 0 '"faults":0,"faults_left_out":[1-9]' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty --json

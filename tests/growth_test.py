@@ -100,7 +100,7 @@ def wide_thrift(n):
     """Twelve structs; each but the first has some ten fields of the one before: by their paths they are 10^12."""
     bodies = ["1: i32 a"] + [many(f"T{k - 1} a{{i}}", n // (kElements // 10), ", ") for k in range(1, 12)]
     text = "".join(f"struct T{k} {{{body}}}\n" for k, body in enumerate(bodies)) + "service A { T11 ask(1: T11 what) }\n"
-    return {"a.thrift": text, "mission.xml": TREE.format("<AlwaysSuccess/>", ""), "sentree.yaml": SERVED.format("idl: a.thrift, interface: A, at: sim")}
+    return {"interfaces/a.thrift": text, "mission.xml": TREE.format("<AlwaysSuccess/>", ""), "sentree.yaml": SERVED.format('interface: a.thrift/A, at: "tcp://127.0.0.1:1"')}
 
 
 def wide_ros(n):

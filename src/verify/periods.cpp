@@ -19,7 +19,7 @@ namespace {
 bool counts(std::string_view member) { return member == "time" || member == "tick" || member == "call"; }
 
 // Faults of a run have numbers of their own.
-bool counts(std::string_view member, const Message& message) {
+bool counts_in(const Message& message, std::string_view member) {
   return counts(member) || (member == "id" && message.name == "scenario.injection");
 }
 
@@ -404,7 +404,7 @@ std::uint32_t Periods::hear(const Message& message) {
   Map data;
   if (Map* members = looked_at.as_map()) {
     for (auto& [name, value] : *members) {
-      if (counts(name, message)) {
+      if (counts_in(message, name)) {
         refuse_clock(message, name);
         return kNobody;
       }
@@ -426,7 +426,7 @@ bool Periods::looks_at_clock(const Message& message) {
   if (targets.monitors.empty()) return false;
   const Value looked_at = targets.projection.data(message);
   for (const char* const member : {"time", "tick", "call", "id"}) {
-    if (looked_at.find(member) == nullptr || !counts(member, message)) continue;
+    if (looked_at.find(member) == nullptr || !counts_in(message, member)) continue;
     refuse_clock(message, member);
     return true;
   }
