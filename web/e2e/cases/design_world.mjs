@@ -82,6 +82,7 @@ test("places are dragged, turned and moved by keys, as least edits of the text; 
   await page.locator('[data-spot="location bedroom"].wrong').waitFor();
   if (pictures) await page.screenshot({ path: join(pictures, "world-wrong.png") });
 
+  await saved();  // so that no step comes while steps are undone
   for (;;) {
     const name = await undo_name(page);
     if (name === "") break;
