@@ -114,6 +114,7 @@ TEST(GraphAddress, RefusesVariablesOfRosThatMeanNothing) {
 }
 
 TEST(RosMiddleware, OpensNothingWhereItIsNotKnownInWhichDomain) {
+  rpc::register_middleware(make_middleware({.find = load}));
   const Environment wrong({{"ROS_DOMAIN_ID", "abc"}, {"ROS_LOCALHOST_ONLY", nullptr}});
   const auto ros = make_middleware({.find = load});
   EXPECT_THAT(ros->lacks(), HasSubstr("ROS_DOMAIN_ID"));
