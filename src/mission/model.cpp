@@ -84,14 +84,17 @@ void ModelMachine::Observer::event(const scxml::Chart& chart, std::string_view, 
   if (!machine.wrong_.empty()) return;  // said already
   if (machine.memory_) machine.memory_->spoil();
   const Value* const message = event.data ? event.data->find("message") : nullptr;
-  machine.wrong_.push_back({Severity::kError, "model.script",
-                            fmt::format("model {}: {} (and its chart has no transition for {})", machine.model_.name,
-                                        message != nullptr ? message->text() : "a script failed", kFailure),
-                            machine.host_.watch->place()});
+  machine.wrong_.push_back(
+      {Severity::kError, "model.script",
+       fmt::format("model {}: {} (and its chart has no transition for {})", machine.model_.name,
+                   message != nullptr ? message->text() : "a script failed", kFailure),
+       chart.span(machine.latest_ ? chart.transitions()[*machine.latest_].place : scxml::Place{})});
 }
 
 void ModelMachine::Observer::transition(const scxml::Chart& chart, std::string_view, scxml::TransitionIndex taken) {
-  if (chart == machine.model_.chart) machine.surroundings_->taken(taken);
+  if (!(chart == machine.model_.chart)) return;
+  machine.latest_ = taken;
+  machine.surroundings_->taken(taken);
 }
 
 void ModelMachine::Observer::entered(const scxml::Chart& chart, std::string_view, scxml::StateIndex state) {
@@ -430,6 +433,7 @@ class ModelMachine::Step {
   }
 
   void follow() {
+    machine_.latest_.reset();
     for (const Diagnostic& why : std::exchange(machine_.wrong_, {})) host_.refused(why);
     for (Map& choice : std::exchange(machine_.choices_, {})) say("choice", std::move(choice));
     for (scxml::Effect& effect : machine_.effects_) {

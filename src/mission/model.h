@@ -152,9 +152,10 @@ class ModelMachine {
   ModelState* stepped_ = nullptr;  // whose chart executes
   ModelHost* surroundings_ = nullptr;
   std::optional<StepMemory> memory_;
-  std::vector<Map> choices_;       // made in this step
-  Diagnostics wrong_;              // likewise: what was no answer, and what failed
-  bool handles_failures_ = false;  // its chart does
+  std::vector<Map> choices_;                      // made in this step
+  Diagnostics wrong_;                             // likewise: what was no answer, and what failed
+  bool handles_failures_ = false;                 // its chart does
+  std::optional<scxml::TransitionIndex> latest_;  // taken in this step: what fails is of it, or of where it leads
   scxml::Effects effects_;
 };
 

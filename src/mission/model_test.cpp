@@ -83,7 +83,7 @@ class ModelPlayer final : public ModelHost {
                     (outcome.ok || outcome.result.is_null() ? "" : to_json(outcome.result)));
   }
   void problem(const std::string& what) override { done_.push_back("! " + what); }
-  void refused(const Diagnostic& why) override { refusals_.push_back(why.message); }
+  void refused(const Diagnostic& why) override { refusals_.push_back(to_string(why)); }
 
   ModelMachine machine_;
   std::uint64_t calls_ = 0;
@@ -161,7 +161,7 @@ TEST(Model, WhoseScriptFailsSaysSo) {
       <send type="thrift" target="s" event="ask.reply"><param name="result" expr="1"/></send></transition>)";
   ModelPlayer p(R"(<datamodel><data id="x"/></datamodel><state id="a">)" + ask + "</state>");
   p.call("ask", 1);
-  EXPECT_THAT(p.refusals(), ElementsAre(testing::StartsWith("model robot: ")));
+  EXPECT_THAT(p.refusals(), ElementsAre(testing::StartsWith("robot.scxml:1:136: model robot: ")));
   ModelPlayer handled(R"(<datamodel><data id="x"/></datamodel><state id="a">)" + ask +
                       R"(<transition event="error.*"/></state>)");
   handled.call("ask", 1);

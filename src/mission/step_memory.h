@@ -90,8 +90,8 @@ class StepMemory {
     std::optional<Asked> asked;
     std::vector<std::unique_ptr<Node>> next;  // by alternative
     std::optional<Done> done;
-    bool looks_at_timers =
-        false;  ///< Sends later or cancels: it matters which ones there are. Known by the longer name.
+    /// It sends later or cancels, so that it matters which timers there are. Known by the longer name.
+    bool looks_at_timers = false;
   };
   struct Chosen {
     std::optional<Asked> asked;  // nothing: it was known
