@@ -26,6 +26,8 @@ class Tap {
   static constexpr std::chrono::milliseconds kWaitMax{2000};
 
   void observe(const Message& message);
+  /// Whether somebody has asked lately: else a message need not be made for it. A load.
+  [[nodiscard]] bool is_wanted() const { return wanted_until_.load(std::memory_order_relaxed) != 0; }
 
   struct Batch {
     std::uint64_t next = 0;             ///< To be given as `after` next time.
