@@ -24,6 +24,7 @@ class LeafDriver {
   /// Answered by `Mission::halted`.
   virtual void halt(TimePoint asked) = 0;
   /// The run is given up; no answer is expected, late ones are ignored.
+  /// @param asked  When that was published; kNever: it was not.
   virtual void cancel(TimePoint asked) = 0;
 };
 

@@ -45,6 +45,12 @@ class Verify : public InFolder {
     tree("<RetryUntilSuccessful num_attempts=\"2\"><Condition ID=\"Ask\"/></RetryUntilSuccessful>");
   }
 
+  // Every 100 ms.
+  void ask_until_it_is_open() {
+    tree(
+        "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
+        "</RetryUntilSuccessful>");
+  }
   // @param answer  Of the model, an expression.
   void model(const std::string& answer, const std::string& attributes = "") {
     write("models/door.scxml", kHead + R"(initial="there"><state id="there"><transition event="door.ask.request">
@@ -210,9 +216,7 @@ TEST_F(Verify, GivesTheLeastAndTheGreatestProbability) {
 }
 
 TEST_F(Verify, LeavesALoopOnlyWhereItIsFair) {
-  tree(
-      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
-      "</RetryUntilSuccessful>");
+  ask_until_it_is_open();
   model("pick('says', 1, 6)");
   requirements("opens \"It opens in the end.\": whenever said = 1, door shall said = 6 eventually.\n");
   const project::Plan of = plan();
@@ -232,9 +236,7 @@ TEST_F(Verify, LeavesALoopOnlyWhereItIsFair) {
 }
 
 TEST_F(Verify, TellsWhereAChoiceWithoutANameStands) {
-  tree(
-      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
-      "</RetryUntilSuccessful>");
+  ask_until_it_is_open();
   model("choose(1, 6)");
   requirements("opens \"It opens in the end.\": whenever said = 1, door shall said = 6 eventually.\n");
   const project::Plan of = plan();
@@ -280,9 +282,7 @@ TEST_F(Verify, JudgesGatesAsARunDoes) {
 }
 
 TEST_F(Verify, ComparesStatesIfAskedTo) {
-  tree(
-      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
-      "</RetryUntilSuccessful>");
+  ask_until_it_is_open();
   model("pick('says', 1, 6)");
   requirements("small \"It says little.\": always said <= 6.\n");
   const project::Plan of = plan();
@@ -349,9 +349,7 @@ TEST_F(Verify, TriesCallsThatAreUnreachableOrLate) {
 }
 
 TEST_F(Verify, EndsFaultsByTheirNumberBesideThoseOfTheScenario) {
-  tree(
-      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
-      "</RetryUntilSuccessful>");
+  ask_until_it_is_open();
   model("5");
   requirements("stays \"What is wrong stays so.\": after said = 1, never said = 5.\n");
   const project::Plan plain = plan("verify: {faults: {any_of: [{falsify: {call: door.ask, value: 1}}]}}\n");
@@ -446,9 +444,7 @@ TEST_F(Verify, LetsPartsSayMuchAtOneInstantIfTheyComeToAnEnd) {
 }
 
 TEST_F(Verify, StopsAtItsLimits) {
-  tree(
-      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
-      "</RetryUntilSuccessful>");
+  ask_until_it_is_open();
   model("fresh() + 10");
   requirements("small \"It says little.\": always said <= 1000000.\n");
   Asked asked;
@@ -488,9 +484,7 @@ TEST_F(Verify, TellsWhatItFoundWhereAPeriodGoesOnInTooManyWays) {
 }
 
 TEST_F(Verify, StopsAtItsLimitOfMemoryWhileItJudges) {
-  tree(
-      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
-      "</RetryUntilSuccessful>");
+  ask_until_it_is_open();
   model("1");
   requirements("six: never said = 6.\n");
   write("monitors/counts.scxml", kHead + R"(initial="w"><datamodel><data id="n" expr="0"/></datamodel><state id="w">
@@ -560,9 +554,7 @@ TEST_F(Verify, TakesNoLongerForEachOfManyDelays) {
 }
 
 TEST_F(Verify, SaysWhatGrowsWithoutEnd) {
-  tree(
-      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
-      "</RetryUntilSuccessful>");
+  ask_until_it_is_open();
   write("models/door.scxml",
         kHead + R"(initial="there"><datamodel><data id="asked" expr="10"/><data id="odd" expr="0"/></datamodel>
 <state id="there"><transition event="door.ask.request">
@@ -601,9 +593,7 @@ TEST_F(Verify, SaysWhatGrowsWithoutEnd) {
 }
 
 TEST_F(Verify, IsCompleteToWhereEveryBehaviourIsKnown) {
-  tree(
-      "<RetryUntilSuccessful num_attempts=\"-1\"><Sequence><Sleep msec=\"100\"/><Condition ID=\"Ask\"/></Sequence>"
-      "</RetryUntilSuccessful>");
+  ask_until_it_is_open();
   // Each tick has ten times the states of the one before.
   write("models/door.scxml", kHead + R"x(initial="there"><datamodel><data id="n" expr="0"/></datamodel>
 <state id="there"><transition event="door.ask.request"><assign location="n" expr="n * 10 + between(0, 9)"/>
