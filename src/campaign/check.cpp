@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "sentree/base/told_once.h"
 #include "sentree/campaign/runner.h"
 #include "sentree/project/part_cache.h"
 #include "sentree/text/file.h"
@@ -52,14 +53,10 @@ Diagnostics check_vary(const fs::path& file) {
 
 Diagnostics check_project(const fs::path& folder_or_file) {
   project::PartCache parts;
-  Diagnostics all = project::check_project(folder_or_file, parts);
-  std::set<std::pair<std::string, std::string>> told;
-  for (const Diagnostic& diagnostic : all) told.emplace(diagnostic.code, to_string(diagnostic));
-  const auto add = [&](const Diagnostics& found) {
-    std::copy_if(found.begin(), found.end(), std::back_inserter(all), [&](const Diagnostic& diagnostic) {
-      return told.emplace(diagnostic.code, to_string(diagnostic)).second;
-    });
-  };
+  Diagnostics all;
+  ToldOnce told;
+  const auto add = [&](const Diagnostics& found) { told.append(found, all); };
+  add(project::check_project(folder_or_file, parts));
   const auto project = project::load_project(folder_or_file);
   if (!project.ok()) return all;
   const fs::path& folder = project.value->folder;

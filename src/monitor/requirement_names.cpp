@@ -3,12 +3,12 @@
 #include <array>
 #include <cctype>
 #include <map>
-#include <set>
 #include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "sentree/base/told_once.h"
 #include "sentree/monitor/requirement_parser.h"
 #include "sentree/text/xml.h"
 
@@ -257,13 +257,9 @@ void resolve_names(RequirementFile& file, Diagnostics& diagnostics) {
     }
   }
   // The same mistake, reached through every use of its definition, is told once.
-  Diagnostics unique;
-  std::set<std::pair<std::string, std::string>> told;
-  for (std::size_t i = before; i < diagnostics.size(); ++i) {
-    if (told.emplace(diagnostics[i].code, to_string(diagnostics[i])).second) unique.push_back(diagnostics[i]);
-  }
+  const Diagnostics found(diagnostics.begin() + static_cast<std::ptrdiff_t>(before), diagnostics.end());
   diagnostics.resize(before);
-  diagnostics.insert(diagnostics.end(), unique.begin(), unique.end());
+  ToldOnce().append(found, diagnostics);
 }
 
 Loaded<RequirementFile> parse_requirements(std::string_view source, const std::string& file) {

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "sentree/base/told_once.h"
 #include "sentree/idl/conform.h"
 #include "sentree/project/any_reply.h"
 #include "sentree/project/chart_memory.h"
@@ -677,12 +678,8 @@ Diagnostics check_project(const path& folder_or_file) {
 Diagnostics check_project(const path& folder_or_file, PartCache& cache) {
   Diagnostics all;
   // The same finding may be reached through the project and through each of its scenarios.
-  std::set<std::string> told;
-  const auto add_new = [&](const Diagnostics& found) {
-    for (const Diagnostic& diagnostic : found) {
-      if (told.insert(fmt::format("{} {}", diagnostic.code, to_string(diagnostic))).second) all.push_back(diagnostic);
-    }
-  };
+  ToldOnce told;
+  const auto add_new = [&](const Diagnostics& found) { told.append(found, all); };
   auto project = load_project(folder_or_file);
   add_new(project.diagnostics);
   if (!project.ok()) return all;
