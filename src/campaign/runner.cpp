@@ -149,7 +149,7 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
   }
   project::Scenario base;
   if (varied.scenario) {
-    auto scenario = project::load_scenario(*varied.scenario);
+    auto scenario = project::load_scenario(*varied.scenario, &*project.value);
     if (!scenario.ok() && scenario.diagnostics.front().code.starts_with("file.") &&
         scenario.diagnostics.front().span.file == varied.scenario->string()) {
       // It can be mended where it is named.

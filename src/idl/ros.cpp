@@ -342,18 +342,20 @@ class Reader {
   Struct* structure(const std::pair<std::string_view, int>& part, const std::string& file, const Identity& identity,
                     const std::string& name, int depth) {
     Struct made{name, StructKind::kStruct, {}, {file, part.second, 1, 0}};
+    std::set<std::string> names;
     bool good = true;
     int number = part.second;
     for (std::size_t at = 0; at < part.first.size(); ++number) {
       const std::size_t end = std::min(part.first.find('\n', at), part.first.size());
       Line line(part.first.substr(at, end - at), file, number);
-      if (!line.rest().empty()) good = member(line, identity, made, depth) && good;
+      if (!line.rest().empty()) good = member(line, identity, made, names, depth) && good;
       at = end + 1;
     }
     return good ? &program_.structs.emplace_back(std::move(made)) : nullptr;
   }
 
-  bool member(Line& line, const Identity& identity, Struct& made, int depth) {
+  // `names` are those of the fields made so far.
+  bool member(Line& line, const Identity& identity, Struct& made, std::set<std::string>& names, int depth) {
     const SourceSpan start = line.here();
     auto shape = read_shape(line, identity);
     if (!shape) return false;
@@ -373,7 +375,7 @@ class Reader {
               "a field's name has lower case letters, digits and single underscores between them; \"{}\" is none",
               name));
     }
-    if (made.find(name) != nullptr)
+    if (names.contains(name))
       return error(named, "idl.duplicate", fmt::format("the field \"{}\" is there already", name));
     if (made.fields.size() >= kFieldsMax)
       return error(named, "idl.too-large", fmt::format("more than {} fields", kFieldsMax));
@@ -385,6 +387,7 @@ class Reader {
       if (!value) return false;
     }
     add(made, name, type, std::move(value));
+    names.insert(name);
     made.fields.back().span = start;
     if (shape->many == Shape::Many::kOne && shape->primitive != nullptr &&
         shape->primitive->min < shape->primitive->max) {

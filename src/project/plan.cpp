@@ -684,9 +684,9 @@ Diagnostics check_project(const path& folder_or_file, PartCache& cache) {
   add_new(project.diagnostics);
   if (!project.ok()) return all;
   const auto files = scenario_files(*project.value);
-  add_new(prepare(plain_scenario(std::move(*project.value)), cache).diagnostics);
+  add_new(prepare(plain_scenario(*project.value), cache).diagnostics);
   for (const path& file : files) {
-    auto scenario = load_scenario(file);
+    auto scenario = load_scenario(file, &*project.value);
     add_new(scenario.diagnostics);
     if (scenario.ok()) add_new(prepare(std::move(*scenario.value), cache).diagnostics);
   }

@@ -315,8 +315,9 @@ struct Scenario {
 /// Codes: project.*, yaml.*, file.*.
 [[nodiscard]] Loaded<Project> load_project(const std::filesystem::path& folder_or_file);
 
-/// A scenario file with its project (default: the sentree.yaml one folder above the scenario's).
-[[nodiscard]] Loaded<Scenario> load_scenario(const std::filesystem::path& file);
+/// A scenario file with its project (default: the sentree.yaml one folder above the scenario's). Where that is `known`,
+/// which has been read and told of already, it is not read again.
+[[nodiscard]] Loaded<Scenario> load_scenario(const std::filesystem::path& file, const Project* known = nullptr);
 
 /// The scenario of a project that has no timeline and expects nothing.
 [[nodiscard]] Scenario plain_scenario(Project project);

@@ -238,7 +238,7 @@ Scenario plain_scenario(Project project) {
   return scenario;
 }
 
-Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
+Loaded<Scenario> load_scenario(const std::filesystem::path& file, const Project* known) {
   Loaded<Scenario> loaded;
   const text::ReadFence fence(file.parent_path(), {shipped_folder("interfaces")});
   const auto source = text::read_file(file);
@@ -259,7 +259,16 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file) {
     scenario.description = reader.string("description").value_or("");
     const std::filesystem::path named = file.parent_path() / reader.string("project").value_or("..");
     const std::filesystem::path project_path = text::ReadFence::place_of(named).value_or(named);
-    Loaded<Project> project = load_project(project_path.lexically_normal());
+    const std::filesystem::path from = project_path.lexically_normal();
+    const auto is_known = [&] {
+      const std::filesystem::path its(known->file);
+      return its == from || its.parent_path() == from || its.parent_path() / "" == from;
+    };
+    Loaded<Project> project;
+    if (known != nullptr && is_known())
+      project.value = *known;
+    else
+      project = load_project(from);
     if (!project.ok() && reader.node("project") != nullptr && project.diagnostics.front().code.starts_with("file.")) {
       // It can be mended where it is named.
       Diagnostic& why = project.diagnostics.front();
