@@ -169,13 +169,36 @@ const std::vector<Message>& recording() {
   return kAll;
 }
 
-monitor::Model model(const std::string& body, const std::string& name = "R") {
+// What a project knows of its interfaces, and who draws a chart too: a reply has its level.
+const monitor::Vocabulary& robot() {
+  using monitor::DataType;
+  static const monitor::Vocabulary kRobot = [] {
+    const DataType level{.kind = DataType::Kind::kNumber, .may_be_absent = false};
+    const DataType place{.kind = DataType::Kind::kText, .may_be_absent = false};
+    const auto record = [](const char* member, const DataType& type) {
+      return DataType{.kind = DataType::Kind::kRecord, .may_be_absent = false, .members = {{member, type}}};
+    };
+    monitor::Vocabulary robot;
+    robot.services["battery"]["getBatteryState"].result = record("percentage", level);
+    robot.services["navigation"]["gotoTargetByLocationName"].arguments = record("name", place);
+    return robot;
+  }();
+  return kRobot;
+}
+
+monitor::Model model(const std::string& body, const std::string& name = "R",
+                     const monitor::Vocabulary* known = &robot()) {
   const auto file = monitor::parse_requirements(kDefinitions + name + ": " + body + ".", "bench.req");
   if (!file.ok()) {
     std::fprintf(stderr, "%s\n", to_string(file.diagnostics.front()).c_str());
     std::exit(1);
   }
-  return *monitor::Model::make(file.value->requirements.front()).value;
+  const auto made = monitor::Model::make(file.value->requirements.front(), known);
+  if (!made.ok()) {
+    std::fprintf(stderr, "%s\n", to_string(made.diagnostics.front()).c_str());
+    std::exit(1);
+  }
+  return *made.value;
 }
 
 monitor::Model drawn(const char* inside) {
@@ -205,8 +228,9 @@ std::vector<monitor::Model> many(std::size_t listening, std::size_t idle) {
     models.push_back(model("always level >= " + std::to_string(i % 20), "Listens" + std::to_string(i)));
   for (std::size_t i = 0; i < idle; ++i) {
     const std::string n = std::to_string(i);
-    models.push_back(model(
-        "whenever event(other" + n + ".method.request), event(other" + n + ".method.reply) within 1 s", "Idle" + n));
+    models.push_back(
+        model("whenever event(other" + n + ".method.request), event(other" + n + ".method.reply) within 1 s",
+              "Idle" + n, nullptr));
   }
   return models;
 }

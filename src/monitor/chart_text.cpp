@@ -31,6 +31,16 @@ std::string condition_attribute(const Js& condition) {
   return is_true(condition) ? "" : fmt::format(" cond=\"{}\"", text::xml_escape(condition.text));
 }
 
+std::string edge_text(const Edge& edge, std::string_view indent) {
+  std::string out =
+      fmt::format("{}<transition event=\"{}\"{}{}", indent, edge.event, condition_attribute(edge.condition),
+                  edge.target.empty() ? "" : fmt::format(" target=\"{}\"", edge.target));
+  if (edge.actions.empty()) return out + "/>\n";
+  out += ">\n";
+  for (const std::string& action : edge.actions) out += fmt::format("{}  {}\n", indent, action);
+  return out + fmt::format("{}</transition>\n", indent);
+}
+
 std::string state_text(const ChartState& state, std::optional<Duration> deadline, const std::string& counted) {
   std::string out = fmt::format("\n    {}\n    <state id=\"{}\">\n", comment(state.says), state.id);
   if (!state.on_entry.empty()) {
@@ -47,17 +57,7 @@ std::string state_text(const ChartState& state, std::optional<Duration> deadline
   std::vector<std::string> on_exit = state.on_exit;
   if (!counted.empty() && state.begins_anew) on_exit.push_back(assign(counted, "0"));
   for (const std::string& action : on_exit) out += fmt::format("      <onexit>{}</onexit>\n", action);
-  for (const Edge& edge : state.edges) {
-    out += fmt::format("      <transition event=\"{}\"{}{}", edge.event, condition_attribute(edge.condition),
-                       edge.target.empty() ? "" : fmt::format(" target=\"{}\"", edge.target));
-    if (edge.actions.empty()) {
-      out += "/>\n";
-      continue;
-    }
-    out += ">\n";
-    for (const std::string& action : edge.actions) out += fmt::format("        {}\n", action);
-    out += "      </transition>\n";
-  }
+  for (const Edge& edge : state.edges) out += edge_text(edge, "      ");
   return out + "    </state>\n";
 }
 

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sentree/base/time.h"
@@ -27,6 +28,9 @@ struct Edge {
   std::string target;  ///< Empty: it stays.
   std::vector<std::string> actions;
 };
+
+/// Its `<transition>`, behind `indent`.
+[[nodiscard]] std::string edge_text(const Edge& edge, std::string_view indent);
 
 /// A state of one.
 struct ChartState {

@@ -334,7 +334,7 @@ Js Script::at_present(const Variable& variable, const Js& expression) {
 Js Script::is_there(const Condition& c) const {
   if (present_.empty()) return js_true();
   Js there = js_true();
-  if (c.kind == Kind::kValue && type_of(c).may_be_absent) there = guard(c);
+  if (c.kind == Kind::kValue && type_of(c).may_be_absent && c.source->observation == present_) there = guard(c);
   if (c.kind != Kind::kDefined && c.kind < Kind::kNegate) return there;
   for (const ConditionPtr& operand : c.operands) there = js_and(there, is_there(*operand));
   return there;

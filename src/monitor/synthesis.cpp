@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 
 #include "sentree/monitor/chart_text.h"
+#include "sentree/monitor/conjunction.h"
 #include "sentree/monitor/requirement_script.h"
 #include "sentree/monitor/windows.h"
 #include "sentree/text/xml.h"
@@ -18,7 +20,8 @@ class Synthesizer {
  public:
   using Role = Situation::Role;
 
-  // @param present  If any, states are planned for observations of that name, as if there were no others.
+  // @param present  If any, states are planned for observations of that name, as if there were no others: what it says
+  //                 is looked at in itself, what others said is remembered.
   Synthesizer(const Requirement& requirement, const Typing& typing, std::string_view present = {})
       : r_(requirement),
         typing_(typing),
@@ -28,32 +31,36 @@ class Synthesizer {
 
   Synthesis run() {
     plan();
-    if (auto simpler = without_memory()) return *std::move(simpler);
+    if (auto direct = at_observations()) return *std::move(direct);
     return result();
   }
 
  private:
-  // Where nothing has to be remembered, the conditions are at the observations, as one would draw it. Nothing:
-  // something has to be.
-  [[nodiscard]] std::optional<Synthesis> without_memory() const {
-    if (in_ticks() || in_events()) return std::nullopt;
-    std::optional<Synthesizer> whole;
-    std::vector<std::string> names;
+  // As one would draw it: the conditions are at the observations, and only what those of others need is remembered.
+  // Nothing: it cannot be written so.
+  [[nodiscard]] std::optional<Synthesis> at_observations() const {
+    if (is_between() || in_events() || counts_always_ || (in_ticks() && !ticks_only_count_)) return std::nullopt;
+    std::vector<Synthesizer> each;
+    std::set<std::string> names;
     for (const Source& source : sources_of(r_)) {
-      const std::string& name = source.observation;
-      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-      names.push_back(name);
-      Synthesizer one(r_, typing_, name);
-      one.plan();
-      // Of an observation alone a condition may be constant, on which states depend.
-      if (one.has_memory() || !one.has_states_of(*this) || !one.look_at(name)) return std::nullopt;
-      if (whole)
-        whole->take_edges(one, name);
-      else
-        whole.emplace(std::move(one));
+      if (!names.insert(source.observation).second) continue;
+      each.emplace_back(r_, typing_, source.observation).plan();
+      // Of one observation alone a condition may be constant, on which states depend.
+      if (!each.back().is_like(*this)) return std::nullopt;
     }
-    if (!whole) return std::nullopt;
-    return whole->result();
+    if (each.empty()) return std::nullopt;
+    std::set<std::string> kept;
+    for (Synthesizer& one : each) {
+      one.leave_out_what_was_seen(*this);
+      one.collect_read(kept);
+    }
+    for (Synthesizer& one : each) {
+      if (!one.look_at_present(kept)) return std::nullopt;
+    }
+    Synthesizer& whole = each.front();
+    for (auto one = each.begin() + 1; one != each.end(); ++one) whole.take_edges(*one);
+    whole.kept_ = std::move(kept);
+    return whole.result();
   }
 
   void plan() {
@@ -66,44 +73,176 @@ class Synthesizer {
     if (restart_.empty()) restart_ = initial_;
   }
 
-  [[nodiscard]] bool has_memory() const {
-    return !script_.before().empty() || !data_.empty() || !scope_update_.text.empty();
+  [[nodiscard]] bool is_like(const Synthesizer& other) const {
+    const auto same = [](const auto& these, const auto& those, auto name) {
+      return std::equal(these.begin(), these.end(), those.begin(), those.end(),
+                        [&](const auto& a, const auto& b) { return a.*name == b.*name; });
+    };
+    return initial_ == other.initial_ && restart_ == other.restart_ && same(states_, other.states_, &ChartState::id) &&
+           same(data_, other.data_, &ExtraData::id) &&
+           same(script_.variables(), other.script_.variables(), &Script::Variable::name) &&
+           same(script_.before(), other.script_.before(), &Script::Before::name);
   }
-  [[nodiscard]] bool has_states_of(const Synthesizer& other) const {
-    return initial_ == other.initial_ && restart_ == other.restart_ &&
-           std::equal(states_.begin(), states_.end(), other.states_.begin(), other.states_.end(),
-                      [](const ChartState& a, const ChartState& b) { return a.id == b.id; });
-  }
-  // Its edges are taken at observations of that name. Data are for whoever explains what was decided. False: some edge
-  // needs what another observation said.
-  [[nodiscard]] bool look_at(const std::string& name) {
-    const Js meant = script_.is_meant(name);
-    std::vector<std::string> notes;
+  // A root tick that only counts.
+  [[nodiscard]] bool is_count() const { return in_ticks() && present_ == "mission.tick"; }
+
+  // The data that what is decided at this observation needs from others.
+  void collect_read(std::set<std::string>& names) const {
+    if (is_count()) return;
     for (const Script::Variable& variable : script_.variables()) {
-      const Js set = script_.is_set(variable, name);
-      if (variable.is_flag())
-        notes.push_back(assign(variable.name, set.text));
-      else if (is_true(set))
-        notes.push_back(assign(variable.name, variable.assigned));
+      const auto is_read = [&](const Js& js) { return reads(js, variable.name); };
+      const auto reads_it = [&](const ChartState& state) {
+        return std::any_of(state.edges.begin(), state.edges.end(),
+                           [&](const Edge& edge) { return is_read(edge.condition); });
+      };
+      if (!variable.is_flag() &&
+          (is_read(scope_update_) || std::any_of(states_.begin(), states_.end(), reads_it) ||
+           std::any_of(script_.before().begin(), script_.before().end(), [&](const Script::Before& before) {
+             return is_read({before.expression, 0});
+           })))
+        names.insert(variable.name);
     }
-    for (ChartState& state : states_) {
-      for (Edge& edge : state.edges) {
-        if (edge.event != "observed") continue;
-        const auto is_read = [&](const Script::Variable& variable) { return reads(edge.condition, variable.name); };
-        if (std::any_of(script_.variables().begin(), script_.variables().end(), is_read)) return false;
-        edge.event = name;
-        edge.condition = js_and(meant, edge.condition);
-        edge.actions = notes;
+  }
+
+  // What lasts was looked at when it came: its edge cannot be taken at an observation that does not concern it, if it
+  // cannot have been true already when the state was entered.
+  void leave_out_what_was_seen(const Synthesizer& plain) {
+    if (is_count()) return;
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      for (const Edge& seen : plain.states_[i].edges) {
+        if (seen.event != "observed") continue;
+        if (seen.target.empty()) break;  // what follows it may not have been looked at
+        if (!is_untouched(seen.condition) || !plain.is_false_on_entry(states_[i].id, seen.condition)) continue;
+        // Nor one that needs that and more.
+        const std::vector<Js> parts = conjuncts(seen.condition);
+        std::erase_if(states_[i].edges, [&](const Edge& edge) {
+          return edge.event == seen.event && are_among(parts, conjuncts(edge.condition));
+        });
+      }
+    }
+  }
+  // It reads values of other observations, or whether the scope is open that this one leaves as it is, and nothing
+  // else.
+  [[nodiscard]] bool is_untouched(const Js& condition) {
+    bool is_read = has_scope() && reads(condition, "in_scope");
+    if (is_read && !leaves_scope() && scope_update_.text != "in_scope") return false;
+    for (const Script::Variable& variable : script_.variables()) {
+      if (!reads(condition, variable.name)) continue;
+      if (variable.is_flag() || !is_false(script_.is_set(variable, present_))) return false;
+      is_read = true;
+    }
+    const auto reads_one = [&](const auto& data, auto name) {
+      return std::any_of(data.begin(), data.end(), [&](const auto& datum) { return reads(condition, datum.*name); });
+    };
+    return is_read && !reads_one(script_.before(), &Script::Before::name) && !reads_one(data_, &ExtraData::id) &&
+           !reads(condition, "ticks");
+  }
+  // Whether a condition is false whenever the state is entered by an observation, as far as that can be told.
+  [[nodiscard]] bool is_false_on_entry(const std::string& state, const Js& condition) const {
+    const std::vector<Js> needed = conjuncts(condition);
+    const auto never_before = [&](const Js& part) {
+      if (part.text == (is_before() ? "!in_scope" : "in_scope")) return true;
+      return std::any_of(script_.variables().begin(), script_.variables().end(),
+                         [&](const Script::Variable& variable) { return is_false_of_undefined(part, variable.name); });
+    };
+    if (state == initial_ && std::none_of(needed.begin(), needed.end(), never_before)) return false;
+    for (const ChartState& from : states_) {
+      std::vector<const Edge*> refused;
+      for (const Edge& edge : from.edges) {
+        const bool enters = edge.target == state || (r_.re_arming && edge.target == kViolated && state == restart_);
+        if (enters && (edge.event != "observed" || !rules_out(edge.condition, refused, needed))) return false;
+        if (edge.event == "observed") refused.push_back(&edge);
       }
     }
     return true;
   }
-  void take_edges(const Synthesizer& other, const std::string& name) {
+  // Where `taken` is true and what was refused before it is false, one of what is needed is false.
+  static bool rules_out(const Js& taken, const std::vector<const Edge*>& refused, const std::vector<Js>& needed) {
+    std::vector<Js> known = conjuncts(taken);
+    for (const Js& part : needed) {
+      if (std::any_of(known.begin(), known.end(), [&](const Js& one) { return excludes(one, part); })) return true;
+    }
+    known.insert(known.end(), needed.begin(), needed.end());
+    return std::any_of(refused.begin(), refused.end(),
+                       [&](const Edge* edge) { return are_among(conjuncts(edge->condition), known); });
+  }
+  static bool are_among(const std::vector<Js>& parts, const std::vector<Js>& all) {
+    return std::all_of(parts.begin(), parts.end(), [&](const Js& part) {
+      return std::any_of(all.begin(), all.end(), [&](const Js& one) { return one.text == part.text; });
+    });
+  }
+
+  // Has the edges taken at the observation itself, and notes what is kept of it. Other data are noted where a state
+  // changes, for whoever explains what was decided. False: it depends on the observation whether it sets what is kept.
+  [[nodiscard]] bool look_at_present(const std::set<std::string>& kept) {
+    if (is_count()) {
+      count_at_present();
+      return true;
+    }
+    const Js meant = script_.is_meant(present_);
+    std::vector<std::string> keeps;
+    std::vector<std::string> notes;
+    // The scope depends on what was before; what is before the next observation, on neither.
+    if (!scope_update_.text.empty() && scope_update_.text != "in_scope")
+      keeps.push_back(assign("in_scope", scope_update_.text));
+    for (const Script::Before& before : script_.before()) keeps.push_back(assign(before.name, before.expression));
+    for (const Script::Variable& variable : script_.variables()) {
+      const Js set = script_.is_set(variable, present_);
+      const bool is_kept = kept.contains(variable.name);
+      if (is_kept && !is_true(set) && !is_false(set)) return false;
+      if (variable.is_flag())
+        notes.push_back(assign(variable.name, set.text));
+      else if (is_true(set))
+        (is_kept ? keeps : notes).push_back(assign(variable.name, variable.assigned));
+    }
+    notes.insert(notes.begin(), keeps.begin(), keeps.end());
+    for (ChartState& state : states_) {
+      std::erase_if(state.edges, [](const Edge& edge) { return edge.event == "ticked"; });
+      for (Edge& edge : state.edges) {
+        if (edge.event != "observed") continue;
+        edge.event = present_;
+        edge.condition = js_and(meant, without_repetition(edge.condition));
+        edge.actions.insert(edge.actions.begin(), notes.begin(), notes.end());
+      }
+      leave_out_what_comes_too_late(state);
+    }
+    const auto always_changes = [&](const ChartState& state) {
+      return std::any_of(state.edges.begin(), state.edges.end(),
+                         [&](const Edge& edge) { return edge.event == present_ && edge.condition.text == meant.text; });
+    };
+    if (!keeps.empty() && !std::all_of(states_.begin(), states_.end(), always_changes))
+      otherwise_.push_back({present_, meant, "", std::move(keeps)});
+    return true;
+  }
+  // Behind a transition that is taken whenever it would be.
+  void leave_out_what_comes_too_late(ChartState& state) const {
+    std::vector<Edge> reached;
+    for (Edge& edge : state.edges) {
+      const std::vector<Js> needed = conjuncts(edge.condition);
+      const auto is_first = [&](const Edge& other) {
+        return other.event == edge.event && (is_true(other.condition) || are_among(conjuncts(other.condition), needed));
+      };
+      if (edge.event != present_ || std::none_of(reached.begin(), reached.end(), is_first))
+        reached.push_back(std::move(edge));
+    }
+    state.edges = std::move(reached);
+  }
+  void count_at_present() {
+    for (ChartState& state : states_) {
+      std::erase_if(state.edges, [](const Edge& edge) { return edge.event == "observed"; });
+      for (Edge& edge : state.edges) {
+        if (edge.event == "ticked") edge.event = present_;
+      }
+      if (counted(state)) on(state, js_true(), "", {assign("ticks", "ticks + 1")}, present_);
+    }
+  }
+  void take_edges(const Synthesizer& other) {
     for (std::size_t i = 0; i < states_.size(); ++i) {
       for (const Edge& edge : other.states_[i].edges) {
-        if (edge.event == name) states_[i].edges.push_back(edge);
+        if (edge.event == other.present_) states_[i].edges.push_back(edge);
       }
     }
+    otherwise_.insert(otherwise_.end(), other.otherwise_.begin(), other.otherwise_.end());
   }
 
   Synthesis result() {
@@ -112,19 +251,19 @@ class Synthesizer {
     for (const ChartState& state : states_) result.situations.push_back({state.id, state.role, state.says});
     for (const Script::Variable& v : script_.variables()) {
       result.data.push_back({v.name, v.shown, v.is_flag()});
-      if (!present_.empty() || (v.is_flag() && !is_remembered(v.name))) result.overwritten.push_back(v.name);
+      if (present_.empty() ? v.is_flag() : !kept_.contains(v.name)) result.overwritten.push_back(v.name);
     }
     for (const Script::Before& b : script_.before()) {
-      if (!is_remembered(b.name)) result.overwritten.push_back(b.name);
+      if (present_.empty()) result.overwritten.push_back(b.name);
     }
-    result.forgets = !present_.empty() || forgets();
+    result.forgets = forgets();
     return result;
   }
 
-  // Nothing is counted or remembered, and all values come with one and the same observation.
+  // Nothing is counted or remembered, and all values come with one and the same observation, or none is needed later.
   [[nodiscard]] bool forgets() {
-    if (in_ticks() || in_events() || !data_.empty() || !scope_update_.text.empty() || !script_.before().empty())
-      return false;
+    if (in_ticks() || in_events() || !data_.empty() || has_scope() || !script_.before().empty()) return false;
+    if (!present_.empty()) return kept_.empty();
     const std::vector<Source> sources = sources_of(r_);
     const auto is_first = [&](const Source& source) {
       return source.observation == sources.front().observation &&
@@ -146,18 +285,50 @@ class Synthesizer {
     return std::any_of(sources.begin(), sources.end(),
                        [](const Source& source) { return source.observation == "mission.tick"; });
   }
-  // A condition from before an observation is computed from that of the one before it.
-  [[nodiscard]] bool is_remembered(const std::string& name) const {
-    return std::any_of(script_.before().begin(), script_.before().end(),
-                       [&](const Script::Before& before) { return before.expression.find(name) != std::string::npos; });
-  }
   // What tells that ticks have passed. A tick that only counts says nothing new of what is owed, so it triggers
   // nothing.
   [[nodiscard]] std::string late_event() const { return ticks_only_count_ ? "ticked" : "observed"; }
   // Counted: the bound has been over since the present tick; is over with the present observation.
-  [[nodiscard]] Js late() const { return in_ticks() ? Js{fmt::format("ticks > {}", r_.bound->count), 5} : js_false(); }
+  [[nodiscard]] Js late() const {
+    if (!in_ticks()) return js_false();
+    // At the tick itself it is not counted yet.
+    return {fmt::format("ticks {} {}", is_count() ? ">=" : ">", r_.bound->count), 5};
+  }
   [[nodiscard]] Js used_up() const {
     return in_events() ? Js{fmt::format("observations >= {}", r_.bound->count), 5} : js_false();
+  }
+
+  // What is open is remembered, in `in_scope`.
+  [[nodiscard]] bool has_scope() const {
+    return r_.scope.kind != Scope::Kind::kGlobally && r_.scope.kind != Scope::Kind::kWhile;
+  }
+  // An observation that says nothing of the conditions leaves the scope as it is: those last, and have been seen to.
+  [[nodiscard]] bool leaves_scope() const {
+    const auto lasts = [&](const ConditionPtr& condition) {
+      if (!condition) return true;
+      std::vector<Source> sources;
+      collect_sources(*condition, sources);
+      return !is_momentary(*condition) && !has_constant(*condition) &&
+             std::none_of(sources.begin(), sources.end(),
+                          [&](const Source& source) { return source.observation == present_; });
+    };
+    return is_count() || (!present_.empty() && lasts(r_.scope.open) && lasts(r_.scope.close));
+  }
+  // A part of it is true or false whatever is observed.
+  static bool has_constant(const Condition& condition) {
+    switch (condition.kind) {
+      case Condition::Kind::kDefined:
+      case Condition::Kind::kNot:
+      case Condition::Kind::kAnd:
+      case Condition::Kind::kOr:
+      case Condition::Kind::kImplies:
+        return std::any_of(condition.operands.begin(), condition.operands.end(),
+                           [](const ConditionPtr& operand) { return has_constant(*operand); });
+      default: break;
+    }
+    std::vector<Source> sources;
+    collect_sources(condition, sources);
+    return sources.empty();
   }
 
   void scope() {
@@ -168,12 +339,14 @@ class Synthesizer {
       return;
     }
     in_scope_ = {"in_scope", 9};
+    if (leaves_scope()) return;
     const Js opens = s.open ? script_.holds(s.open) : js_true();
     const Js closes = s.close ? script_.holds(s.close) : js_false();
     if (s.kind == Scope::Kind::kBefore)
       scope_update_ = js_and(in_scope_, js_not(closes));
     else
       scope_update_ = js_and(js_not(closes), js_or(in_scope_, opens));
+    if (!present_.empty()) in_scope_ = scope_update_;
   }
 
   ChartState& add(std::string id, Role role, std::string says, bool bounded = false) {
@@ -546,7 +719,7 @@ class Synthesizer {
         text::xml_escape(r_.name));
     datamodel();
     out_ += fmt::format("  <state id=\"watching\" initial=\"{}\">\n", initial_);
-    if (present_.empty()) observations();
+    observations();
     for (const ChartState& state : states_) out_ += written(state);
     out_ += "  </state>\n\n";
     if (r_.re_arming)
@@ -582,11 +755,11 @@ class Synthesizer {
     if (!r_.prose.empty()) line(fmt::format("\"{}\"", r_.prose));
     line(r_.text());
     out_ += "\n  Written from the requirement: change that, not this chart. ";
-    out_ += present_.empty() ? "Data are undefined until an observation sets\n"
-                               "  them, and then every comparison with them is false: what has not been seen decides "
-                               "nothing.\n-->\n"
-                             : "Data are what was observed when its state changed\n"
-                               "  last; they decide nothing.\n-->\n";
+    out_ += present_.empty() || !kept_.empty()
+                ? "Data are undefined until an observation sets\n"
+                  "  them, and then every comparison with them is false: what has not been seen decides nothing.\n-->\n"
+                : "Data of observations are those by which its state\n"
+                  "  changed last; they decide nothing.\n-->\n";
   }
 
   void datamodel() {
@@ -598,7 +771,7 @@ class Synthesizer {
     for (const Script::Variable& v : script_.variables()) data(v.name, v.is_flag() ? "false" : "", v.shown);
     for (const Script::Before& b : script_.before())
       data(b.name, "false", b.shown + ", before the present observation");
-    if (!scope_update_.text.empty()) data("in_scope", is_before() ? "true" : "false", scope_text());
+    if (has_scope()) data("in_scope", is_before() ? "true" : "false", scope_text());
     const std::string begin = counts_always_ ? long_ago() : "0";
     const std::string since = counts_always_ ? " since it occurred last" : " since it is owed";
     if (in_ticks()) data("ticks", begin, "root ticks" + since);
@@ -612,18 +785,21 @@ class Synthesizer {
     return text.substr(0, text.find(", "));
   }
 
-  // One transition for each name: it notes what the observation says, then tells the state below.
+  // One transition for each name: it notes what the observation says, then tells the state below, where that has not
+  // looked at it already.
   void observations() {
-    out_ += "    <!-- What is observed. -->\n";
-    std::vector<Source> sources = sources_of(r_);
-    std::vector<std::string> names;
-    for (const Source& source : sources) {
-      if (std::find(names.begin(), names.end(), source.observation) == names.end()) names.push_back(source.observation);
-    }
-    for (const std::string& name : names) {
-      out_ += fmt::format("    <transition event=\"{}\"{}>\n", name, condition_attribute(script_.is_meant(name)));
-      note(name);
-      out_ += "    </transition>\n";
+    if (!otherwise_.empty()) out_ += "    <!-- What is remembered where nothing else changes. -->\n";
+    for (const Edge& edge : otherwise_) out_ += edge_text(edge, "    ");
+    if (present_.empty()) {
+      out_ += "    <!-- What is observed. -->\n";
+      std::set<std::string> names;
+      for (const Source& source : sources_of(r_)) {
+        const std::string& name = source.observation;
+        if (!names.insert(name).second) continue;
+        out_ += fmt::format("    <transition event=\"{}\"{}>\n", name, condition_attribute(script_.is_meant(name)));
+        note(name);
+        out_ += "    </transition>\n";
+      }
     }
     if (forgets_)
       out_ +=
@@ -703,6 +879,8 @@ class Synthesizer {
   Js scope_update_;
   const std::string present_;
   std::vector<ChartState> states_;
+  std::vector<Edge> otherwise_;  // at observations by which no state changes
+  std::set<std::string> kept_;   // values that other observations than their own need
   std::vector<ExtraData> data_;
   std::string initial_;
   std::string restart_;

@@ -442,8 +442,9 @@ TEST(Chart, ReadsLikeTheRequirement) {
   const std::string chart = chart_of("whenever level < 30, ok within 500 ms.");
   EXPECT_THAT(chart, HasSubstr("Requirement R (major), r.req:7\n  globally, whenever level < 30, ok within 500 ms\n"));
   EXPECT_THAT(chart, HasSubstr("<data id=\"level\"/> <!-- reply(battery.level) -->"));
-  EXPECT_THAT(chart, HasSubstr("<state id=\"waits_for_level_below_30\">\n      <transition event=\"observed\" "
-                               "cond=\"level &lt; 30 &amp;&amp; ok !== true\" target=\"owes_ok\"/>"));
+  EXPECT_THAT(chart, HasSubstr("<state id=\"waits_for_level_below_30\">\n      <transition "
+                               "event=\"battery.level.reply\" cond=\"typeof _event.data.result === 'number' &amp;&amp; "
+                               "_event.data.result &lt; 30 &amp;&amp; ok !== true\" target=\"owes_ok\">"));
   EXPECT_THAT(chart, HasSubstr("<send event=\"deadline\" id=\"deadline\" delay=\"500ms\"/>"));
 }
 
@@ -481,22 +482,32 @@ TEST(Chart, KeepsNamesApart) {
   EXPECT_THAT(model.value->chart().source(), HasSubstr("<data id=\"delete_value\"/>"));
 }
 
-TEST(Chart, LooksAtTheObservationItselfWhereNothingHasToBeRemembered) {
+TEST(Chart, LooksAtTheObservationItselfAndRemembersWhatOthersNeed) {
   const auto chart = [](const char* text) { return Model::make(requirement(text)).value->chart().source(); };
   for (const char* text :
        {"always level >= 20.", "never level < 20.", "level >= 20 at least every 1 s.",
         "while level < 50, always level >= 20.", "whenever level < 30, level >= 30 within 10 s.",
         "whenever event(ask), event(answer) within 1 s.", "whenever level < 30, event(answer) within 1 s.",
-        "event(ask) precedes event(answer) by at most 1 s.", "always level < 90 assuming level > 50."}) {
-    EXPECT_THAT(chart(text), Not(HasSubstr("observed\""))) << text;
+        "event(ask) precedes event(answer) by at most 1 s.", "always level < 90 assuming level > 50.",
+        "while ok, event(ask) at least every 1 s."}) {
+    EXPECT_THAT(chart(text), AllOf(Not(HasSubstr("observed\"")), Not(HasSubstr("remembered")))) << text;
   }
-  // A value of another observation, of before, or what is counted has to be.
+  // A value of another observation, of before, or whether its scope is open has to be.
   for (const char* text :
        {"whenever event(ask), level >= 20 immediately.", "always level >= 20 or ok.",
-        "whenever rises(level < 30), event(answer) within 1 s.", "whenever event(ask), event(answer) within 3 ticks.",
-        "after event(ask), always level >= 20.", "event(ask) at most 3 times."}) {
-    EXPECT_THAT(chart(text), HasSubstr("<raise event=\"observed\"/>")) << text;
+        "whenever rises(level < 30), event(answer) within 1 s.", "after event(ask), always level >= 20."}) {
+    EXPECT_THAT(chart(text), AllOf(Not(HasSubstr("observed\"")), HasSubstr("remembered"))) << text;
   }
+  // Ticks and occurrences are counted where they matter.
+  for (const char* text : {"whenever event(ask), event(answer) within 3 ticks.", "event(ask) at most 3 times."})
+    EXPECT_THAT(chart(text), Not(HasSubstr("observed\""))) << text;
+  // All observations count, or segments and windows are told apart.
+  for (const char* text : {"between event(ask) and event(answer), always ok.", "ok at least every 3 events.",
+                           "event(ask) at most 3 times per 2 ticks."})
+    EXPECT_THAT(chart(text), HasSubstr("<raise event=\"observed\"/>")) << text;
+  // What does not concern the scope leaves it alone.
+  const std::string scoped = chart("after ok until level > 90, never event(ask).");
+  EXPECT_THAT(scoped, HasSubstr("<transition event=\"s.ask.request\" cond=\"in_scope\" target=\"violated\">"));
   // What a message may come without is no text that is compared with a number.
   EXPECT_THAT(chart("always level >= 20."),
               HasSubstr("cond=\"typeof _event.data.result === 'number' &amp;&amp; _event.data.result &lt; 20\""));
