@@ -112,6 +112,13 @@ printf 'stuck\nstate\n' | "$sentree" chart tests/charts/lamp.scxml --script-max 
 [[ $code -eq 1 ]] && grep -q 'lamp.scxml:7:39: this script does not end' "$work/out" && tail -2 "$work/out" | grep -q 'in off' || {
   echo "✗ sentree chart with an endless script:" && cat "$work/out" && failures=$((failures + 1))
 }
+# Timers without end cost a wait a bounded time.
+printf '%s' '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0"><state id="a"><onentry><send event="z" delay="0.000001ms"/></onentry><transition event="z" target="a"/></state></scxml>' >"$work/swarm.scxml"
+printf 'wait 1 h\n' | "$sentree" chart "$work/swarm.scxml" >"$work/out" 2>&1
+grep -q '1000000 timers have rung by now' "$work/out" || { echo "✗ sentree chart with a swarm of timers" && failures=$((failures + 1)); }
+# A monitor's script that never ends ends the judging of a recording, with its place.
+printf '%s' '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="a"><transition event="mission.tick" target="violated"><script>while (true) {}</script></transition></state><final id="violated"/></scxml>' >"$work/spin.scxml"
+expect 3 'spin.scxml:1:[0-9]+: this script does not end .*monitor spin' "$sentree" monitor check "$work/visit.mcap" --monitor "$work/spin.scxml"
 expect 3 'opne' "$sentree" chart tests/charts/broken.scxml
 expect 2 'did you mean "turns"' "$sentree" chart tests/charts/lamp.scxml --data trns=1
 expect 0 '^\{"median_us":[0-9.]+,' "$sentree" bench rpc --calls 100 --json

@@ -5,6 +5,7 @@
 #include "sentree/cli/report.h"
 #include "sentree/cli/requirement_file.h"
 #include "sentree/cli/verdicts.h"
+#include "sentree/cli/watched_work.h"
 #include "sentree/monitor/monitor.h"
 #include "sentree/project/requirements.h"
 #include "sentree/replay/recorded_run.h"
@@ -31,6 +32,38 @@ std::optional<monitor::Model> load_monitor(const std::string& file, const std::v
                                      .span = SourceSpan{file}});
   say(model.diagnostics);
   return std::move(model.value);
+}
+
+// `plan`: of what was recorded; null: it is not known.
+int judge(const MonitorCheckCommand& command, replay::RecordedRun& recorded, const project::Plan* plan,
+          const std::vector<monitor::Model>& models) {
+  Verdicts verdicts(models, [&](const runtime::MonitorReport& report) {
+    if (!command.json) print(story(report));
+  });
+  std::uint64_t observations = 0;
+  const auto read = recorded.each([&](Message message) {
+    ++observations;
+    if (plan) replay::restore_numbers(*plan, message);
+    verdicts.observe(std::move(message));
+    return true;
+  });
+  say_each(recorded.reader().problems());
+  if (!read) {
+    say(to_string(read.error()));
+    return kInvalidInput;
+  }
+  runtime::RunReport whole;
+  whole.monitors = verdicts.finish(recorded.judged_until());
+  std::string text = fmt::format("\n{} observations until {:.3f} s\n", observations, seconds(recorded.ended()));
+  for (const runtime::MonitorReport& report : whole.monitors) text += monitor_line(report);
+  if (command.json)
+    print(to_json(Value(Map{{"observations", static_cast<std::int64_t>(observations)},
+                            {"time", seconds(recorded.ended())},
+                            {"monitors", *to_value(whole).find("monitors")}})) +
+          "\n");
+  else
+    print(text);
+  return whole.any_violated() ? kFindings : kOk;
 }
 
 }  // namespace
@@ -73,33 +106,9 @@ int monitor_check(const MonitorCheckCommand& command) {
     models = plan->monitors;
   }
 
-  Verdicts verdicts(std::move(models), [&](const runtime::MonitorReport& report) {
-    if (!command.json) print(story(report));
-  });
-  std::uint64_t observations = 0;
-  const auto read = recorded->each([&](Message message) {
-    ++observations;
-    if (plan) replay::restore_numbers(*plan, message);
-    verdicts.observe(std::move(message));
-    return true;
-  });
-  say_each(recorded->reader().problems());
-  if (!read) {
-    say(to_string(read.error()));
-    return kInvalidInput;
-  }
-  runtime::RunReport whole;
-  whole.monitors = verdicts.finish(recorded->judged_until());
-  std::string text = fmt::format("\n{} observations until {:.3f} s\n", observations, seconds(recorded->ended()));
-  for (const runtime::MonitorReport& report : whole.monitors) text += monitor_line(report);
-  if (command.json)
-    print(to_json(Value(Map{{"observations", static_cast<std::int64_t>(observations)},
-                            {"time", seconds(recorded->ended())},
-                            {"monitors", *to_value(whole).find("monitors")}})) +
-          "\n");
-  else
-    print(text);
-  return whole.any_violated() ? kFindings : kOk;
+  const Duration script_max = plan ? plan->scenario.project.deadlines.script : project::Deadlines().script;
+  return watched_work(models, script_max, command.json,
+                      [&] { return judge(command, *recorded, plan ? &*plan : nullptr, models); });
 }
 
 }  // namespace sentree::cli

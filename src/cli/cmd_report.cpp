@@ -8,6 +8,7 @@
 #include "sentree/cli/report.h"
 #include "sentree/cli/report_coverage.h"
 #include "sentree/cli/verdicts.h"
+#include "sentree/cli/watched_work.h"
 #include "sentree/draw/tree.h"
 #include "sentree/graph/tree.h"
 #include "sentree/replay/recorded_run.h"
@@ -243,32 +244,14 @@ std::string page(const ReportCommand& command, replay::RecordedRun& run, const p
                      coverage_section(command, plan));
 }
 
-}  // namespace
-
-int report(const ReportCommand& command) {
-  if (!command.output.empty() && !may_write(command.output, "<!doctype html", {command.file})) return kUsage;
-  auto run = replay::RecordedRun::open(command.file);
-  if (!run) {
-    say(to_string(run.error()));
-    return kInvalidInput;
-  }
-  auto scenario = run->scenario(command.allow_plugins);
-  say(scenario.diagnostics);
-  if (!scenario.ok()) return kInvalidInput;
-  scenario.value->virtual_time = false;
-  const auto plan = project::prepare(std::move(*scenario.value));
-  if (!plan.ok()) {
-    say(run->errors_in(plan.diagnostics));
-    return kInvalidInput;
-  }
-  const project::Plan& project = *plan.value;
+int write_report(const ReportCommand& command, replay::RecordedRun& run, const project::Plan& project) {
   Facts facts;
   facts.bars.resize(project.leaves.size());
   facts.counts.resize(project.tree.size());
   Verdicts verdicts(project.monitors);
   std::map<std::string, std::size_t> leaves;
   for (std::size_t i = 0; i < project.leaves.size(); ++i) leaves[project.leaves[i].name] = i;
-  const auto read = run->each([&](Message message) {
+  const auto read = run.each([&](Message message) {
     ++facts.observations;
     replay::restore_numbers(project, message);
     verdicts.observe(message);
@@ -300,13 +283,13 @@ int report(const ReportCommand& command) {
     }
     return true;
   });
-  say_each(run->reader().problems());
+  say_each(run.reader().problems());
   if (!read) {
     say(to_string(read.error()));
     return kInvalidInput;
   }
-  facts.monitors = verdicts.finish(run->judged_until());
-  const std::string html = page(command, *run, project, facts);
+  facts.monitors = verdicts.finish(run.judged_until());
+  const std::string html = page(command, run, project, facts);
   if (command.output.empty()) {
     print(html);
     return kOk;
@@ -314,6 +297,27 @@ int report(const ReportCommand& command) {
   const auto written = text::write_file(command.output, html);
   if (!written) say(to_string(written.error()));
   return written ? kOk : kEnvironment;
+}
+
+}  // namespace
+
+int report(const ReportCommand& command) {
+  if (!command.output.empty() && !may_write(command.output, "<!doctype html", {command.file})) return kUsage;
+  auto run = replay::RecordedRun::open(command.file);
+  if (!run) {
+    say(to_string(run.error()));
+    return kInvalidInput;
+  }
+  auto scenario = run->scenario(command.allow_plugins);
+  say(scenario.diagnostics);
+  if (!scenario.ok()) return kInvalidInput;
+  scenario.value->virtual_time = false;
+  const auto plan = project::prepare(std::move(*scenario.value));
+  if (!plan.ok()) {
+    say(run->errors_in(plan.diagnostics));
+    return kInvalidInput;
+  }
+  return watched_work(*plan.value, false, [&] { return write_report(command, *run, *plan.value); });
 }
 
 }  // namespace sentree::cli

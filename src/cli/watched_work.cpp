@@ -17,20 +17,30 @@ namespace sentree::cli {
 namespace {
 
 // "skill GoToKitchen": whose chart a file is; of several leaves with one chart all are named.
-std::string whose(const project::Plan& plan, const std::string& file) {
-  std::vector<std::string> all;
-  const auto add = [&](const scxml::Chart& chart, const std::string& name) {
-    if (chart.file() == file && std::find(all.begin(), all.end(), name) == all.end()) all.push_back(name);
-  };
-  for (const project::LeafPlan& leaf : plan.leaves) {
-    if (leaf.chart) add(*leaf.chart, "skill " + leaf.name);
+class Owners {
+ public:
+  void add(const scxml::Chart& chart, const std::string& name) { charts_.emplace_back(chart.file(), name); }
+  void add(const std::vector<monitor::Model>& monitors) {
+    for (const monitor::Model& model : monitors) add(model.chart(), "monitor " + model.name());
   }
-  for (const project::ModelPlan& model : plan.models) add(model.chart, "model " + model.name);
-  for (const monitor::Model& model : plan.monitors) add(model.chart(), "monitor " + model.name());
-  std::string text;
-  for (const std::string& one : all) text += (text.empty() ? "" : ", ") + one;
-  return text.empty() ? "a chart that is invoked" : text;
-}
+  void add(const project::Plan& plan) {
+    for (const project::LeafPlan& leaf : plan.leaves) {
+      if (leaf.chart) add(*leaf.chart, "skill " + leaf.name);
+    }
+    for (const project::ModelPlan& model : plan.models) add(model.chart, "model " + model.name);
+    add(plan.monitors);
+  }
+  [[nodiscard]] std::string of(const std::string& file) const {
+    std::vector<std::string> all;
+    for (const auto& [its, name] : charts_) {
+      if (its == file && std::find(all.begin(), all.end(), name) == all.end()) all.push_back(name);
+    }
+    return all.empty() ? "a chart that is invoked" : fmt::format("{}", fmt::join(all, ", "));
+  }
+
+ private:
+  std::vector<std::pair<std::string, std::string>> charts_;
+};
 
 thread_local WorkWatch* watch_of_thread = nullptr;
 
@@ -57,12 +67,12 @@ class WorkWatch {
   // False: a script did not end.
   bool run(std::function<void()> work) { return thread_.run(std::move(work)); }
 
-  Diagnostic endless(const project::Plan& plan) {
+  Diagnostic endless(const Owners& owners) {
     const std::lock_guard lock(mutex_);
-    return {Severity::kError, "verify.endless",
+    return {Severity::kError, "script.endless",
             fmt::format("this script does not end (more than {} ms of processor time in one step); it is of {}. Bound "
                         "its loop; a step that may take longer has deadlines: {{script: …}} in sentree.yaml",
-                        script_max_ / std::chrono::milliseconds(1), whose(plan, script_->file)),
+                        script_max_ / std::chrono::milliseconds(1), owners.of(script_->file)),
             *script_};
   }
 
@@ -90,20 +100,37 @@ Watching::Watching(WorkWatch* watch) : inside_(watch != nullptr ? std::make_uniq
 Watching::~Watching() = default;
 WorkWatch* Watching::of_this_thread() { return watch_of_thread; }
 
-int watched_work(const project::Plan& plan, bool json, const std::function<int()>& work) {
+namespace {
+
+int watched_work(const Owners& owners, Duration script_max, bool json, const std::function<int()>& work) {
   // Behind an endless script it is never destroyed.
-  auto watch = std::make_unique<WorkWatch>(plan.scenario.project.deadlines.script);
+  auto watch = std::make_unique<WorkWatch>(script_max);
   int code = kOk;
   const bool done = watch->run([&, of = watch.get()] {
     const Watching watching(of);
     code = work();
   });
   if (done) return code;
-  const Diagnostics errors{watch.release()->endless(plan)};
+  const Diagnostics errors{watch.release()->endless(owners)};
   show_status("");
   if (json) print(to_json(Value(Map{{"errors", to_value(errors)}})) + "\n");
   say(errors);
   return leave(kInvalidInput);
+}
+
+}  // namespace
+
+int watched_work(const project::Plan& plan, bool json, const std::function<int()>& work) {
+  Owners owners;
+  owners.add(plan);
+  return watched_work(owners, plan.scenario.project.deadlines.script, json, work);
+}
+
+int watched_work(const std::vector<monitor::Model>& monitors, Duration script_max, bool json,
+                 const std::function<int()>& work) {
+  Owners owners;
+  owners.add(monitors);
+  return watched_work(owners, script_max, json, work);
 }
 
 }  // namespace sentree::cli

@@ -2,7 +2,9 @@
 
 #include <functional>
 #include <memory>
+#include <vector>
 
+#include "sentree/monitor/monitor.h"
 #include "sentree/project/plan.h"
 
 namespace sentree::cli {
@@ -16,6 +18,9 @@ namespace sentree::cli {
 /// @return  The exit code of `work`. Behind an endless script the process ends by kInvalidInput, right here: what the
 ///          script works on must not be destroyed.
 [[nodiscard]] int watched_work(const project::Plan& plan, bool json, const std::function<int()>& work);
+/// The same of monitors of whatever project. `script_max`: processor time of one step.
+[[nodiscard]] int watched_work(const std::vector<monitor::Model>& monitors, Duration script_max, bool json,
+                               const std::function<int()>& work);
 
 class WorkWatch;
 

@@ -19,6 +19,8 @@ constexpr std::uint64_t kVersion = 4;
 constexpr std::size_t kHeaderSize = 4 + 3 * 8;
 /// Periods that a run may have missed in a row: more are no state of a run, and would be counted one by one.
 constexpr std::int64_t kMissedMax = 1'000'000;
+/// Later no run gets, and what is reckoned from here on does not overflow.
+constexpr TimePoint kTimeMax{kNever.time_since_epoch() / 2};
 
 tl::unexpected<Diagnostic> bad(const std::string& what) {
   return fail("mission.bad-state", "this is no saved run, or a damaged one: " + what);
@@ -61,7 +63,7 @@ class Consistency {
 
   [[nodiscard]] bool takes(const Delivery& delivery) const { return is_delivery(delivery); }
   [[nodiscard]] std::string broken() const {
-    if (state_.now < TimePoint{}) return "its time is negative";
+    if (state_.now < TimePoint{} || state_.now > kTimeMax) return "its time is out of range";
     for (std::size_t i = 0; i < state_.skills.size(); ++i) {
       if (!is_skill(plan_.leaves[i], state_.skills[i])) return "a skill is in no phase of its chart";
     }
@@ -73,6 +75,10 @@ class Consistency {
     }
     for (const Waiting& waiting : state_.queue) {
       if (!is_delivery(waiting.what)) return "a delivery is for nobody of this plan";
+      const auto* to_tree = std::get_if<TreeDelivery>(&waiting.what.what);
+      if (to_tree != nullptr && std::holds_alternative<HaltLimit>(*to_tree) && !state_.tree.over)
+        return "halts have a limit before they are asked for";
+      if (waiting.when < TimePoint{}) return "a delivery's time is negative";
     }
     if (!is_tree()) return "the mission is in no phase of its tree";
     if (state_.faults.list().size() > Faults::kStandingMax) return "too many faults stand";
@@ -110,9 +116,22 @@ class Consistency {
   [[nodiscard]] bool is_tree() const {
     const TreeState& tree = state_.tree;
     const bool waits = tree.tree.waiting_leaf() != bt::kNoNode;
+    const bool halts = !tree.tree.outstanding_halts().empty();
     const Duration period = plan_.scenario.project.period;
-    return (tree.phase == TreePhase::kWaiting) == waits && (tree.deadline.leaf == 0 || is_leaf(tree.deadline.leaf)) &&
-           tree.planned >= TimePoint{} && (state_.now - tree.planned) / period <= kMissedMax;
+    const bool in_phase = [&] {
+      switch (tree.phase) {
+        case TreePhase::kBetween: return !tree.over && !waits;
+        case TreePhase::kWaiting: return !tree.over && waits;
+        case TreePhase::kHalting: return tree.over && halts;
+        case TreePhase::kEnded: return true;
+      }
+      return false;
+    }();
+    return in_phase && (tree.deadline.leaf == 0 || is_leaf(tree.deadline.leaf)) && tree.began >= TimePoint{} &&
+           tree.planned >= TimePoint{} && tree.planned <= kTimeMax &&
+           std::all_of(tree.leaves.begin(), tree.leaves.end(),
+                       [](const TreeState::Leaf& leaf) { return leaf.asked >= TimePoint{}; }) &&
+           (state_.now - tree.planned) / period <= kMissedMax;
   }
   [[nodiscard]] bool is_delivery(const Delivery& delivery) const {
     if (const auto* to_tree = std::get_if<TreeDelivery>(&delivery.what)) {

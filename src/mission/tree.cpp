@@ -26,7 +26,7 @@ constexpr TreeEdge kTreeEdges[] = {
     {TreePhase::kHalting, "halted", TreePhase::kHalting},   {TreePhase::kHalting, "halted", TreePhase::kEnded},
     {TreePhase::kBetween, "stop", TreePhase::kHalting},     {TreePhase::kBetween, "stop", TreePhase::kEnded},
     {TreePhase::kWaiting, "stop", TreePhase::kHalting},     {TreePhase::kWaiting, "stop", TreePhase::kEnded},
-    {TreePhase::kHalting, "limit", TreePhase::kEnded},
+    {TreePhase::kHalting, "stop", TreePhase::kHalting},     {TreePhase::kHalting, "limit", TreePhase::kEnded},
 };
 
 struct TreeDeliveryKind {
@@ -171,10 +171,12 @@ class TreeMachine::Step {
   }
 
   void operator()(const Stop&) {
-    if (state_.over) return;
-    state_.over = true;
-    run(bt::Input::halt());
-    // A leaf whose machine is gone will not answer; the run ends all the same.
+    if (!state_.over) {
+      state_.over = true;
+      run(bt::Input::halt());
+    }
+    // A leaf whose machine is gone will not answer, also one that halts because the mission has completed; the run ends
+    // all the same.
     host_.deliver_at(add_saturating(host_.now(), 2 * model_.deadlines.halt), Rank::kTimer, HaltLimit{});
   }
 
@@ -323,8 +325,17 @@ class TreeMachine::Step {
     const Duration patience = plan.condition ? model_.deadlines.condition : model_.deadlines.budget;
     const TimePoint told = host_.due(index);
     if (told == kNever) return;
-    state_.deadline = {index, leaf.outstanding, told > now ? told : add_saturating(now, patience)};
+    const TimePoint until = add_saturating(now, patience);
+    state_.deadline = {index, leaf.outstanding, told > now ? told : plan.condition ? until : with_next_tick(until)};
     watch_deadline();
+  }
+
+  // A budget that ends just behind the next period ends with it: ticks begin a little late where time is real, and
+  // would cost the next one else.
+  TimePoint with_next_tick(TimePoint until) const {
+    const TimePoint next =
+        state_.planned > state_.began ? state_.planned : add_saturating(state_.planned, model_.period);
+    return until > next && next > host_.now() && until - next <= model_.period / 20 ? next : until;
   }
 
   void watch_deadline() {

@@ -23,7 +23,9 @@ using testing::HasSubstr;
 // A mission in the hands of a test: leaves answer when it says so, time passes when it says so.
 class TreePlayer final : public TreeHost {
  public:
-  explicit TreePlayer(const std::string& nodes, bool repeat = false) : plan_(plan_of(nodes)), machine_(model(repeat)) {
+  // `late`: so much later than planned ticks begin.
+  explicit TreePlayer(const std::string& nodes, bool repeat = false, Duration late = Duration(0))
+      : late_(late), plan_(plan_of(nodes)), machine_(model(repeat)) {
     state = machine_.initial();
     machine_.start(state, *this);
   }
@@ -40,6 +42,7 @@ class TreePlayer final : public TreeHost {
     for (int bound = 10'000; bound > 0 && !queue_.empty() && queue_.begin()->first.first <= until; --bound) {
       auto first = queue_.extract(queue_.begin());
       time = std::max(time, first.key().first);
+      if (std::holds_alternative<Period>(first.mapped())) time += late_;
       take(std::move(first.mapped()));
     }
     time = until;
@@ -115,6 +118,7 @@ class TreePlayer final : public TreeHost {
   void problem(std::string what) override { problems.push_back(std::move(what)); }
   void ended() override { ++times_ended; }
 
+  Duration late_;
   project::Plan plan_;
   TreeMachine machine_;
   std::multimap<std::pair<TimePoint, std::pair<Rank, std::uint64_t>>, TreeDelivery> queue_;
@@ -129,6 +133,37 @@ TEST(Tree, EndsWithItsRoot) {
   p.wait(milliseconds(300));
   EXPECT_THAT(p.statuses, ElementsAre("RUNNING", "SUCCESS"));
   EXPECT_EQ(p.times_ended, 1);
+}
+
+TEST(Tree, StopsALeafThatDoesNotHaltWhenTheMissionHasCompleted) {
+  TreePlayer p("<Parallel success_count=\"1\"><Action ID=\"A\"/><Sleep msec=\"150\"/></Parallel>");
+  p.wait(milliseconds(0));
+  for (int tick = 0; tick < 2; ++tick) {
+    p.answer(bt::Status::kRunning);
+    p.wait(milliseconds(100));
+  }
+  p.answer(bt::Status::kRunning);
+  EXPECT_EQ(p.state.phase, TreePhase::kHalting);
+  EXPECT_THAT(p.halting, ElementsAre(0));
+  p.wait(std::chrono::seconds(10));
+  EXPECT_EQ(p.times_ended, 0) << "it may take its time to halt";
+  p.take(Stop{});
+  p.wait(milliseconds(599));
+  EXPECT_EQ(p.times_ended, 0);
+  p.wait(milliseconds(1));
+  EXPECT_EQ(p.times_ended, 1);
+  EXPECT_EQ(p.state.root, bt::Status::kSuccess);
+  EXPECT_THAT(p.problems, ElementsAre(HasSubstr("still halting")));
+}
+
+TEST(Tree, KeepsItsRateWithALeafBeyondItsBudgetAlsoIfTicksBeginALittleLate) {
+  TreePlayer p("<Sequence><Action ID=\"A\"/><Action ID=\"B\"/></Sequence>", false, std::chrono::microseconds(300));
+  p.wait(milliseconds(0));
+  p.time += std::chrono::microseconds(300);
+  p.answer(bt::Status::kSuccess);  // B never answers
+  p.wait(milliseconds(340));
+  EXPECT_EQ(p.state.missed, 0);
+  EXPECT_EQ(p.state.ticks, 4);
 }
 
 // Scripts of every hook, made to fail at every way in which a mission ends.

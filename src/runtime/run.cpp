@@ -166,7 +166,8 @@ void Run::Impl::fill(RunReport& report) {
   report.mission = mission_->state().root;
   report.reason = mission_->state().reason;
   report.ended = ended_;
-  report.timed_out = timed_out_;
+  // One that had completed only waited for its leaves to halt.
+  report.timed_out = timed_out_ && (scenario_.project.repeat || !bt::is_completed(report.mission));
   report.interrupted = interrupted_;
   report.observations = stream_.published();
   report.timing = mission_->timing();

@@ -202,7 +202,12 @@ Result<ChartTrace> ChartPlayer::send(const scxml::Event& event) {
 
 Result<ChartTrace> ChartPlayer::wait(Duration time) {
   return change([until = add_saturating(now_, time)](Work& work) {
-    while (work.session.running() && work.session.next_timer() <= until) {
+    for (std::size_t rung = 0; work.session.running() && work.session.next_timer() <= until; ++rung) {
+      if (rung == kTimersMax) {
+        work.trace.entries.push_back(
+            {"more", work.now, fmt::format("{} timers have rung by now; wait again to go on", kTimersMax), Value()});
+        return;
+      }
       work.now = std::max(work.now, work.session.next_timer());
       scxml::step_timers(work.chart, work.session, work.now, work.effects, work.host);
       work.take_effects();

@@ -36,13 +36,15 @@ class ChartPlayer {
   static constexpr std::size_t kBackMax = 1000;
   /// Entries that one command shows; more are counted only.
   static constexpr std::size_t kEntriesMax = 1000;
+  /// Timers that ring in one `wait`: about as many as one command has time for.
+  static constexpr std::size_t kTimersMax = 1'000'000;
 
-  /// @param script_max  Processor time that one command may take.
+  /// @param script_max  Processor time that one step may take.
   ChartPlayer(scxml::Chart chart, scxml::Host host, std::uint64_t seed, Duration script_max);
 
   [[nodiscard]] Result<ChartTrace> start(const Map& data);
   [[nodiscard]] Result<ChartTrace> send(const scxml::Event& event);
-  /// Lets virtual time pass; delayed sends arrive at their times.
+  /// Lets virtual time pass; delayed sends arrive at their times. Behind `kTimersMax` of them it stops, and says so.
   [[nodiscard]] Result<ChartTrace> wait(Duration time);
   /// Undoes the last `count` of start, send, wait and restore.
   [[nodiscard]] Result<void> back(std::size_t count);
