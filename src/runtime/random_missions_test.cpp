@@ -20,7 +20,9 @@
 namespace sentree::runtime {
 namespace {
 
-constexpr std::uint64_t kSeeds = 300;
+constexpr std::uint64_t kSeeds = 1000;
+// A mission that says more has said it before: it ends there.
+constexpr std::uint64_t kObservationsMax = 5000;
 
 // A project that holds what is tried.
 class Bench {
@@ -49,7 +51,11 @@ class Bench {
     const std::vector<Message> second = run(*plan.value, nullptr, {});
     if (first != second) return "the same seed gave another run";
     if (middle) {
-      const std::vector<Message> rest = run(*plan.value, &*middle, {});
+      const auto saved = mission::save(*plan.value, *middle);
+      const auto restored = saved ? mission::restore(*plan.value, *saved) : tl::unexpected(saved.error());
+      if (!restored) return "a copy at " + shortest_decimal(seconds(moment)) + " s: " + to_string(restored.error());
+      if (*restored != *middle) return "a copy at " + shortest_decimal(seconds(moment)) + " s came back differently";
+      const std::vector<Message> rest = run(*plan.value, &*restored, {});
       if (!std::equal(rest.begin(), rest.end(), first.begin() + static_cast<std::ptrdiff_t>(middle->published),
                       first.end()))
         return "a copy at " + shortest_decimal(seconds(moment)) + " s went on differently";
@@ -66,8 +72,16 @@ class Bench {
     std::vector<Message> said;
     RunOptions options;
     options.from = from;
-    options.listeners.push_back([&](const Message& message) { said.push_back(message); });
-    options.on_begin = std::move(begin);
+    const std::uint64_t before = from != nullptr ? from->published : 0;
+    RunInside* inside = nullptr;
+    options.listeners.push_back([&](const Message& message) {
+      said.push_back(message);
+      if (before + said.size() == kObservationsMax) inside->end();
+    });
+    options.on_begin = [&](RunInside& of) {
+      inside = &of;
+      if (begin) begin(of);
+    };
     runtime::Run run(plan, std::move(options));
     error_ = run.execute().error;
     return said;
@@ -144,8 +158,10 @@ TEST(RandomMissions, EndAnswerOnceAndAreTheSameAgain) {
     const RandomMission less = shrunk(bench, mission);
     std::string charts;
     for (const auto& [id, chart] : less.charts) charts += "skills/" + id + ".scxml:\n" + chart;
-    FAIL() << "seed " << seed << ": " << wrong << "\nshrunk: " << bench.judge(less) << "\nmission.xml:\n"
-           << mission_text(less) << "scenario:\n"
+    FAIL() << "seed " << seed << ": " << wrong << "\nshrunk: " << bench.judge(less)
+           << "\nIn a copy of examples/recharge, sentree.yaml:\n"
+           << project_text() << "mission.xml:\n"
+           << mission_text(less) << "scenarios/random.yaml:\n"
            << scenario_text(less) << charts;
   }
   std::cout << bench.runs() << " missions, " << bench.observations() << " observations\n";

@@ -36,11 +36,19 @@ inline std::string text_of(const RandomNode& node) {
 
 inline std::string mission_text(const RandomMission& mission) {
   return "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\">" + text_of(mission.tree) +
-         "</BehaviorTree><TreeNodesModel><Condition ID=\"BatteryLevelAbove\"><input_port name=\"threshold\" "
+         "</BehaviorTree><BehaviorTree ID=\"Part\"><ReactiveSequence><Condition ID=\"Ask\"/><Action ID=\"Any\"/>"
+         "</ReactiveSequence></BehaviorTree><TreeNodesModel><Condition ID=\"BatteryLevelAbove\"><input_port "
+         "name=\"threshold\" "
          "type=\"double\"/></Condition><Condition ID=\"AtLocation\"><input_port name=\"location\" "
          "type=\"std::string\"/></Condition><Action ID=\"GoToLocation\"><input_port name=\"destination\" "
          "type=\"std::string\"/><output_port name=\"reason\" type=\"std::string\"/></Action><Action ID=\"Any\"/>"
          "<Condition ID=\"Ask\"/></TreeNodesModel></root>\n";
+}
+
+inline std::string project_text() {
+  return "mission: {file: mission.xml, tree: Main, rate: 10 Hz}\nworld: world/world.yaml\nservices:\n"
+         "  battery:    {interface: robot.thrift/Battery,    at: sim}\n"
+         "  navigation: {interface: robot.thrift/Navigation, at: sim}\n";
 }
 
 inline std::string scenario_text(const RandomMission& mission) {
@@ -85,8 +93,17 @@ class MissionGenerator {
     return made;
   }
 
+  // A script at some moment of a node, one of which fails.
+  std::string hook() {
+    if (below(6) != 0) return "";
+    return " " + pick({"_onHalted", "_onSuccess", "_onFailure", "_post"}) + "=\"" +
+           pick({"n := 1", "m := 2", "m := m + 1"}) + "\"";
+  }
+
   RandomNode leaf() {
-    const std::string name = " name=\"L" + std::to_string(++leaves_) + "\"";
+    if (below(8) == 0) return {"<Script code=\"" + pick({"n := 1", "m := 3"}) + "\"" + hook(), {}};
+    if (below(12) == 0) return {"<SubTree ID=\"Part\" name=\"P" + std::to_string(++parts_) + "\"" + hook(), {}};
+    const std::string name = " name=\"L" + std::to_string(++leaves_) + "\"" + hook();
     switch (below(7)) {
       case 0:
         return {"<Action ID=\"GoToLocation\"" + name + " destination=\"" + pick({"kitchen", "station"}) + "\"", {}};
@@ -115,7 +132,10 @@ class MissionGenerator {
       if (below(4) == 0) text += "<log label=\"at\" expr=\"'" + id + "'\"/>";
       text += "</onentry>";
       for (const char* event : {"tick", "later", "battery.getBatteryState.reply", "error", "halt"}) {
-        if (below(2) == 0) text += std::string("<transition event=\"") + event + "\" target=\"" + target() + "\"/>";
+        if (below(2) != 0) continue;
+        // One that asks again at once what cannot be reached would do nothing else.
+        const std::string to = event == std::string_view("error") ? pick({"success", "failure", "halted"}) : target();
+        text += std::string("<transition event=\"") + event + "\" target=\"" + to + "\"/>";
       }
       if (condition) text += "<transition event=\"*\" target=\"" + pick({"success", "failure"}) + "\"/>";
       text += "</state>\n";
@@ -126,7 +146,7 @@ class MissionGenerator {
   std::string entry() {
     const std::string at = "{at: " + number(0, 39000) + " ms, ";
     const std::string some_leaf = leaves_ > 0 ? "L" + number(1, leaves_) : "";
-    switch (below(6)) {
+    switch (below(some_leaf.empty() ? 10 : 14)) {
       case 0: return at + "call: simulation.setBatteryCharge, args: {percent: " + number(5, 100) + "}}";
       case 1: return at + "delay: {message: battery.*, by: " + number(1, 900) + " ms, count: " + number(1, 20) + "}}";
       case 2:
@@ -134,6 +154,14 @@ class MissionGenerator {
                ", count: 5}}";
       case 3: return at + "kill: battery}";
       case 4: return at + "delay: {message: \"*.halt\", by: " + number(1, 3000) + " ms, count: 3}}";
+      case 5: return at + "restart: " + pick({"battery", "sim"}) + "}";
+      case 6: return at + "unreachable: battery.getBatteryState}";
+      case 7: return at + "late: battery.getBatteryState}";
+      case 8: return at + "clear: " + number(1, 4) + "}";
+      case 9: return at + "kill: sim}";
+      case 10: return at + "kill: " + some_leaf + "}";
+      case 11: return at + "restart: " + some_leaf + "}";
+      case 12: return at + "force: {leaf: " + some_leaf + ", status: " + pick({"SUCCESS", "FAILURE", "RUNNING"}) + "}}";
       default: return at + "delay: {message: \"*.tick\", by: " + number(1, 400) + " ms, count: " + number(1, 30) + "}}";
     }
   }
@@ -141,6 +169,7 @@ class MissionGenerator {
   Rng rng_;
   RandomMission mission_;
   std::uint64_t leaves_ = 0;
+  std::uint64_t parts_ = 0;
 };
 
 /// A project in a folder that is not there yet, for missions of one generator after the other.
@@ -155,13 +184,9 @@ class RandomProject {
   }
   /// Returns its scenario.
   [[nodiscard]] Result<std::filesystem::path> write(const RandomMission& mission) const {
-    std::map<std::string, std::string> files{
-        {"sentree.yaml",
-         "mission: {file: mission.xml, tree: Main, rate: 10 Hz}\nworld: world/world.yaml\nservices:\n"
-         "  battery:    {interface: robot.thrift/Battery,    at: sim}\n"
-         "  navigation: {interface: robot.thrift/Navigation, at: sim}\n"},
-        {"mission.xml", mission_text(mission)},
-        {"scenarios/random.yaml", scenario_text(mission)}};
+    std::map<std::string, std::string> files{{"sentree.yaml", project_text()},
+                                             {"mission.xml", mission_text(mission)},
+                                             {"scenarios/random.yaml", scenario_text(mission)}};
     for (const auto& [id, chart] : mission.charts) files["skills/" + id + ".scxml"] = chart;
     for (const auto& [name, text] : files) {
       if (auto written = text::write_file(folder_ / name, text); !written) return tl::unexpected(written.error());
