@@ -136,6 +136,22 @@ bool implies(const Js& known, const Js& other) {
   return excludes(known, {std::string(unequal->value) + " === " + std::string(unequal->literal), other.binding});
 }
 
+bool are_among(const std::vector<Js>& parts, const std::vector<Js>& all) {
+  return std::all_of(parts.begin(), parts.end(), [&](const Js& part) {
+    return std::any_of(all.begin(), all.end(), [&](const Js& one) { return one.text == part.text; });
+  });
+}
+
+bool rules_out(const Js& taken, const std::vector<Js>& refused, const std::vector<Js>& needed) {
+  std::vector<Js> known = conjuncts(taken);
+  for (const Js& part : needed) {
+    if (std::any_of(known.begin(), known.end(), [&](const Js& one) { return excludes(one, part); })) return true;
+  }
+  known.insert(known.end(), needed.begin(), needed.end());
+  return std::any_of(refused.begin(), refused.end(),
+                     [&](const Js& condition) { return are_among(conjuncts(condition), known); });
+}
+
 Js without_repetition(const Js& js) {
   std::vector<Js> parts = conjuncts(js);
   // One after the other: two that say the same do not both go.

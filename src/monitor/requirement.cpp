@@ -182,6 +182,22 @@ bool is_momentary(const Condition& condition) {
   }
 }
 
+bool has_constant(const Condition& condition) {
+  switch (condition.kind) {
+    case Kind::kDefined:
+    case Kind::kNot:
+    case Kind::kAnd:
+    case Kind::kOr:
+    case Kind::kImplies:
+      return std::any_of(condition.operands.begin(), condition.operands.end(),
+                         [](const ConditionPtr& operand) { return has_constant(*operand); });
+    default: break;
+  }
+  std::vector<Source> sources;
+  collect_sources(condition, sources);
+  return sources.empty();
+}
+
 void collect_sources(const Condition& condition, std::vector<Source>& sources) {
   if (condition.source && std::find(sources.begin(), sources.end(), *condition.source) == sources.end())
     sources.push_back(*condition.source);

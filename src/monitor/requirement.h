@@ -104,6 +104,8 @@ struct Condition {
 [[nodiscard]] std::string to_text(const Condition& condition);
 /// True if it can hold only at an instant: it contains an event, updated, rises or falls.
 [[nodiscard]] bool is_momentary(const Condition& condition);
+/// True if a part of it is true or false whatever is observed.
+[[nodiscard]] bool has_constant(const Condition& condition);
 /// Every observation that it depends on, each once, in order of appearance. (Same source, other path: once.)
 void collect_sources(const Condition& condition, std::vector<Source>& sources);
 

@@ -147,29 +147,14 @@ class Synthesizer {
     };
     if (state == initial_ && std::none_of(needed.begin(), needed.end(), never_before)) return false;
     for (const ChartState& from : states_) {
-      std::vector<const Edge*> refused;
+      std::vector<Js> refused;
       for (const Edge& edge : from.edges) {
         const bool enters = edge.target == state || (r_.re_arming && edge.target == kViolated && state == restart_);
         if (enters && (edge.event != "observed" || !rules_out(edge.condition, refused, needed))) return false;
-        if (edge.event == "observed") refused.push_back(&edge);
+        if (edge.event == "observed") refused.push_back(edge.condition);
       }
     }
     return true;
-  }
-  // Where `taken` is true and what was refused before it is false, one of what is needed is false.
-  static bool rules_out(const Js& taken, const std::vector<const Edge*>& refused, const std::vector<Js>& needed) {
-    std::vector<Js> known = conjuncts(taken);
-    for (const Js& part : needed) {
-      if (std::any_of(known.begin(), known.end(), [&](const Js& one) { return excludes(one, part); })) return true;
-    }
-    known.insert(known.end(), needed.begin(), needed.end());
-    return std::any_of(refused.begin(), refused.end(),
-                       [&](const Edge* edge) { return are_among(conjuncts(edge->condition), known); });
-  }
-  static bool are_among(const std::vector<Js>& parts, const std::vector<Js>& all) {
-    return std::all_of(parts.begin(), parts.end(), [&](const Js& part) {
-      return std::any_of(all.begin(), all.end(), [&](const Js& one) { return one.text == part.text; });
-    });
   }
 
   // Has the edges taken at the observation itself, and notes what is kept of it. Other data are noted where a state
@@ -314,23 +299,6 @@ class Synthesizer {
     };
     return is_count() || (!present_.empty() && lasts(r_.scope.open) && lasts(r_.scope.close));
   }
-  // A part of it is true or false whatever is observed.
-  static bool has_constant(const Condition& condition) {
-    switch (condition.kind) {
-      case Condition::Kind::kDefined:
-      case Condition::Kind::kNot:
-      case Condition::Kind::kAnd:
-      case Condition::Kind::kOr:
-      case Condition::Kind::kImplies:
-        return std::any_of(condition.operands.begin(), condition.operands.end(),
-                           [](const ConditionPtr& operand) { return has_constant(*operand); });
-      default: break;
-    }
-    std::vector<Source> sources;
-    collect_sources(condition, sources);
-    return sources.empty();
-  }
-
   void scope() {
     const Scope& s = r_.scope;
     if (s.kind == Scope::Kind::kGlobally) return;
