@@ -454,6 +454,13 @@ expect 124 '2 faults, 1 at a time' "$sentree" verify "$work/verified" --faults "
 printf 'any_of: [{kill: GoToKitchn}]\n' >"$work/faults.yaml"
 expect 3 'faults.yaml:1:.*did you mean "GoToKitchen"' "$sentree" verify "$work/verified" --faults "$work/faults.yaml"
 expect 3 'faults.yml: no such file' "$sentree" verify "$work/verified" --faults "$work/faults.yml"
+# What a step of a leaf does is remembered without a copy of all others: with one, these take 1.2 GB.
+mkdir -p "$work/leaves/skills"
+printf 'mission: {file: mission.xml, rate: 10 Hz}\nmonitors: [{file: r.req}]\n' >"$work/leaves/sentree.yaml"
+printf 'r: never node(n5) in FAILURE.\n' >"$work/leaves/r.req"
+python3 -c "print('<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\"><Sequence>' + ''.join(f'<Act name=\"n{i}\"/>' for i in range(3000)) + '</Sequence></BehaviorTree></root>')" >"$work/leaves/mission.xml"
+printf '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="a"><transition target="success"/></state><final id="success"/></scxml>' >"$work/leaves/skills/Act.scxml"
+expect 0 'r +holds +2 states' bash -c "ulimit -v 700000; '$sentree' verify '$work/leaves'"
 # Orders that nothing tells apart change no verdict.
 expect 0 'cat_is_alone +holds' "$sentree" verify examples/warehouse --out "$work/hall"
 expect 0 'cat_is_alone +holds' "$sentree" verify examples/warehouse --all-orders --out "$work/hall"

@@ -56,6 +56,7 @@ class State {
   friend void restore_blackboard(State& state, const State& backup);
   friend class Machine;
   friend class Blackboard;
+  friend class KeptState;
   friend struct Snapshot;
 
   static constexpr std::uint32_t kNoEntry = 0xFFFFFFFFU;

@@ -47,7 +47,8 @@ bool PartMemory::remembers(const project::Plan& plan) {
 PartMemory::Tables::Tables(const project::Plan& plan, bool has_faults, bool timeline)
     : parts(plan),
       faults(has_faults || !plan.scenario.delays.empty() || (timeline && !plan.scenario.timeline.empty())),
-      gates(!plan.gates.empty()) {
+      gates(!plan.gates.empty()),
+      states(parts) {
   parts.remember_steps();
   for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) looks.emplace_back(parts.skill(leaf).model().chart);
 }
@@ -59,9 +60,9 @@ PartMemory::Run PartMemory::begin() {
   Run run;
   const std::size_t skills = tables_->parts.skills();
   const std::size_t models = tables_->parts.models();
-  for (std::uint32_t i = 0; i < skills; ++i) run.parts.push_back(intern(i, SkillState(), {}));
+  for (std::uint32_t i = 0; i < skills; ++i) run.parts.push_back(tables_->states.number(i, SkillState(), {}));
   for (std::uint32_t i = 0; i < models; ++i)
-    run.parts.push_back(intern(static_cast<std::uint32_t>(skills) + i, ModelState(), {}));
+    run.parts.push_back(tables_->states.number(static_cast<std::uint32_t>(skills) + i, ModelState(), {}));
   run.parts.push_back(kNone);
   run.as_of.assign(run.parts.size(), TimePoint{});
   run.not_before.assign(2 * skills + models, TimePoint{});
@@ -72,7 +73,7 @@ PartMemory::Run PartMemory::begin() {
   for (std::size_t i = 0; i < models; ++i) put({}, Rank::kSimulator, {i, ModelDelivery(StartModel{})});
   TreeState tree = tables_->parts.initial_tree();
   tables_->parts.start(tree, *this);
-  run.parts.back() = intern(static_cast<std::uint32_t>(skills + models), std::move(tree), {});
+  run.parts.back() = tables_->states.number(static_cast<std::uint32_t>(skills + models), std::move(tree), {});
   run_ = nullptr;
   return run;
 }
@@ -135,13 +136,13 @@ std::uint32_t PartMemory::arrived(std::uint32_t what) {
   }
   // Of what has few values, each is known by itself.
   const bool is_one_of_few = outcome.result.is_null() || outcome.result.as_bool() != nullptr;
-  const SkillState& skill = std::get<SkillState>(*tables_->kept[state].state);
+  const SkillState& skill = tables_->states.skill(state);
   const SkillModel& model = tables_->parts.skill(leaf).model();
   std::optional<std::vector<scxml::TransitionIndex>> enabled;
   // Which goal was accepted is remembered, whatever the chart does with it.
   const bool is_goal = call->method == kSendGoal;
   if (!is_goal && !is_one_of_few && !model.protocol && skill.is_current(call->run))
-    enabled = tables_->looks[leaf].enabled(*call, outcome.result, skill.session, tables_->kept[state].at);
+    enabled = tables_->looks[leaf].enabled(*call, outcome.result, skill.session, tables_->states[state].at);
   const auto delivered = [&] {
     if (!enabled && !is_one_of_few) return exactly();
     for (const StandIn& one : known) {
@@ -158,7 +159,7 @@ void PartMemory::take(std::uint32_t part, std::uint32_t what) {
   Tables& tables = *tables_;
   Run& run = *run_;
   const std::uint32_t before = run.parts[part];
-  const std::uint32_t state = tables.kept[before].timeless ? before : aged(before, run.now - run.as_of[part]);
+  const std::uint32_t state = tables.states[before].timeless ? before : aged(before, run.now - run.as_of[part]);
   run.parts[part] = state;
   run.as_of[part] = run.now;
   const std::uint64_t key = std::uint64_t{state} << 32U | what;
@@ -207,11 +208,11 @@ void PartMemory::take(std::uint32_t part, std::uint32_t what) {
 // From where what is known ends. What was done and answered before is done and answered already.
 void PartMemory::execute(std::uint32_t state, std::uint32_t what, std::uint32_t node) {
   ++tables_->executed;
-  const std::uint32_t part = tables_->kept[state].part;
-  frame_ = tables_->kept[state].at;
+  const std::uint32_t part = tables_->states[state].part;
+  frame_ = tables_->states[state].at;
   node_ = node;
   replayed_ = 0;
-  PartState stepped = *tables_->kept[state].state;
+  PartState stepped = tables_->states.whole(state);
   Delivery delivery = tables_->deliveries[what].what;
   if (const auto timer = tables_->deliveries[what].timer) {
     const TimePoint rings = add_saturating(frame_, *timer);
@@ -229,7 +230,7 @@ void PartMemory::execute(std::uint32_t state, std::uint32_t what, std::uint32_t 
                         *this);
   }
   SENTREE_ASSERT(replayed_ == script_.size());
-  const std::uint32_t result = intern(part, std::move(stepped), frame_);
+  const std::uint32_t result = tables_->states.number(part, std::move(stepped), frame_, state);
   tables_->nodes[node_].result = result;
   run_->parts[part] = result;
   node_ = kNone;
@@ -279,21 +280,16 @@ Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Out
   return done;
 }
 
-void PartMemory::each_state(
-    const std::function<void(std::size_t part, const PartState&, std::optional<Duration> wake)>& visit) const {
-  for (const Kept& kept : tables_->kept) visit(kept.part, *kept.state, kept.wake);
-}
-
 bool PartMemory::has_effect(const Run& run, const Run::Waiting& waiting) const {
   const OnItsWay& delivery = tables_->deliveries[waiting.what];
   if (delivery.timer) {
-    const auto& wake = tables_->kept[run.parts[delivery.part]].wake;
+    const auto& wake = tables_->states[run.parts[delivery.part]].wake;
     return wake && run.as_of[delivery.part] + *wake == add_saturating(waiting.when, *delivery.timer);
   }
   const auto* tree = std::get_if<TreeDelivery>(&delivery.what.what);
   const auto* due = tree != nullptr ? std::get_if<AnswerDue>(tree) : nullptr;
   if (due == nullptr) return true;
-  return std::get<TreeState>(*tables_->kept[run.parts.back()].state).leaves[due->leaf].outstanding == due->tick;
+  return tables_->states.tree(run.parts.back()).outstanding(due->leaf) == due->tick;
 }
 
 void PartMemory::settle(Run& run) {
@@ -364,7 +360,7 @@ void PartMemory::unpack(std::span<const std::uint32_t> packed, TimePoint now, Ru
 }
 
 std::uint64_t PartMemory::bytes() const {
-  return tables_->state_bytes + tables_->nodes.size() * (sizeof(Node) + 2 * sizeof(Op) + 64) +
+  return tables_->states.bytes() + tables_->nodes.size() * (sizeof(Node) + 2 * sizeof(Op) + 64) +
          tables_->messages.size() * 600 + tables_->deliveries.size() * 600;
 }
 
@@ -621,7 +617,7 @@ std::int64_t PartMemory::ask(const Query& query) {
 std::uint64_t PartMemory::unused_tick(std::size_t leaf) const {
   std::uint64_t number = 1;
   const auto is_used = [&] {
-    if (tables_->kept[run_->parts[leaf]].unanswered == number) return true;
+    if (tables_->states[run_->parts[leaf]].unanswered == number) return true;
     return std::any_of(run_->queue.begin(), run_->queue.end(), [&](const Run::Waiting& waiting) {
       return tables_->deliveries[waiting.what].tick == std::pair(leaf, number);
     });
@@ -633,14 +629,13 @@ std::uint64_t PartMemory::unused_tick(std::size_t leaf) const {
 std::uint64_t PartMemory::unused_run(std::size_t leaf) const {
   std::uint64_t number = 1;
   const auto is_used = [&] {
-    for (const SkillState::Line& line : std::get<SkillState>(*tables_->kept[run_->parts[leaf]].state).lines) {
+    for (const SkillState::Line& line : tables_->states.skill(run_->parts[leaf]).lines) {
       for (const auto& call : line.waiting) {
         if (call->run == number) return true;
       }
     }
     for (std::size_t i = 0; i < tables_->parts.models(); ++i) {
-      for (const auto& open :
-           std::get<ModelState>(*tables_->kept[run_->parts[tables_->parts.skills() + i]].state).open) {
+      for (const auto& open : tables_->states.model(run_->parts[tables_->parts.skills() + i]).open) {
         if (open.leaf == leaf && open.call->run == number) return true;
       }
     }
@@ -686,56 +681,10 @@ void PartMemory::deliver_topic(std::uint32_t message) {
 
 // ---- numbers
 
-std::uint32_t PartMemory::intern(std::uint32_t part, PartState&& state, TimePoint at) {
-  form_.clear();
-  Encoder(form_).number(part);
-  const auto encode_at = [&](TimePoint now, std::string& out) -> Result<void> {
-    if (const auto* tree = std::get_if<TreeState>(&state)) return encode(tables_->parts, *tree, now, out);
-    if (const auto* skill = std::get_if<SkillState>(&state)) return encode(tables_->parts, part, *skill, now, out);
-    return encode(tables_->parts, part - tables_->parts.skills(), std::get<ModelState>(state), now, out);
-  };
-  if (auto encoded = encode_at(at, form_); !encoded && !tables_->error) tables_->error = encoded.error();
-  const auto [found, is_new] =
-      tables_->number_of_state.try_emplace(hash128(form_), static_cast<std::uint32_t>(tables_->kept.size()));
-  if (!is_new) return *found;
-  Kept kept;
-  kept.part = part;
-  kept.at = at;
-  // What is in the future is nearer a nanosecond later; what is past stays so.
-  later_.clear();
-  Encoder(later_).number(part);
-  kept.timeless = encode_at(at + Duration(1), later_) && later_ == form_;
-  if (const auto* tree = std::get_if<TreeState>(&state)) {
-    kept.ended = tree->phase == TreePhase::kEnded;
-    kept.over = tree->over;
-    kept.until_planned = tree->planned - at;
-  } else if (const auto* skill = std::get_if<SkillState>(&state)) {
-    kept.killed = skill->phase == SkillPhase::kKilled;
-    kept.unanswered = skill->answered == skill->tick ? 0 : skill->tick;
-    if (skill->wake != kNever) kept.wake = skill->wake - at;
-  } else if (const auto& model = std::get<ModelState>(state); model.wake != kNever) {
-    kept.wake = model.wake - at;
-  }
-  kept.state = std::make_unique<const PartState>(std::move(state));
-  // A session shares most of what it has in common with the one before.
-  tables_->state_bytes += sizeof(Kept) + sizeof(PartState) + 4 * form_.size() + 64;
-  tables_->kept.push_back(std::move(kept));
-  return static_cast<std::uint32_t>(tables_->kept.size() - 1);
-}
-
 std::uint32_t PartMemory::aged(std::uint32_t state, Duration by) {
-  if (by == Duration(0) || tables_->kept[state].timeless) return state;
-  if (tables_->kept[state].aged != kNone && tables_->kept[state].aged_by == by) return tables_->kept[state].aged;
-  if (reads_) {
-    const auto known = tables_->number_of_aged.find({state, by});
-    return known != tables_->number_of_aged.end() ? known->second : (miss(), state);
-  }
-  const auto [found, is_new] = tables_->number_of_aged.try_emplace({state, by}, kNone);
-  if (is_new)
-    found->second =
-        intern(tables_->kept[state].part, PartState(*tables_->kept[state].state), tables_->kept[state].at + by);
-  tables_->kept[state].aged_by = by;
-  return tables_->kept[state].aged = found->second;
+  if (!reads_) return tables_->states.aged(state, by);
+  const auto known = tables_->states.known_aged(state, by);
+  return known ? *known : (miss(), state);
 }
 
 std::uint32_t PartMemory::part_of(const Delivery& what) const {

@@ -12,22 +12,19 @@
 #include <string_view>
 #include <unordered_map>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "sentree/base/flat_map.h"
-#include "sentree/base/hash128.h"
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
 #include "sentree/mission/faults.h"
+#include "sentree/mission/part_states.h"
 #include "sentree/mission/parts.h"
 #include "sentree/mission/reply_look.h"
 #include "sentree/monitor/projection.h"
 #include "sentree/scxml/enabled.h"
 
 namespace sentree::mission {
-
-using PartState = std::variant<TreeState, SkillState, ModelState>;
 
 /// Runs in virtual time as `VirtualHost` does, but each state of a part is a number, and a step of a part is looked up:
 /// the machines are asked once for each state, delivery and answers of what the step asks. A run is a few numbers.
@@ -141,13 +138,11 @@ class PartMemory final : private Ground {
   /// observation that `is_answer`. Null: none has. It may be taken, and must be put back.
   [[nodiscard]] Value* result() { return result_ ? &*result_ : nullptr; }
   [[nodiscard]] bool is_answer(std::uint32_t observation) const { return tables_->messages[observation].is_answer; }
-  [[nodiscard]] bt::Status root(const Run& run) const {
-    return std::get<TreeState>(*tables_->kept[run.parts.back()].state).root;
-  }
-  [[nodiscard]] bool ended(const Run& run) const { return tables_->kept[run.parts.back()].ended; }
-  [[nodiscard]] bool over(const Run& run) const { return tables_->kept[run.parts.back()].over; }
+  [[nodiscard]] bt::Status root(const Run& run) const { return tables_->states.tree(run.parts.back()).root(); }
+  [[nodiscard]] bool ended(const Run& run) const { return tables_->states[run.parts.back()].ended; }
+  [[nodiscard]] bool over(const Run& run) const { return tables_->states[run.parts.back()].over; }
   [[nodiscard]] TimePoint planned(const Run& run) const {
-    return run.as_of.back() + tables_->kept[run.parts.back()].until_planned;
+    return run.as_of.back() + tables_->states[run.parts.back()].until_planned;
   }
   [[nodiscard]] const project::Plan& plan() const { return tables_->parts.plan(); }
   /// From now on steps are appended to it; null: to none.
@@ -156,7 +151,7 @@ class PartMemory final : private Ground {
   [[nodiscard]] const Faults& faults(const Run& run) const { return tables_->standing[run.standing]->faults; }
   [[nodiscard]] bool is_killed(const Run& run, std::size_t leaf) const {
     return will_be_killed(
-        leaf, tables_->kept[run.parts[leaf]].killed, run.queue,
+        leaf, tables_->states[run.parts[leaf]].killed, run.queue,
         [this](const Run::Waiting& waiting) -> const Delivery& { return tables_->deliveries[waiting.what].what; });
   }
   [[nodiscard]] bool is_down(const Run& run, const std::string& service) const {
@@ -165,13 +160,14 @@ class PartMemory final : private Ground {
 
   /// The state of a model as it was found first: its times mean nothing.
   [[nodiscard]] const ModelState& model(const Run& run, std::size_t index) const {
-    return std::get<ModelState>(*tables_->kept[run.parts[tables_->parts.skills() + index]].state);
+    return tables_->states.model(run.parts[tables_->parts.skills() + index]);
   }
 
   /// Every state of a part that was found, by its index: leaves, then models, then the tree. `wake` is how long its
   /// chart waits for its next timer.
-  void each_state(
-      const std::function<void(std::size_t part, const PartState&, std::optional<Duration> wake)>& visit) const;
+  void each_state(const std::function<void(std::size_t part, PartView, std::optional<Duration> wake)>& visit) const {
+    tables_->states.each(visit);
+  }
 
   /// Brings every part to now, and leaves out what can have no effect any more.
   void settle(Run& run);
@@ -184,7 +180,7 @@ class PartMemory final : private Ground {
   [[nodiscard]] std::uint32_t number_of(Duration duration);
 
   /// A part's state that has no canonical form; no run is right after it.
-  [[nodiscard]] const std::optional<Diagnostic>& error() const { return tables_->error; }
+  [[nodiscard]] const std::optional<Diagnostic>& error() const { return tables_->states.error(); }
   [[nodiscard]] std::uint64_t looked_up() const { return tables_->looked_up; }
   [[nodiscard]] std::uint64_t executed() const { return tables_->executed; }
   /// Bytes, about.
@@ -193,25 +189,6 @@ class PartMemory final : private Ground {
  private:
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  // A state of a part as it was found first, at a time that means nothing but what its own times are relative to.
-  struct Kept {
-    std::unique_ptr<const PartState> state;
-    std::uint32_t part = 0;
-    TimePoint at{};
-    bool timeless = false;  // it is the same at any later time
-    // Of the tree.
-    bool ended = false;
-    bool over = false;
-    Duration until_planned{};
-    // Of a skill.
-    bool killed = false;
-    std::uint64_t unanswered = 0;  // number of the tick; 0: none
-    // Of skills and models: until its timer rings.
-    std::optional<Duration> wake;
-    // The last time that passed over it, and what it was then.
-    Duration aged_by{};
-    std::uint32_t aged = kNone;
-  };
   struct OnItsWay {
     Delivery what;
     std::uint32_t part = 0;
@@ -310,7 +287,6 @@ class PartMemory final : private Ground {
   template <class Change>
   auto change_standing(const Change& change);
 
-  std::uint32_t intern(std::uint32_t part, PartState&& state, TimePoint at);
   std::uint32_t intern(const Delivery& what, TimePoint when);
   std::uint32_t intern(Message&& message);
   std::uint32_t intern_text(std::string_view text);
@@ -320,14 +296,6 @@ class PartMemory final : private Ground {
   [[nodiscard]] std::uint32_t part_of(const Delivery& what) const;
   std::uint32_t new_node();
 
-  // A state, and how long ago it was so.
-  using Aged = std::pair<std::uint32_t, Duration>;
-  struct AgedHash {
-    std::size_t operator()(const Aged& of) const {
-      return WordHash()(WordHash()(of.first) ^ static_cast<std::uint64_t>(of.second.count()));
-    }
-  };
-
   // What has a number, and which; and what steps do.
   struct Tables {
     Tables(const project::Plan& plan, bool has_faults, bool timeline);
@@ -335,14 +303,10 @@ class PartMemory final : private Ground {
     Parts parts;
     bool faults;
     bool gates;
-    std::optional<Diagnostic> error;
     std::uint64_t looked_up = 0;
     std::uint64_t executed = 0;
-    std::uint64_t state_bytes = 0;
 
-    std::vector<Kept> kept;
-    FlatMap<Hash128, Hash128Hash> number_of_state;
-    std::unordered_map<Aged, std::uint32_t, AgedHash> number_of_aged;
+    PartStates states;
     std::vector<OnItsWay> deliveries;
     std::unordered_map<std::string, std::uint32_t> number_of_delivery;
     std::vector<Known> messages;
@@ -387,8 +351,6 @@ class PartMemory final : private Ground {
   std::uint32_t node_ = 0;
   std::vector<std::int64_t> script_;  // answers that are known
   std::size_t replayed_ = 0;
-  std::string form_;
-  std::string later_;
   std::vector<std::uint32_t> first_;
   std::vector<std::size_t> due_;
   std::optional<Value> result_;

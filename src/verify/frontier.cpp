@@ -186,11 +186,7 @@ class Remembering final : public Frontier {
   Result<void> inject(const project::Intervention& what, std::uint64_t number) override {
     return memory_->inject(run_, what, outside_, number);
   }
-  void each_state(const Visit& visit) const override {
-    memory_->each_state([&](std::size_t part, const mission::PartState& state, std::optional<Duration> wake) {
-      visit(part, std::visit([](const auto& of) { return PartView(&of); }, state), wake);
-    });
-  }
+  void each_state(const Visit& visit) const override { memory_->each_state(visit); }
   std::uint64_t bytes() const override { return memory_->bytes() + waiting_.capacity() * sizeof(std::uint32_t); }
 
  private:

@@ -7,7 +7,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
 
 #include "sentree/base/hash128.h"
 #include "sentree/base/result.h"
@@ -70,8 +69,7 @@ class Frontier {
 
   /// States of parts by the index of their part among leaves, then models, then the tree, each with the time until a
   /// timer of it rings: all that were found, or those that are kept, if the others are not known any more.
-  using PartView = std::variant<const mission::TreeState*, const mission::SkillState*, const mission::ModelState*>;
-  using Visit = std::function<void(std::size_t part, PartView, std::optional<Duration> wake)>;
+  using Visit = std::function<void(std::size_t part, mission::PartView, std::optional<Duration> wake)>;
   virtual void each_state(const Visit& visit) const = 0;
   /// About.
   [[nodiscard]] virtual std::uint64_t bytes() const = 0;

@@ -29,7 +29,7 @@ class Varied {
  public:
   explicit Varied(const project::Plan& plan) : plan_(plan) {}
 
-  void see(std::size_t part, Frontier::PartView state, std::optional<Duration> wake) {
+  void see(std::size_t part, mission::PartView state, std::optional<Duration> wake) {
     if (const auto* const tree = std::get_if<const mission::TreeState*>(&state)) {
       for (const bt::EntryFact& entry : bt::blackboard(plan_.tree, (*tree)->tree)) {
         const std::string scope = entry.scope.empty() ? "" : entry.scope + ".";
@@ -83,7 +83,7 @@ class Varied {
 std::string most_varied(const project::Plan& plan, const Frontier& frontier, std::size_t count) {
   Varied varied(plan);
   frontier.each_state(
-      [&](std::size_t part, Frontier::PartView state, std::optional<Duration> wake) { varied.see(part, state, wake); });
+      [&](std::size_t part, mission::PartView state, std::optional<Duration> wake) { varied.see(part, state, wake); });
   return varied.text(count);
 }
 
