@@ -612,6 +612,8 @@ expect 0 'robot chooses starts_at = 3 .robot#1, not 2; models/robot.scxml:11' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"
 # What if the robot had begun elsewhere.
 expect 124 'monitor never_empty: undecided' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot#1=2
+expect 124 'choice robot#1 .starts_at at models/robot.scxml:11. has no alternative 99, and one is drawn; there are 3, 2' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot#1=99
+expect 1 '! --choose robot#3000: the run never came to that choice; there were robot#1 .starts_at at models/robot.scxml:11., robot#2 .starts_with at ' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot#3000=true
 expect 2 'no model "robt"; did you mean "robot"' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robt#1=2
 expect 2 'is not MODEL#NUMBER=VALUE' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot=2
 expect 0 'turns_to_station +holds ' "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --exact

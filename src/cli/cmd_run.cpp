@@ -488,10 +488,14 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
     return there;
   };
   for (const auto& tell : untold) tell(options);
+  // What was made before a run went on nobody has heard.
+  ChoicesMade choices(resumption ? std::vector<std::string>() : command.choose);
+  choices.install(options);
   auto progress = std::make_unique<Progress>(*plan.value, options);
   runtime::Run run(*plan.value, std::move(options));
   RunInterrupts interrupts(run);
-  const runtime::RunReport report = run.execute();
+  runtime::RunReport report = run.execute();
+  for (std::string& never : choices.never_made()) report.problems.push_back(std::move(never));
   interrupts.run_is_over();
   progress.reset();
   view.reset();

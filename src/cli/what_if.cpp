@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <utility>
 
 #include "sentree/base/diagnostic.h"
@@ -68,6 +69,50 @@ Result<void> choose(const std::vector<std::string>& choices, project::Scenario& 
   }
   scenario.expect_nothing();
   return {};
+}
+
+ChoicesMade::ChoicesMade(const std::vector<std::string>& choices) {
+  for (const std::string& text : choices) {
+    const auto hash = text.find('#');
+    wanted_.push_back({text.substr(0, hash), std::strtoull(text.c_str() + hash + 1, nullptr, 10)});
+  }
+}
+
+void ChoicesMade::install(runtime::RunOptions& options) {
+  for (const Wanted& wanted : wanted_) {
+    const auto [made, is_new] = made_.try_emplace(wanted.model);
+    if (!is_new) continue;
+    options.listeners_of.emplace_back(wanted.model + ".choice", [&all = made->second](const Message& message) {
+      const auto text = [&](const char* member) {
+        const Value* const value = message.data.find(member);
+        return value != nullptr ? std::string(value->text()) : std::string();
+      };
+      const std::string name = text("name");
+      all.push_back(fmt::format("{} at {}", name.empty() ? text("function") : name, text("place")));
+    });
+  }
+}
+
+std::vector<std::string> ChoicesMade::never_made() const {
+  constexpr std::size_t kShown = 5;
+  std::vector<std::string> all;
+  for (const Wanted& wanted : wanted_) {
+    const auto found = made_.find(wanted.model);
+    if (found == made_.end() || found->second.size() >= wanted.number) continue;
+    const auto& made = found->second;
+    const std::string which =
+        fmt::format("--choose {}#{}: the run never came to that choice", wanted.model, wanted.number);
+    if (made.empty()) {
+      all.push_back(fmt::format("{}, nor to any other of {}; --duration lets it go on", which, wanted.model));
+      continue;
+    }
+    std::string there;
+    for (std::size_t i = made.size() - std::min(made.size(), kShown); i < made.size(); ++i)
+      there += fmt::format("{}{}#{} ({})", there.empty() ? "" : ", ", wanted.model, i + 1, made[i]);
+    all.push_back(
+        fmt::format("{}; there were {}{}. --duration lets it go on", which, made.size() > kShown ? "…, " : "", there));
+  }
+  return all;
 }
 
 }  // namespace sentree::cli

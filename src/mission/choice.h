@@ -30,6 +30,9 @@ struct Choice {
 /// Nothing: the scenario says nothing of choices at all, or no alternative has that value.
 [[nodiscard]] std::optional<std::uint64_t> scripted(const project::Scenario& scenario, const Choice& choice);
 
+/// That the scenario's entry of a choice means none of its alternatives, and which there are.
+[[nodiscard]] std::string no_such_alternative(const project::Scenario& scenario, const Choice& choice);
+
 /// What a scenario says of an instant at which deliveries to different parts are due: which of them comes first. The
 /// first one, if it says nothing of that instant.
 /// @param number  Of the instant, from 1.

@@ -33,6 +33,29 @@ TEST(ScriptedChoice, IsTheAlternativeOfThatValueHoweverItsNumberIsWritten) {
   EXPECT_EQ(chosen(Value()), 7U);
 }
 
+TEST(ScriptedChoice, OfAValueThatIsNotThereIsToldWithThoseThatAre) {
+  const auto told = [](const std::vector<Value>& values, Value given) {
+    const Choice choice{.model = "robot",
+                        .function = "pick",
+                        .name = "goes",
+                        .place = "robot.scxml:3",
+                        .number = 2,
+                        .count = values.size(),
+                        .alternative = [&](std::uint64_t i) { return values[i]; }};
+    project::Scenario scenario;
+    scenario.choices.emplace();
+    scenario.choices->push_back({.model = "robot", .number = 2, .value = std::move(given)});
+    EXPECT_EQ(scripted(scenario, choice), std::nullopt);
+    return no_such_alternative(scenario, choice);
+  };
+  EXPECT_EQ(told({"left", "right"}, "rigth"),
+            "choice robot#2 (goes at robot.scxml:3) has no alternative \"rigth\", and one is drawn; there are "
+            "\"left\", \"right\"; did you mean \"right\"?");
+  EXPECT_EQ(told({0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 10),
+            "choice robot#2 (goes at robot.scxml:3) has no alternative 10, and one is drawn; there are 0, 1, 2, 3, 4, "
+            "5, 6, 7 … 9, 10 in all");
+}
+
 TEST(ScriptedChoice, IsTheFirstWithoutAnEntryAndNoneWhereNothingIsSaid) {
   const Choice choice{.model = "robot", .number = 1, .count = 2, .alternative = [](std::uint64_t i) {
                         return Value(static_cast<std::int64_t>(i));

@@ -134,10 +134,7 @@ void Run::Impl::make_models() {
 
 std::optional<std::uint64_t> Run::Impl::chosen(const mission::Choice& choice) {
   const auto told = mission::scripted(scenario_, choice);
-  if (!told && scenario_.choices) {
-    problem(fmt::format("choice {} of {} ({}) has no alternative of the value that the scenario gives it",
-                        choice.number, choice.model, choice.function));
-  }
+  if (!told && scenario_.choices) problem(mission::no_such_alternative(scenario_, choice));
   return told;
 }
 
