@@ -240,6 +240,12 @@ Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Out
                                 std::optional<std::uint64_t> number) {
   run_ = &run;
   outside_ = &outside;
+  if (const auto* const call = std::get_if<project::intervention::Call>(&what)) {
+    auto done = call_from_outside(*call);
+    if (missed_) run.queue.clear();
+    run_ = nullptr;
+    return done;
+  }
   const auto is_dead = [&](std::size_t leaf) { return is_killed(run, leaf); };
   std::string key;
   Encoder to(key);
@@ -278,6 +284,22 @@ Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Out
   }
   run_ = nullptr;
   return done;
+}
+
+// It changes nothing of what stands, so it is remembered as a step of its model.
+Result<void> PartMemory::call_from_outside(const project::intervention::Call& call) {
+  if (reads_) {
+    (void)miss();
+    return {};
+  }
+  frame_ = run_->now;
+  node_ = kNone;
+  script_.clear();
+  replayed_ = 0;
+  const auto serve = mission::call_from_outside(tables_->parts, tables_->standing[run_->standing]->down, call, *this);
+  if (!serve) return tl::unexpected(serve.error());
+  if (*serve) take(part_of(**serve), intern(**serve, run_->now));
+  return {};
 }
 
 bool PartMemory::has_effect(const Run& run, const Run::Waiting& waiting) const {

@@ -284,6 +284,7 @@ class PartMemory final : private Ground {
   [[nodiscard]] std::uint64_t unused_run(std::size_t leaf) const;
   void insert(TimePoint when, Rank rank, std::uint32_t what, bool is_topic = false);
   void deliver_topic(std::uint32_t message);
+  Result<void> call_from_outside(const project::intervention::Call& call);
   template <class Change>
   auto change_standing(const Change& change);
 

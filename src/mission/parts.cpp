@@ -307,4 +307,37 @@ Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& d
   return {};
 }
 
+Result<std::optional<Delivery>> call_from_outside(const Parts& parts, const std::set<std::string>& down,
+                                                  const project::intervention::Call& what, Ground& ground) {
+  const auto dot = what.method.rfind('.');
+  const std::string name = what.method.substr(0, dot);
+  const auto model = parts.model_of(name);
+  const auto service = parts.plan().services.find(name);
+  if (!model || service == parts.plan().services.end())
+    return fail("verify.fault", fmt::format("no model of the mission serves {}", name));
+  const auto method = idl::find_method(*service->second.service, what.method.substr(dot + 1), name);
+  if (!method) return fail("verify.fault", method.error().message);
+  auto args = idl::conform_arguments(**method, what.args);
+  if (!args) return fail("verify.fault", args.error().message);
+  ground.publish(project::injection_message(what, "scenario", 0));
+  if (down.contains(name)) return std::nullopt;
+  if ((*method)->oneway) {
+    Message request;
+    request.kind = MessageKind::kRequest;
+    request.source = "scenario";
+    request.target = name;
+    request.name = what.method + ".request";
+    request.call = ground.next_call();
+    request.data = Map{{"args", *args}};
+    ground.publish(std::move(request));
+  }
+  Call call{.run = 0,
+            .id = ground.next_call(),
+            .service = name,
+            .method = (*method)->name,
+            .args = *std::move(args),
+            .sendid = {}};
+  return Delivery{*model, ModelDelivery(ServeCall{ServeCall::kOutside, "scenario", Shared<Call>(std::move(call))})};
+}
+
 }  // namespace sentree::mission

@@ -132,6 +132,12 @@ Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& d
                     const std::function<bool(std::size_t leaf)>& is_killed, const project::Intervention& what,
                     Ground& ground, std::optional<std::uint64_t> number = std::nullopt);
 
+/// Likewise of a call of a service by nobody of the mission: what the model gets that serves it, now, before anything
+/// else; nothing: nobody gets it.
+/// Error: verify.fault, of one that no model of the mission serves.
+Result<std::optional<Delivery>> call_from_outside(const Parts& parts, const std::set<std::string>& down,
+                                                  const project::intervention::Call& what, Ground& ground);
+
 /// Whether a skill is killed, once what is on its way to it has come.
 /// @param is_killed  It is now.
 /// @param waiting    On its way to anybody, in order; `delivery` gives one of them.

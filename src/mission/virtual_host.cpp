@@ -180,6 +180,15 @@ Result<void> VirtualHost::inject(State& state, const project::Intervention& what
                                  std::optional<std::uint64_t> number) {
   state_ = &state;
   surroundings_ = &surroundings;
+  if (const auto* const call = std::get_if<project::intervention::Call>(&what)) {
+    auto serve = call_from_outside(parts_, state.down, *call, *this);
+    if (!serve) return tl::unexpected(std::move(serve.error()));
+    if (*serve) {
+      const std::size_t model = (*serve)->leaf;
+      parts_.step(model, state.models[model], std::get<ModelDelivery>(std::move((*serve)->what)), *this);
+    }
+    return {};
+  }
   const auto killed = [&](std::size_t leaf) { return is_killed(state, leaf); };
   return mission::inject(parts_, state.faults, state.down, killed, what, *this, number);
 }

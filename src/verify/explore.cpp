@@ -245,13 +245,25 @@ Diagnostics obstacles(const project::Plan& plan) {
       break;
     }
   }
+  std::vector<std::string> modelled;
+  for (const project::ModelPlan& model : plan.models)
+    modelled.insert(modelled.end(), model.serves.begin(), model.serves.end());
   for (const project::Injection& injection : plan.scenario.timeline) {
-    if (std::holds_alternative<project::intervention::Call>(injection.what) ||
-        std::holds_alternative<project::intervention::Breakpoint>(injection.what)) {
-      out.push_back({Severity::kError, "verify.fault",
-                     "a timeline cannot call services or break here; what a person may do is a choice of the model",
-                     injection.span});
-    }
+    const auto error = [&](std::string message) {
+      out.push_back({Severity::kError, "verify.fault", std::move(message), injection.span});
+    };
+    if (std::holds_alternative<project::intervention::Breakpoint>(injection.what))
+      error("nobody is there whom a timeline could let break, where every behaviour is tried; leave it out");
+    const auto* const call = std::get_if<project::intervention::Call>(&injection.what);
+    if (call == nullptr) continue;
+    const std::string service = call->method.substr(0, call->method.rfind('.'));
+    if (std::find(modelled.begin(), modelled.end(), service) != modelled.end()) continue;
+    std::string there;
+    for (const std::string& one : modelled) there += (there.empty() ? "" : ", ") + one;
+    error(
+        fmt::format("a timeline can call only what models serve ({}), and {} is none of it{}; let a model choose what "
+                    "may happen there",
+                    there.empty() ? "nothing here" : there, service, did_you_mean(service, modelled)));
   }
   return out;
 }

@@ -676,6 +676,17 @@ std::vector<Known> known() {
                  false,
                  "",
                  "duration: 8 s\ntimeline:\n  - {at: 350 ms, clear: 1}\n  - {at: 150 ms, unreachable: d.ask}\n"});
+  all.push_back({"CalledFromOutside",
+                 "The model adds 1 or 2 when it is asked at 0, 100 and 200 ms, and at 150 ms by the timeline, to which "
+                 "nobody listens.",
+                 kEachTick,
+                 answers(assign("k", "Math.min(k + pick('by', 1, 2), 9)"), "k"),
+                 "a: never said = 8.\nb: never said = 4.\nc: never said = 9.\n",
+                 {{"a", "refuted@0.2", {}}, {"b", "refuted@0.1", {}}, {"c", "refuted@0.3", {}}},
+                 "",
+                 false,
+                 "",
+                 "duration: 8 s\ntimeline:\n  - {at: 150 ms, call: d.ask}\n"});
   all.push_back({"CutOffAtADeadline",
                  "The mission is stopped at 250 ms. What would have been due there may have been to come; what was due "
                  "before was not.",
