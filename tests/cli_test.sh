@@ -463,6 +463,8 @@ printf '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="
 expect 0 'r +holds +2 states' bash -c "ulimit -v 700000; '$sentree' verify '$work/leaves'"
 # Orders that nothing tells apart change no verdict.
 expect 0 'cat_is_alone +holds' "$sentree" verify examples/warehouse --out "$work/hall"
+expect 0 'goes_on +holds  ' "$sentree" verify examples/nav2 --out "$work/nav2"
+expect 3 'blocked.yaml:3:.* a timeline can call only what models serve .navigation., and simulation is none of it' "$sentree" verify examples/nav2 --scenario examples/nav2/scenarios/blocked.yaml
 expect 0 'cat_is_alone +holds' "$sentree" verify examples/warehouse --all-orders --out "$work/hall"
 expect 0 'True False' bash -c "for all in '' --all-orders; do
   '$sentree' verify examples/warehouse \$all --json --out '$work/hall' 2>/dev/null |
