@@ -73,8 +73,8 @@ class Follower final : public mission::ModelHost {
         chart_(plan.models[model].chart) {
     machine_.remember_steps();
     out_.model = plan.models[model].name;
-    for (const std::string& service : plan.models[model].serves)
-      distinctions_.emplace(service, distinctions(plan, service));
+    const MissionDistinctions mission(plan);
+    for (const std::string& service : plan.models[model].serves) distinctions_.emplace(service, mission.of(service));
   }
 
   Result<Agreement> operator()(std::span<const Message> recording) {

@@ -105,7 +105,7 @@ class Writer {
   // @param field  Nothing for a result and for elements.
   std::string value(const idl::Type& type, const std::string& name, const std::string& path, int depth,
                     const idl::Field* field) {
-    const bool named = name == "result" || uses_.names.contains(name);
+    const bool named = name == "result" || uses_.mentions(name);
     switch (type.kind) {
       case idl::Kind::kVoid: return "null";
       case idl::Kind::kBool: return named ? picked(path, {"false", "true"}) : "false";
@@ -121,7 +121,7 @@ class Writer {
         std::vector<std::string> values;
         const std::string* other = nullptr;
         for (const idl::Enumerator& one : type.enumeration->enumerators) {
-          if (named && uses_.words.contains(one.name))
+          if (named && uses_.writes(one.name))
             values.push_back(script_text(one.name));
           else if (other == nullptr)
             other = &one.name;
@@ -198,7 +198,7 @@ class Writer {
   }
 
   bool mentioned(const idl::Field& field, int depth) {
-    if (uses_.names.contains(field.name)) return true;
+    if (uses_.mentions(field.name)) return true;
     if (field.type->kind != idl::Kind::kStruct || depth >= kReplyNestingMax) return false;
     const std::pair key(field.type->structure, depth);
     if (const auto known = mentioned_.find(key); known != mentioned_.end()) return known->second;
@@ -236,8 +236,9 @@ class Writer {
 
   // How many values must stand between two constants so that they and earlier ones come in every order.
   std::size_t at_once(const std::string& name) const {
-    const auto found = uses_.several.find(name);
-    return found == uses_.several.end() ? 1 : found->second + 1;
+    const auto found = uses_.at_once.find(name);
+    // One more than may be tried is refused.
+    return found == uses_.at_once.end() ? 1 : std::min(found->second, kReplyValuesMax + 1);
   }
 
   // At least `count` numbers between two, if so many are.
@@ -348,28 +349,31 @@ std::optional<Diagnostic> unknown_topic(const project::Plan& plan, const std::st
   return std::nullopt;
 }
 
-}  // namespace
-
-Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service) {
+Result<AnyReply> any_reply(const project::Plan& plan, const MissionDistinctions& mission, const std::string& service) {
   std::vector<const idl::Method*> methods;
-  const Distinctions uses = distinctions(plan, service, &methods);
+  const Distinctions uses = mission.of(service, &methods);
   AnyReply out;
   out.unsure = uses.trouble ? uses.trouble : unknown_topic(plan, service);
   if (const auto trouble = Writer(service, uses, out)(methods)) return tl::unexpected(*trouble);
   return out;
 }
 
+}  // namespace
+
+Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service) {
+  return any_reply(plan, MissionDistinctions(plan), service);
+}
+
 Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const project::Plan& plan,
                                           const std::filesystem::path& folder, bool keeps) {
   std::vector<MadeModel> made;
-  const auto is_modelled = [&](const std::string& service) {
-    return std::any_of(scenario.project.models.begin(), scenario.project.models.end(), [&](const auto& model) {
-      return std::find(model.serves.begin(), model.serves.end(), service) != model.serves.end();
-    });
-  };
+  std::set<std::string> modelled;
+  for (const project::ModelEntry& model : scenario.project.models)
+    modelled.insert(model.serves.begin(), model.serves.end());
+  const MissionDistinctions mission(plan);
   for (const project::ServiceEntry& service : scenario.project.services) {
-    if (service.at == "topics" || is_modelled(service.name)) continue;
-    auto reply = any_reply(plan, service.name);
+    if (service.at == "topics" || modelled.contains(service.name)) continue;
+    auto reply = any_reply(plan, mission, service.name);
     if (!reply) return tl::unexpected(reply.error());
     if (reply->unsure && !keeps) {
       reply->unsure->message += ". Write a model of the service; sentree verify --model writes one to begin with";

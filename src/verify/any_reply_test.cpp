@@ -50,6 +50,7 @@ class AnyReplyOf : public InFolder {
   std::string tried(const std::string& type, const std::string& condition, const std::string& port = "") {
     write("interfaces/door.thrift",
           "enum C { A, B, D }\nstruct S { 1: i32 a, 2: optional i32 o, 3: string s, 4: i32 b }\n"
+          "struct P { 1: i32 x }\nstruct Way { 1: P near, 2: P far }\n"
           "service Door { " +
               type + " ask() }\n");
     write("skills/Ask.scxml",
@@ -88,6 +89,12 @@ TEST_F(AnyReplyOf, TriesWhatComparisonsTellApart) {
   EXPECT_EQ(tried("i32", "v === _event.data.result"), "ask: -2, -1, 0, 1, 2") << "v is 0 to begin with";
   EXPECT_EQ(tried("i32", "v > _event.data.result && v < 5"), "ask: -2, -1, 0, 1, 2, 5, 6, 7") << "both can be below 5";
   EXPECT_EQ(tried("string", "v === _event.data.result"), "ask: '', 'other'") << "one that came before";
+}
+
+// All of an earlier reply and of the next one may differ, or any two of them be alike.
+TEST_F(AnyReplyOf, TriesAsManyValuesAsAStructureHoldsOfOneName) {
+  EXPECT_EQ(tried("P", "v.x === _event.data.result.x"), "ask.x: -2, -1, 0, 1, 2");
+  EXPECT_EQ(tried("Way", "v.near.x === _event.data.result.far.x"), "ask.near.x: -4, -3, -2, -1, 0, 1, 2, 3, 4");
 }
 
 TEST_F(AnyReplyOf, IsRefusedWhereWhatIsToldApartIsNotKnown) {

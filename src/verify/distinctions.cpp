@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <tuple>
+#include <utility>
 
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/script_syntax.h"
@@ -57,6 +59,55 @@ void add_kinds(const idl::Type& type, int depth, std::map<std::string, std::set<
   }
 }
 
+// Names of members, of as much as is looked into of each reply.
+class MemberNames {
+ public:
+  explicit MemberNames(std::set<std::string>& out) : out_(out) {}
+
+  void add(const idl::Type& type, int depth = 0) {
+    if (depth >= kReplyNestingMax) return;
+    if (type.element != nullptr) add(*type.element, depth + 1);
+    if (type.kind != idl::Kind::kStruct) return;
+    const auto [seen, is_new] = seen_.try_emplace(type.structure, depth);
+    if (!is_new && seen->second <= depth) return;
+    seen->second = depth;
+    for (const idl::Field& field : type.structure->fields) {
+      out_.insert(field.name);
+      add(*field.type, depth + 1);
+    }
+  }
+
+ private:
+  std::set<std::string>& out_;
+  std::map<const idl::Struct*, int> seen_;  // and how deep at least
+};
+
+// In how many places values of a type have members, by name.
+class MemberPlaces {
+ public:
+  using Counts = std::map<std::string, std::size_t>;
+
+  const Counts& of(const idl::Type& type, int depth = 0) {
+    static const Counts kNone;
+    if (type.kind != idl::Kind::kStruct || depth >= kReplyNestingMax) return kNone;
+    const auto known = known_.find({type.structure, depth});
+    if (known != known_.end()) return known->second;
+    Counts counts;
+    const auto add = [&counts](const std::string& name, std::size_t more) {
+      std::size_t& count = counts[name];
+      count = std::min(count + more, kReplyPlacesMax);
+    };
+    for (const idl::Field& field : type.structure->fields) {
+      add(field.name, 1);
+      for (const auto& [name, count] : of(*field.type, depth + 1)) add(name, count);
+    }
+    return known_[{type.structure, depth}] = std::move(counts);
+  }
+
+ private:
+  std::map<std::pair<const idl::Struct*, int>, Counts> known_;
+};
+
 // What is known of a chart before it begins.
 struct Given {
   std::map<std::string, std::set<double>> numbers;
@@ -71,7 +122,7 @@ class Comparisons {
   Comparisons(const ReplyFlow& flow, Given given, Distinctions& uses, std::optional<SourceSpan> place = std::nullopt)
       : flow_(flow), given_(std::move(given)), uses_(uses), place_(std::move(place)) {
     for (const scxml::Expression& expression : expressions()) {
-      for (const std::string& name : scxml::names_in_script(expression.text)) uses_.names.insert(name);
+      for (const std::string& name : scxml::names_in_script(expression.text)) uses_.own.names.insert(name);
     }
     for (const ReplyFlow::Use& use : flow_.uses()) {
       if (use.role == ReplyFlow::Role::kCondition) conditions_.insert(use.expression);
@@ -84,7 +135,7 @@ class Comparisons {
       if (const auto& tree = flow_.tree(expression_)) look(*tree);
     }
     // Charts that compare stand side by side, so that what all of them keep is compared with one and the same reply.
-    for (const std::string& name : compared_) uses_.several[name] += std::max<std::size_t>(flow_.holders(name), 1);
+    for (const std::string& name : compared_) uses_.at_once[name] += std::max<std::size_t>(flow_.held(name), 1);
     if (flow_.forwards() && !uses_.trouble) {
       uses_.trouble = Diagnostic{Severity::kError, "verify.any-reply",
                                  "every reply is handed on to what the chart invokes (autoforward), and which of its "
@@ -105,7 +156,7 @@ class Comparisons {
   void look(const ScriptTree& tree) {
     if (conditions_.contains(expression_)) truth(tree.root());
     for (const scxml::ScriptNode& node : tree.nodes) {
-      if (node.kind == Node::kText) uses_.words.insert(node.text);
+      if (node.kind == Node::kText) uses_.own.words.insert(node.text);
       if (node.kind == Node::kUnary && node.text == "!") truth(node.operands[0]);
       if (node.kind == Node::kConditional) truth(node.operands[0]);
       if (node.kind == Node::kMember && node.text == "exception") exception(tree, node);
@@ -169,7 +220,7 @@ class Comparisons {
     const ScriptTree& tree = here();
     const std::set<std::string> members = text_constants(tree, in.operands[0]);
     uses_.absent.insert(members.begin(), members.end());
-    uses_.names.insert(members.begin(), members.end());
+    uses_.own.names.insert(members.begin(), members.end());
     if (members.empty()) give_up(tree, in.operands[1], "is looked into for members without a name");
   }
 
@@ -498,102 +549,216 @@ void add_looked_at(const scxml::Chart& chart, LookedAt& out) {
   }
 }
 
-// What events of monitors, which are made by expressions, look at: of what is called so, all. Of replies of the service
-// that is not understood.
-std::optional<Diagnostic> add_looked_at(const project::Plan& plan, const std::string& service, LookedAt& out) {
-  const auto& methods = plan.services.at(service).service->methods;
-  const auto replies = [&](const std::string& pattern) {
-    return std::any_of(methods.begin(), methods.end(), [&](const idl::Method* method) {
-      return project::matches_pattern(pattern, fmt::format("{}.{}.reply", service, method->name));
-    });
-  };
-  std::optional<Diagnostic> trouble;
+// An event of a monitor that is made by expressions.
+struct MadeEvent {
+  const project::MonitorEntry* monitor;
+  const project::EventRename* rename;
+};
+
+// What events of monitors that are made by expressions look at: of what is called so, all.
+std::vector<MadeEvent> made_events(const project::Plan& plan, LookedAt& out) {
+  std::vector<MadeEvent> all;
+  bool of_arguments = false;
+  bool of_outputs = false;
   for (const project::MonitorEntry& monitor : plan.scenario.project.monitors) {
     for (const project::EventRename& rename : monitor.events) {
       std::set<std::string> names = scxml::names_in_script(rename.when);
       for (const auto& [name, expression] : rename.data) names.merge(scxml::names_in_script(expression));
       if (names.empty()) continue;
-      if (!trouble && std::any_of(rename.on.begin(), rename.on.end(), replies)) {
-        trouble = Diagnostic{Severity::kError, "verify.any-reply",
-                             fmt::format("the event {} of monitor {} is made of a reply of {}, and which of its values "
-                                         "are told apart is not known",
-                                         rename.event, monitor.name, service),
-                             rename.span};
-      }
-      if (names.contains("args")) {
-        for (const auto& [name, of] : plan.services) {
-          for (const idl::Method* method : of.service->methods) {
-            for (const idl::Field& parameter : method->arguments.fields) out.arguments.insert(parameter.name);
-          }
-        }
-      }
-      if (!names.contains("outputs")) continue;
-      for (const project::LeafPlan& leaf : plan.leaves) {
-        for (const bt::PortFact& port : plan.tree.ports(leaf.node)) out.outputs.emplace(port.name);
+      all.push_back({&monitor, &rename});
+      of_arguments = of_arguments || names.contains("args");
+      of_outputs = of_outputs || names.contains("outputs");
+    }
+  }
+  if (of_arguments) {
+    for (const auto& [name, of] : plan.services) {
+      for (const idl::Method* method : of.service->methods) {
+        for (const idl::Field& parameter : method->arguments.fields) out.arguments.insert(parameter.name);
       }
     }
   }
-  return trouble;
+  if (of_outputs) {
+    for (const project::LeafPlan& leaf : plan.leaves) {
+      for (const bt::PortFact& port : plan.tree.ports(leaf.node)) out.outputs.emplace(port.name);
+    }
+  }
+  return all;
 }
+
+// One that is made of replies of the service is not understood.
+std::optional<Diagnostic> made_of_reply(const MadeEvent& event, const std::string& service,
+                                        const idl::Service& interface) {
+  for (const std::string& pattern : event.rename->on) {
+    for (const idl::Method* method : interface.methods) {
+      if (!project::matches_pattern(pattern, fmt::format("{}.{}.reply", service, method->name))) continue;
+      return Diagnostic{Severity::kError, "verify.any-reply",
+                        fmt::format("the event {} of monitor {} is made of a reply of {}, and which of its values are "
+                                    "told apart is not known",
+                                    event.rename->event, event.monitor->name, service),
+                        event.rename->span};
+    }
+  }
+  return std::nullopt;
+}
+
+void add(const LookedAt& more, LookedAt& out) {
+  out.arguments.insert(more.arguments.begin(), more.arguments.end());
+  out.outputs.insert(more.outputs.begin(), more.outputs.end());
+  out.logs = out.logs || more.logs;
+}
+
+// A call by a skill's chart.
+struct Sent {
+  std::size_t leaf;
+  std::size_t place;                 // among the leaf's
+  std::optional<std::string> event;  // nothing: an expression says which
+};
+
+// A monitor, and of which services it may see replies.
+struct Seeing {
+  const monitor::Model* monitor;
+  bool all = false;
+  std::set<std::string> heads = {};  // of what it waits for, up to the first point
+};
 
 }  // namespace
 
-Distinctions distinctions(const project::Plan& plan, const std::string& service,
-                          std::vector<const idl::Method*>* methods) {
-  const idl::Service& interface = *plan.services.at(service).service;
-  Distinctions uses;
-  ReplyTypes types;
+struct MissionDistinctions::Common {
+  explicit Common(const project::Plan& of) : plan(of) {}
+
+  const project::Plan& plan;
+  std::set<std::string> fields;
+  std::map<std::string, std::vector<Sent>> sent;  // by service
+  std::vector<Sent> sent_to_any;                  // an expression says to which
+  std::vector<MadeEvent> made_events;
+  LookedAt looked_at;               // by monitors, and by models that serve nothing
+  std::vector<LookedAt> by_models;  // by model
+  LookedAt by_all;
+  std::map<std::string, std::size_t> served;  // services by which model
+  std::vector<Seeing> monitors;
+  std::shared_ptr<Distinctions::Mentioned> mentioned = std::make_shared<Distinctions::Mentioned>();
+};
+
+MissionDistinctions::~MissionDistinctions() = default;
+
+MissionDistinctions::MissionDistinctions(const project::Plan& plan) {
+  auto common = std::make_unique<Common>(plan);
+  MemberNames names(common->fields);
   for (const auto& [name, of] : plan.services) {
-    for (const idl::Method* method : of.service->methods) add_kinds(*method->result, 0, types.fields);
+    for (const idl::Method* method : of.service->methods) names.add(*method->result);
   }
-  for (const idl::Method* method : interface.methods) {
-    types.results[method->name] = kinds_of(*method->result);
-    add_kinds(*method->result, 0, types.members);
-  }
-  LookedAt looked_at;
-  uses.trouble = add_looked_at(plan, service, looked_at);
-  for (const monitor::Model& monitor : plan.monitors) add_looked_at(monitor.chart(), looked_at);
-  for (const project::ModelPlan& model : plan.models) {
-    // What is handed back to the service itself means what it said.
-    if (std::find(model.serves.begin(), model.serves.end(), service) == model.serves.end())
-      add_looked_at(model.chart, looked_at);
-  }
-  std::vector<bool> calls(plan.leaves.size());
   for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
     if (!plan.leaves[leaf].chart) continue;
+    std::size_t place = 0;
     for (const scxml::SendInfo& send : plan.leaves[leaf].chart->sends()) {
+      if (send.type != "thrift") continue;
       // What an expression names may be any method of it.
-      if (send.type != "thrift" || (send.target && *send.target != service)) continue;
-      calls[leaf] = true;
-      for (const idl::Method* method : interface.methods) {
-        if ((send.event && *send.event != method->name) || method->oneway) continue;
-        if (methods == nullptr || std::find(methods->begin(), methods->end(), method) != methods->end()) continue;
-        methods->push_back(method);
+      (send.target ? common->sent[*send.target] : common->sent_to_any).push_back({leaf, place++, send.event});
+    }
+  }
+  common->made_events = verify::made_events(plan, common->looked_at);
+  for (const monitor::Model& monitor : plan.monitors) {
+    add_looked_at(monitor.chart(), common->looked_at);
+    Seeing seeing{.monitor = &monitor};
+    for (const auto& transition : monitor.chart().transitions()) {
+      for (const std::string& event : transition.events) {
+        seeing.heads.insert(event.substr(0, event.find('.')));
+        seeing.all = seeing.all || event == "*";
+      }
+    }
+    // One whose events are called otherwise may get a reply under any name.
+    const auto& entries = plan.scenario.project.monitors;
+    const bool renames =
+        std::any_of(entries.begin(), entries.end(), [](const auto& one) { return !one.events.empty(); });
+    ReplyTypes none;
+    none.fields = &common->fields;
+    seeing.all = seeing.all || renames || ReplyFlow(monitor.chart(), "", none, {}, {}).sees_reply();
+    common->monitors.push_back(std::move(seeing));
+    for (const scxml::Expression& expression : monitor.chart().model().expressions) {
+      common->mentioned->names.merge(scxml::names_in_script(expression.text));
+      const auto tree = scxml::parse_script_expression(expression.text);
+      for (std::size_t node = 0; tree && node < tree->nodes.size(); ++node) {
+        if (tree->nodes[node].kind == Node::kText) common->mentioned->words.insert(tree->nodes[node].text);
       }
     }
   }
-  const MissionFlow mission(plan, service, types, calls);
-  for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
-    if (const ReplyFlow* const flow = mission.of(leaf))
-      Comparisons(*flow, given_of(plan, plan.leaves[leaf]), uses)(looked_at);
+  for (std::size_t model = 0; model < plan.models.size(); ++model) {
+    for (const std::string& service : plan.models[model].serves) common->served.emplace(service, model);
+    add_looked_at(plan.models[model].chart, common->by_models.emplace_back());
+    add(common->by_models.back(), common->by_all);
   }
-  if (!uses.trouble) uses.trouble = mission.trouble();
+  add(common->looked_at, common->by_all);
   for (bt::NodeId node = 0; node < plan.tree.size(); ++node) {
     for (const bt::PortFact& port : plan.tree.ports(node)) {
-      for (const std::string& word : scxml::names_in_script(port.text)) uses.words.insert(word);
+      common->mentioned->words.merge(scxml::names_in_script(port.text));
       // Texts in a script of the tree are between apostrophes.
       for (std::size_t at = port.text.find('\''); at != std::string_view::npos;) {
         const std::size_t end = port.text.find('\'', at + 1);
         if (end == std::string_view::npos) break;
-        uses.words.emplace(port.text.substr(at + 1, end - at - 1));
+        common->mentioned->words.emplace(port.text.substr(at + 1, end - at - 1));
         at = port.text.find('\'', end + 1);
       }
     }
   }
-  for (const monitor::Model& monitor : plan.monitors) {
+  common_ = std::move(common);
+}
+
+Distinctions MissionDistinctions::of(const std::string& service, std::vector<const idl::Method*>* methods) const {
+  const project::Plan& plan = common_->plan;
+  const idl::Service& interface = *plan.services.at(service).service;
+  Distinctions uses;
+  uses.common = common_->mentioned;
+  ReplyTypes types;
+  types.fields = &common_->fields;
+  MemberPlaces places;
+  for (const idl::Method* method : interface.methods) {
+    types.results[method->name] = kinds_of(*method->result);
+    add_kinds(*method->result, 0, types.members);
+    for (const auto& [name, count] : places.of(*method->result))
+      types.places[name] = std::max(types.places[name], count);
+  }
+  for (const MadeEvent& event : common_->made_events) {
+    if (!uses.trouble) uses.trouble = made_of_reply(event, service, interface);
+  }
+  LookedAt by_others;
+  const auto served = common_->served.find(service);
+  if (served != common_->served.end()) {
+    // What is handed back to the service itself means what it said.
+    by_others = common_->looked_at;
+    for (std::size_t model = 0; model < plan.models.size(); ++model) {
+      if (model != served->second) add(common_->by_models[model], by_others);
+    }
+  }
+  const LookedAt& looked_at = served != common_->served.end() ? by_others : common_->by_all;
+  std::vector<Sent> sent = common_->sent_to_any;
+  if (const auto to_it = common_->sent.find(service); to_it != common_->sent.end())
+    sent.insert(sent.end(), to_it->second.begin(), to_it->second.end());
+  std::sort(sent.begin(), sent.end(),
+            [](const Sent& a, const Sent& b) { return std::tie(a.leaf, a.place) < std::tie(b.leaf, b.place); });
+  std::set<std::size_t> callers;
+  for (const Sent& one : sent) {
+    callers.insert(one.leaf);
+    for (const idl::Method* method : interface.methods) {
+      if ((one.event && *one.event != method->name) || method->oneway) continue;
+      if (methods == nullptr || std::find(methods->begin(), methods->end(), method) != methods->end()) continue;
+      methods->push_back(method);
+    }
+  }
+  const MissionFlow mission(plan, service, types, std::move(callers));
+  for (const auto& [leaf, flow] : mission.flows())
+    Comparisons(flow, given_of(plan, plan.leaves[leaf]), uses)(looked_at);
+  if (!uses.trouble) uses.trouble = mission.trouble();
+  for (const Seeing& seeing : common_->monitors) {
+    if (!seeing.all && !seeing.heads.contains(service.substr(0, service.find('.')))) continue;
+    const monitor::Model& monitor = *seeing.monitor;
     std::optional<SourceSpan> place;
     if (monitor.origin() != nullptr) place = monitor.origin()->requirement.span;
     Comparisons(ReplyFlow(monitor.chart(), service, types, {}, {}), {}, uses, place)(looked_at);
+  }
+  // What variables hold, and what the reply brings that just comes.
+  for (auto& [name, count] : uses.at_once) {
+    const auto found = types.places.find(name);
+    count += found != types.places.end() ? found->second : 1;
   }
   return uses;
 }

@@ -21,7 +21,7 @@ class ReplyLook {
   // @param name  Under which expressions read it. Nothing: it is not looked at.
   std::optional<Value> operator()(const idl::Type& type, const Value& value, const std::string& name,
                                   const std::string& path, int depth) {
-    const bool named = exact_ || name == "result" || known_.names.contains(name);
+    const bool named = exact_ || name == "result" || known_.mentions(name);
     switch (type.kind) {
       case idl::Kind::kVoid:
       case idl::Kind::kBinary: return std::nullopt;
@@ -32,7 +32,7 @@ class ReplyLook {
       case idl::Kind::kBool: return named ? shown(path, value, value) : std::nullopt;
       case idl::Kind::kEnum:
         if (!named) return std::nullopt;
-        return shown(path, value, exact_ || known_.words.contains(std::string(value.text())) ? value : Value());
+        return shown(path, value, exact_ || known_.writes(std::string(value.text())) ? value : Value());
       case idl::Kind::kString: {
         if (!named) return std::nullopt;
         const auto texts = known_.texts.find(name);
@@ -93,7 +93,7 @@ class ReplyLook {
                              const std::string& path, int depth) {
     const List* const list = value.as_list();
     if (list == nullptr || depth >= kReplyNestingMax) return std::nullopt;
-    if (!exact_ && name != "result" && !known_.names.contains(name)) return std::nullopt;
+    if (!exact_ && name != "result" && !known_.mentions(name)) return std::nullopt;
     List alike;
     for (std::size_t i = 0; i < list->size(); ++i) {
       auto seen = (*this)(*type.element, (*list)[i], name, fmt::format("{}[{}]", path, i), depth + 1);

@@ -22,28 +22,29 @@ std::string entry_of(const bt::PortFact& port) {
 }  // namespace
 
 MissionFlow::MissionFlow(const project::Plan& plan, std::string service, const ReplyTypes& types,
-                         const std::vector<bool>& calls)
-    : plan_(plan), service_(std::move(service)), types_(types), flows_(plan.leaves.size()), far_(plan.leaves.size()) {
-  for (const project::LeafPlan& leaf : plan.leaves) {
-    if (leaf.chart) charted_.insert(leaf.node);
-  }
-  for (bool is_more = true; is_more;) {
-    const std::size_t before = entries_.size();
-    for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) follow(leaf, calls[leaf]);
+                         std::set<std::size_t> callers)
+    : plan_(plan), service_(std::move(service)), types_(types), callers_(std::move(callers)) {
+  for (const std::size_t leaf : callers_) follow(leaf);
+  for (std::size_t before = 0; entries_.size() > before;) {
+    before = entries_.size();
+    for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) follow(leaf);
     for (bt::NodeId node = 0; node < plan.tree.size(); ++node) follow(node);
-    is_more = entries_.size() > before;
   }
 }
 
 std::optional<Diagnostic> MissionFlow::trouble() const {
   if (entries_.empty()) return std::nullopt;
+  std::set<bt::NodeId> charted;
+  for (const project::LeafPlan& leaf : plan_.leaves) {
+    if (leaf.chart) charted.insert(leaf.node);
+  }
   for (bt::NodeId node = 0; node < plan_.tree.size(); ++node) {
     for (const auto& [name, script] : plan_.tree.conditions(node)) {
       if (const auto entry = mentioned(script); !entry.empty()) return told(node, entry);
     }
     const std::string_view id = plan_.tree.registration(node);
     const bool is_script = id == "Script" || id == "ScriptCondition" || id == "Precondition";
-    if (!plan_.tree.subtree_id(node).empty() || charted_.contains(node)) continue;
+    if (!plan_.tree.subtree_id(node).empty() || charted.contains(node)) continue;
     for (const bt::PortFact& port : plan_.tree.ports(node)) {
       const bool is_bound = port.text.find('{') != std::string_view::npos;
       // Its name need not be one of a script.
@@ -69,7 +70,7 @@ Diagnostic MissionFlow::told(bt::NodeId node, const std::string& entry) const {
           plan_.tree.span(node)};
 }
 
-void MissionFlow::follow(std::size_t leaf, bool calls) {
+void MissionFlow::follow(std::size_t leaf) {
   const project::LeafPlan& of = plan_.leaves[leaf];
   if (!of.chart) return;
   const auto ports = plan_.tree.ports(of.node);
@@ -79,12 +80,15 @@ void MissionFlow::follow(std::size_t leaf, bool calls) {
     if (port.input && is_bound && (entries_.contains(entry_of(port)) || !mentioned(port.text).empty()))
       far.emplace(port.name);
   }
-  if (!calls && far.empty()) return;
-  if (!flows_[leaf] || far != far_[leaf]) {
-    flows_[leaf].emplace(*of.chart, service_, types_, far, of.protocol ? of.protocol->answer : std::string());
+  if (far.empty() && !callers_.contains(leaf)) return;
+  auto flow = flows_.find(leaf);
+  if (flow == flows_.end() || far != far_[leaf]) {
+    if (flow != flows_.end()) flows_.erase(flow);
+    const std::string answer = of.protocol ? of.protocol->answer : std::string();
+    flow = flows_.try_emplace(leaf, *of.chart, service_, types_, far, answer).first;
     far_[leaf] = std::move(far);
   }
-  for (const std::string& given : flows_[leaf]->given()) {
+  for (const std::string& given : flow->second.given()) {
     for (const bt::PortFact& port : ports) {
       if (port.name == given && port.output) add(entry_of(port));
     }

@@ -236,14 +236,41 @@ bool ReplyFlow::forwards() const {
   return std::any_of(invokes.begin(), invokes.end(), [](const scxml::Invoke& invoke) { return invoke.autoforward; });
 }
 
-std::size_t ReplyFlow::holders(const std::string& source) const {
-  return static_cast<std::size_t>(std::count_if(of_reply_.begin(), of_reply_.end(), [&](const std::string& variable) {
-    const auto& all = assigned(variable);
-    return std::any_of(all.begin(), all.end(), [&](ExpressionId one) {
-      return trees_[one] && (sources(*trees_[one], trees_[one]->root()).contains(source) ||
-                             kinds(*trees_[one], trees_[one]->root()).contains(idl::Kind::kStruct));
-    });
-  }));
+std::size_t ReplyFlow::held(const std::string& source) const {
+  const auto found = types_.places.find(source);
+  const std::size_t inside = found == types_.places.end() ? 1 : found->second;
+  std::size_t sum = 0;
+  for (const std::string& variable : of_reply_) {
+    std::size_t most = 0;
+    for (const ExpressionId one : assigned(variable)) {
+      if (!trees_[one]) continue;
+      if (kinds(*trees_[one], trees_[one]->root()).contains(idl::Kind::kStruct))
+        most = inside;
+      else if (sources(*trees_[one], trees_[one]->root()).contains(source))
+        most = std::max<std::size_t>(most, 1);
+    }
+    sum += most;
+  }
+  return sum;
+}
+
+bool ReplyFlow::sees_reply() const {
+  for (std::size_t id = 0; id < trees_.size(); ++id) {
+    if (!trees_[id]) {
+      if (mentions_reply(static_cast<ExpressionId>(id))) return true;
+      continue;
+    }
+    const ScriptTree& tree = *trees_[id];
+    std::set<std::uint32_t> inner;  // of longer paths
+    for (const scxml::ScriptNode& node : tree.nodes) {
+      if (node.kind == Node::kMember) inner.insert(node.operands[0]);
+    }
+    for (std::uint32_t node = 0; node < tree.nodes.size(); ++node) {
+      if (tree.path(node) == "_event.data.exception") return true;
+      if (!inner.contains(node) && (is_direct(tree, node) || is_of_reply(tree, node))) return true;
+    }
+  }
+  return forwards();
 }
 
 std::set<idl::Kind> ReplyFlow::kinds(const ScriptTree& tree, std::uint32_t id) const {
@@ -365,7 +392,7 @@ class Parts {
     if (tree_.path(id).empty()) {
       why_ = "is looked into after it was changed";
     } else if (node.text != "data" && node.text != "result" &&
-               !(is_struct && flow_.types().fields.contains(node.text)) && !flow_.is_far(tree_, id)) {
+               !(is_struct && flow_.types().fields->contains(node.text)) && !flow_.is_far(tree_, id)) {
       why_ = fmt::format("has its {} looked at", node.text);
     }
   }

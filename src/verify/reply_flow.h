@@ -15,12 +15,17 @@ namespace sentree::verify {
 
 /// Structures inside structures of a reply that are looked into.
 inline constexpr int kReplyNestingMax = 16;
+/// Places of members of one name; beyond, they are as good as countless.
+inline constexpr std::size_t kReplyPlacesMax = 1000;
 
 /// What the replies of one service are made of.
 struct ReplyTypes {
-  std::map<std::string, std::set<idl::Kind>> fields;   ///< Kinds by name of a member, of all services of a project.
-  std::map<std::string, std::set<idl::Kind>> members;  ///< Likewise, of this service.
+  const std::set<std::string>* fields = nullptr;       ///< Names of members of all services of a project; borrowed.
+  std::map<std::string, std::set<idl::Kind>> members;  ///< Kinds by name of a member, of this service.
   std::map<std::string, std::set<idl::Kind>> results;  ///< By method; of a list, also those of its elements.
+  /// By name of a member: in how many places one reply has one so called, at most, and kReplyPlacesMax. What lists hold
+  /// does not count.
+  std::map<std::string, std::size_t> places;
 };
 
 /// Where replies of one service go in a chart: into which expressions and variables.
@@ -78,8 +83,11 @@ class ReplyFlow {
   [[nodiscard]] bool is_scripted(const std::string& variable) const { return scripted_.contains(variable); }
   /// The names under which what a part of an expression holds was read.
   [[nodiscard]] std::set<std::string> sources(const scxml::ScriptTree& tree, std::uint32_t node) const;
-  /// How many variables hold, as it is, what was read under this name, or a structure, which may have it inside.
-  [[nodiscard]] std::size_t holders(const std::string& source) const;
+  /// How many values that were read under this name variables hold as they are: one each, and of a structure as many
+  /// as it may have inside.
+  [[nodiscard]] std::size_t held(const std::string& source) const;
+  /// Whether any expression may see something of a reply.
+  [[nodiscard]] bool sees_reply() const;
   /// Kinds that it may be of.
   [[nodiscard]] std::set<idl::Kind> kinds(const scxml::ScriptTree& tree, std::uint32_t node) const;
   /// Whether a text of a reply goes into it, however it is changed.
