@@ -14,7 +14,7 @@ std::size_t held(const Value& value) {
   if (const auto* list = value.as_list()) {
     for (const Value& item : *list) bytes += sizeof(item) + held(item);
   } else if (const auto* map = value.as_map()) {
-    for (const auto& [name, item] : *map) bytes += sizeof(name) + name.size() + sizeof(item) + held(item);
+    for (const auto& [name, item] : *map) bytes += sizeof(Map::Entry) + name.size() + held(item);
   }
   return bytes;
 }
