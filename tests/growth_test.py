@@ -113,6 +113,19 @@ def wide_ros(n):
     return {**files, "mission.xml": TREE.format("<AlwaysSuccess/>", ""), "sentree.yaml": SERVED.format('interface: p/srv/Ask, at: "ros:/a"')}
 
 
+def served_by_none(n):
+    """Services without a model; a tenth of them is asked by a leaf each."""
+    n //= 48
+    files = {"interfaces/s.thrift": many("struct T{i} {{ 1: i32 f{i} }}\nservice S{i} {{ T{i} ask() }}\n", n), "mission.xml": TREE.format(many("<A{i}/>", n // 10), "")}
+    for i in range(n // 10):
+        files[f"skills/A{i}.scxml"] = CHART.format(
+            f'<state id="a"><onentry><send type="thrift" target="s{i}" event="ask"/></onentry><transition event="s{i}.ask.reply" target="success"/>'
+            '<transition event="error" target="failure"/></state><final id="success"/><final id="failure"/>')
+    files["sentree.yaml"] = "mission: {file: mission.xml, rate: 10 Hz}\nservices:\n" + many('  s{i}: {{interface: s.thrift/S{i}, at: "tcp://127.0.0.1:1"}}\n', n) + "monitors: [{file: r.req}]\n"
+    files["r.req"] = "r: never reply(s0.ask).f0 > 5.\n"
+    return files
+
+
 def lsp(n):
     """What an editor says that opens a tree, types a letter and asks for its outline."""
     tree = TREE.format(many('<AlwaysSuccess name="n{i}"/>\n', n // 8), "")
@@ -152,6 +165,7 @@ PROJECTS = {
     "equal faults": (EXAMPLE, lambda n: {"campaign.yaml": "runs: 2\nfaults:\n  any_of:\n" + many("    - {{kill: GoToKitchen, at: {{uniform: [0 s, {i} s]}}}}\n", n // 8)}, [["check", "{}"]]),
     "runs": (EXAMPLE, lambda n: {"campaign.yaml": f"runs: {n // 600}\nduration: 10 s\nparameters:\n  world.battery.initial: {{uniform: [20 %, 100 %]}}\n"},
              [["campaign", "{}", "-j", "1", "--no-shrink", "--out", "{}/campaign"]]),
+    "services": (None, served_by_none, [["check", "{}"], ["verify", "{}", "--out", "{}/verify"]]),
     "editor": (None, lambda n: {"said": lsp(n)}, [["lsp", "< {}/said"]]),
 }
 REFUSED = {"locations", "parameters", "equal faults"}

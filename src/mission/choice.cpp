@@ -73,9 +73,8 @@ std::optional<std::size_t> scripted(const project::Plan& plan, std::uint64_t num
   return std::nullopt;
 }
 
-bool same_part(const Delivery& a, const Delivery& b) {
-  return a.leaf == b.leaf &&
-         std::holds_alternative<ModelDelivery>(a.what) == std::holds_alternative<ModelDelivery>(b.what);
+std::size_t part_number(const Delivery& delivery) {
+  return 2 * delivery.leaf + (std::holds_alternative<ModelDelivery>(delivery.what) ? 1 : 0);
 }
 
 std::string_view part_of(const project::Plan& plan, const Delivery& delivery) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -40,8 +41,8 @@ struct Choice {
 [[nodiscard]] std::optional<std::size_t> scripted(const project::Plan& plan, std::uint64_t number,
                                                   std::span<const Delivery* const> due);
 
-/// Both go to the same part of the run.
-[[nodiscard]] bool same_part(const Delivery& a, const Delivery& b);
+/// Of the part of the run that it goes to.
+[[nodiscard]] std::size_t part_number(const Delivery& delivery);
 /// The name of a delivery's part: that of a leaf or of a model; "mission".
 [[nodiscard]] std::string_view part_of(const project::Plan& plan, const Delivery& delivery);
 

@@ -87,8 +87,7 @@ void PartMemory::step(Run& run, Outside& outside) {
   auto& queue = run.queue;
   const auto part_at = [&](std::size_t i) { return tables_->deliveries[queue[i].what].part; };
   detail::due(
-      queue, [&](std::size_t a, std::size_t b) { return part_at(a) == part_at(b); },
-      [&](std::size_t i) { return has_effect(run, queue[i]); }, due_);
+      queue, part_at, [&](std::size_t i) { return has_effect(run, queue[i]); }, due_);
   std::size_t which = 0;
   if (!due_.empty()) {
     first_.clear();

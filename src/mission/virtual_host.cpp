@@ -154,7 +154,7 @@ void VirtualHost::step(State& state, Surroundings& surroundings) {
     return is_model ? state.models[part].wake : state.skills[part].wake;
   };
   detail::due(
-      queue, [&](std::size_t a, std::size_t b) { return same_part(queue[a].what, queue[b].what); },
+      queue, [&](std::size_t i) { return part_number(queue[i].what); },
       [&](std::size_t i) { return has_effect(queue[i].what, state.tree, wake); }, at);
   std::size_t which = 0;
   if (!at.empty()) {
