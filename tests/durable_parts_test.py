@@ -172,6 +172,9 @@ duration: 60 min
             run = self.start("--resume")
             processes.append(run)
             self.until(run, "mission.resumed")
+            self.until(run, "! process robot ended while nobody was there and is started again at ")
+            for told in ("process.exited", "process.restarted"):
+                self.until(run, told)
             # A robot that begins anew stands at its start, and is sent to the kitchen again.
             self.until(run, "getNavigationState.reply", 20)
             second = self.parts()

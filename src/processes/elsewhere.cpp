@@ -22,6 +22,7 @@
 
 namespace sentree::processes {
 
+using runtime::ProcessEvent;
 using runtime::Services;
 
 namespace {
@@ -341,7 +342,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
     }
     if (!supervisor_) {
       supervisor_ = std::make_unique<Supervisor>(options_.program.empty() ? own_program() : options_.program,
-                                                 [this](const runtime::ProcessEvent& event) { run_.happened(event); });
+                                                 [this](const ProcessEvent& event) { run_.happened(event); });
     }
     if (is_durable()) {
       // Before any is found again that looks there.
@@ -356,13 +357,31 @@ class PartsElsewhere final : public runtime::Elsewhere {
                      .listen = resolved(entry.listen),
                      .restarts = entry.restarts,
                      .survives = is_durable()};
-    if (is_found_again(spec)) return std::nullopt;
+    std::int64_t died = 0;
+    if (is_found_again(spec, died)) return std::nullopt;
     const auto started = supervisor_->start(std::move(spec));
-    return started ? std::nullopt : std::optional(started.error().message);
+    if (!started) return started.error().message;
+    tell_new(entry.name, died);
+    return std::nullopt;
+  }
+
+  // Of a run that is resumed: it has another process for that part than before, `died`; 0: it had none.
+  void tell_new(const std::string& name, std::int64_t died) {
+    const auto all = left_behind_parts();
+    const bool is_new =
+        std::none_of(all.begin(), all.end(), [&](const Value& part) { return part.find("name")->text() == name; });
+    if (is_new) return;
+    // That of one that ended beside its executive has been told.
+    if (died != 0)
+      run_.happened({ProcessEvent::Kind::kExited, name, died, "how is not known, since its run was gone too"});
+    for (const auto& process : supervisor_->all()) {
+      if (process.name == name) run_.happened({ProcessEvent::Kind::kRestarted, name, process.pid, {}});
+    }
   }
 
   // Of a run that is resumed: the process that it had for this part, if it lives; `spec.listen` becomes its address.
-  bool is_found_again(ProcessSpec& spec) {
+  // @param died  The number of the one that it had and that is gone.
+  bool is_found_again(ProcessSpec& spec, std::int64_t& died) {
     if (run_.left_behind.empty()) return false;
     for (const Value& part : left_behind_parts()) {
       if (part.find("name")->text() != spec.name) continue;
@@ -370,13 +389,16 @@ class PartsElsewhere final : public runtime::Elsewhere {
       const auto number = [&](const char* key) { return *part.find(key)->as_int(); };
       if (supervisor_->adopt(spec, static_cast<pid_t>(number("pid")), static_cast<std::uint64_t>(number("begun"))))
         return true;
+      died = number("pid");
     }
     // One that was being started again when the executive died, which had no time to write that down. It may be the
     // last of several.
     std::vector<std::string> last{spec.arguments.end() - 2, spec.arguments.end()};
     last.insert(last.end(), {"--listen", spec.listen});
     for (const pid_t unknown : processes_with(last)) {
-      if (supervisor_->adopt(spec, unknown, process_begun(unknown))) return true;
+      if (!supervisor_->adopt(spec, unknown, process_begun(unknown))) continue;
+      tell_new(spec.name, died);
+      return true;
     }
     return false;
   }

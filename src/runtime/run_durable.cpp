@@ -97,6 +97,7 @@ void Run::Impl::resumed(const Journaled& journaled) {
   end_journal(journaled, recording_name());
   durability_->ask_again();
   keep_journal(add_saturating(gap.to, journal_period()));
+  tell_died_with_run();
 }
 
 std::string Run::Impl::recording_name() const {

@@ -55,6 +55,40 @@ void Run::Impl::keep_parts() {
 }
 
 void Run::Impl::on_process(const ProcessEvent& event) {
+  if (options_.resume != nullptr && ready_.load() == nullptr) {
+    const std::lock_guard lock(problems_mutex_);
+    died_with_run_.push_back(event);
+    return;
+  }
+  if (event.kind == ProcessEvent::Kind::kExited) problem(fmt::format("process {} ended: {}", event.process, event.how));
+  if (event.kind == ProcessEvent::Kind::kGivenUp)
+    problem(fmt::format("process {} ended too often and is not started again", event.process));
+  observe_process(event);
+}
+
+void Run::Impl::tell_died_with_run() {
+  std::vector<ProcessEvent> events;
+  {
+    const std::lock_guard lock(problems_mutex_);
+    events.swap(died_with_run_);
+  }
+  for (const ProcessEvent& event : events) {
+    if (event.kind != ProcessEvent::Kind::kRestarted) {
+      observe_process(event);
+      continue;
+    }
+    const auto entry = std::find_if(scenario_.processes.begin(), scenario_.processes.end(),
+                                    [&](const project::ProcessEntry& each) { return each.name == event.process; });
+    const bool begins_anew = entry != scenario_.processes.end() && !entry->component.empty();
+    problem(fmt::format("process {} ended while nobody was there and is started again at {:.3f} s: {}", event.process,
+                        seconds(scheduler_->now()),
+                        begins_anew ? "it begins anew, and what it had done and had in mind is lost"
+                                    : "it goes on where it was, since the run keeps that"));
+    observe_process(event);
+  }
+}
+
+void Run::Impl::observe_process(const ProcessEvent& event) {
   take_observations();
   Message message;
   message.source = "run";
@@ -64,16 +98,12 @@ void Run::Impl::on_process(const ProcessEvent& event) {
     case ProcessEvent::Kind::kExited:
       message.name = "process.exited";
       message.data = Map{{"process", event.process}, {"pid", event.pid}, {"how", event.how}};
-      problem(fmt::format("process {} ended: {}", event.process, event.how));
       break;
     case ProcessEvent::Kind::kRestarted:
       message.name = "process.restarted";
       message.data = Map{{"process", event.process}, {"pid", event.pid}};
       break;
-    case ProcessEvent::Kind::kGivenUp:
-      message.name = "process.given_up";
-      problem(fmt::format("process {} ended too often and is not started again", event.process));
-      break;
+    case ProcessEvent::Kind::kGivenUp: message.name = "process.given_up"; break;
   }
   if (!durability_) {
     stream_.publish(std::move(message));

@@ -123,6 +123,9 @@ class Run::Impl final : public RunView, private RunInside {
   const std::vector<std::unique_ptr<Observer>>& observers() const;
   void keep_parts();
   void on_process(const ProcessEvent& event);
+  void observe_process(const ProcessEvent& event);
+  // Of a durable run that goes on: what happened to its parts before it did.
+  void tell_died_with_run();
   // What comes from another process must not be published before what that has observed.
   void take_observations();
   void on_decided_elsewhere(const std::string& name, const monitor::Decision& decision);
@@ -172,6 +175,7 @@ class Run::Impl final : public RunView, private RunInside {
   std::optional<mission::State> resumed_from_;
   std::vector<MonitorReport> remote_reports_;  // of monitors elsewhere; under problems_mutex_
   std::vector<std::pair<std::string, monitor::Decision>> decided_elsewhere_;  // not yet taken; likewise
+  std::vector<ProcessEvent> died_with_run_;  // and before it went on; likewise
   Tap tap_;
   std::unique_ptr<Elsewhere> elsewhere_;             // null: everything runs in this process
   std::vector<std::unique_ptr<ModelActor>> models_;  // as in the plan
