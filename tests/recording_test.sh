@@ -141,6 +141,12 @@ expect 3 'no temporary folder' env TMPDIR=/nowhere "$sentree" replay failure.mca
 expect 4 'no folder for its sockets' env TMPDIR=/nowhere "$sentree" run "$project" --processes --no-record
 expect 3 'not a recording' "$sentree" replay "$project/mission.xml"
 
+# The program alone, without the interfaces that come with it, records those of the project under their names.
+mkdir alone && cp "$sentree" alone/
+expect 124 'ended by its time limit' alone/sentree run "$source/examples/topics" --clock virtual --duration '5 s' --record alone.mcap
+expect 0 'behaves as recorded' alone/sentree replay alone.mcap
+rm -r alone
+
 # A recording keeps the project's plug-ins, whose code nobody loads who was not told to; mark.so leaves a file where it is loaded.
 mkdir coded && cp "$(dirname "$sentree")/../tests/plugins/libmarks_plugin.so" coded/mark.so
 echo '<root BTCPP_format="4"><BehaviorTree ID="M"><Mark/></BehaviorTree></root>' >coded/mission.xml

@@ -32,7 +32,7 @@ fs::path resolved(const fs::path& path) {
 
 bool is_below(const fs::path& path, const fs::path& folder) {
   const auto [end, unused] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
-  return end == folder.end();
+  return !folder.empty() && end == folder.end();
 }
 
 // The deepest folder that holds both.
