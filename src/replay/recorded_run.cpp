@@ -27,9 +27,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-template <class Integer>
-std::optional<Integer> to_integer(std::string_view text) {
-  Integer number = 0;
+template <class Number>
+std::optional<Number> to_number(std::string_view text) {
+  Number number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return number;
@@ -83,7 +83,7 @@ std::string RecordedRun::fact(std::string_view name) const {
 }
 
 TimePoint RecordedRun::ended() const {
-  if (const auto ns = to_integer<std::int64_t>(fact("ended_ns"))) return TimePoint(Duration(*ns));
+  if (const auto ns = to_number<std::int64_t>(fact("ended_ns"))) return TimePoint(Duration(*ns));
   return TimePoint(Duration(static_cast<std::int64_t>(reader_->statistics().end_time)));
 }
 
@@ -217,8 +217,10 @@ Result<fs::path> RecordedRun::extract() {
 
 void RecordedRun::apply_facts(project::Scenario& scenario) const {
   scenario.virtual_time = is_virtual();
-  if (const auto seed = to_integer<std::uint64_t>(fact("seed"))) scenario.seed = *seed;
-  if (const auto ns = to_integer<std::int64_t>(fact("duration_ns"))) scenario.duration = Duration(*ns);
+  if (const auto seed = to_number<std::uint64_t>(fact("seed"))) scenario.seed = *seed;
+  if (const auto ns = to_number<std::int64_t>(fact("duration_ns"))) scenario.duration = Duration(*ns);
+  // Deadlines are wall time.
+  if (const auto factor = to_number<double>(fact("factor")); factor && *factor > 0) scenario.factor = *factor;
 }
 
 namespace {
@@ -276,12 +278,19 @@ Loaded<project::Scenario> RecordedRun::scenario(bool allow_plugins) {
 
 Diagnostics RecordedRun::errors_in(Diagnostics found) const {
   std::erase_if(found, [](const Diagnostic& one) { return one.severity != Severity::kError; });
-  if (!folder_) return found;
-  const std::string folder = folder_->files.path().string();
   for (Diagnostic& one : found) {
-    if (one.span.file.starts_with(folder)) one.span.file.replace(0, folder.size(), path_);
+    one.span.file = named(std::move(one.span.file));
+    one.message = named(std::move(one.message));
   }
   return found;
+}
+
+std::string RecordedRun::named(std::string text) const {
+  if (!folder_) return text;
+  const std::string folder = folder_->files.path().string();
+  for (auto at = text.find(folder); at != std::string::npos; at = text.find(folder, at + path_.size()))
+    text.replace(at, folder.size(), path_);
+  return text;
 }
 
 Loaded<project::Scenario> RecordedRun::scenario_in(const std::string& project) {

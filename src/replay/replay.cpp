@@ -131,10 +131,7 @@ class Replay {
       if (next) next(inside);
       begin(inside);
     };
-    runtime::Run run(plan_, std::move(options));
-    report_.run = run.execute();
-    compare();
-    return std::move(report_);
+    return execute(std::move(options));
   }
 
  private:
@@ -217,8 +214,24 @@ class Replay {
       }
       if (options_.at) tell_moment_at(*options_.at);
     };
+    return execute(std::move(options));
+  }
+
+  // The recorded project lies in a folder that is gone when one reads what it says of its files.
+  ReplayReport execute(runtime::RunOptions options) {
+    if (options.on_problem) {
+      options.on_problem = [this, told = std::move(options.on_problem)](const std::string& what) {
+        told(recorded_.named(what));
+      };
+    }
     runtime::Run run(plan_, std::move(options));
     report_.run = run.execute();
+    for (auto* texts : {&report_.run.problems, &report_.run.given_up}) {
+      for (std::string& text : *texts) text = recorded_.named(std::move(text));
+    }
+    for (std::string* text : {&report_.run.reason, &report_.run.error}) *text = recorded_.named(std::move(*text));
+    for (runtime::MonitorReport& monitor : report_.run.monitors)
+      monitor.failure = recorded_.named(std::move(monitor.failure));
     compare();
     return std::move(report_);
   }

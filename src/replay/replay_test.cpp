@@ -150,6 +150,43 @@ TEST_F(Replays, WhatIsWrongWithARecordedProjectIsSaidOfTheRecording) {
   EXPECT_TRUE(told[0].span.file.ends_with("A.scxml"));
 }
 
+TEST_F(Replays, ProblemsNameFilesOfTheRecording) {
+  put("skills/A.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="a">
+  <state id="a">
+    <onentry><send event="goes" delay="450ms"/></onentry>
+    <transition event="goes" target="b"/>
+    <transition event="halt" target="failure"/>
+  </state>
+  <state id="b">
+    <transition cond="true" target="b"/>
+    <transition event="never" target="success"/>
+  </state>
+  <final id="success"/>
+  <final id="failure"/>
+</scxml>)");
+  put_tree(R"(<Action ID="A"/>)");
+  put("sentree.yaml", "mission: {file: tree.xml, rate: 10 Hz}\n");
+  RecordedRun run = record_run(folder_.path() / "sentree.yaml", true, std::chrono::seconds(1));
+  auto scenario = run.scenario();
+  auto plan = prepare(std::move(*scenario.value));
+  ASSERT_TRUE(plan.value.has_value());
+  std::vector<std::string> told;
+  ReplayOptions options;
+  options.go_on_at = TimePoint(std::chrono::milliseconds(150));
+  options.run.on_problem = [&](const std::string& what) { told.push_back(what); };
+  const auto report = replay(run, std::move(*plan.value), std::move(options));
+  ASSERT_TRUE(report.has_value()) << to_string(report.error());
+  ASSERT_THAT(report->run.problems, SizeIs(1));
+  EXPECT_THAT(report->run.problems.front(), HasSubstr("A was given up: " + run.path() + "/skills/A.scxml:8:5: "));
+  EXPECT_EQ(told, report->run.problems);
+}
+
+// Its deadlines are wall time: a tick may take ten times as long in run time as the project says.
+TEST_F(Replays, ARunAtAnotherPaceHasTheDeadlinesOfThatPace) {
+  RecordedRun run = record_run(kRecharge / "scenarios/normal.yaml", false, std::chrono::seconds(1), 10);
+  EXPECT_EQ(run.scenario().value->factor, 10);
+}
+
 TEST_F(Replays, WhatWasDoneToARunIsDoneToItsReplay) {
   const fs::path file = folder_.path() / "faults.yaml";
   ASSERT_TRUE(text::write_file(file, "project: " + kRecharge.string() + R"(
