@@ -436,6 +436,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
   if (files) {
     bool ok = true;
     std::vector<std::pair<std::string, std::string>> facts;
+    if (sync && !plan.value->scenario.virtual_time) facts.emplace_back("durable", "true");
     if (resumption) {
       facts.emplace_back("continues", resumption->recording.filename().string());
       facts.emplace_back("continues_at_ns", std::to_string(resumption->journaled.reached.time_since_epoch().count()));

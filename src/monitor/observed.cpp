@@ -37,8 +37,11 @@ Observations::Observations(const Vocabulary& vocabulary) : vocabulary_(vocabular
     add(leaf + ".tick.request", {Form::kLeafTick, "mission", leaf});
     add(leaf + ".tick.reply", {Form::kLeafAnswer, leaf, "mission"});
     add(leaf + ".tick.error", {Form::kLeafError, leaf, "mission"});
-    for (const char* what : {"tick", "halt", "cancel", "timer", "topic"})
+    for (const char* what : {"tick", "halt", "cancel", "timer", "topic", "kill", "restart"})
       add(fmt::format("{}.{}.taken", leaf, what), {Form::kOpen, leaf, ""});
+    add(leaf + ".topic.untaken", {Form::kOpen, leaf, ""});
+    for (const char* what : {"tick", "halt", "cancel", "topic"})
+      add(fmt::format("{}.{}.delayed", leaf, what), {Form::kOpen, "scenario", leaf});
     add(leaf + ".halt.request", {Form::kBare, "mission", leaf});
     add(leaf + ".halt.reply", {Form::kBare, leaf, "mission"});
     add(leaf + ".cancel", {Form::kBare, "mission", leaf});

@@ -6,6 +6,36 @@
 
 namespace sentree::replay {
 
+namespace {
+
+// What of the name of a message that is told of a leaf comes behind the leaf's.
+std::string_view behind_source(const Message& message, const std::string& leaf) {
+  return std::string_view(message.name).substr(std::min(leaf.size() + 1, message.name.size()));
+}
+
+std::optional<std::uint64_t> number_in(const Message& message, const char* key) {
+  const Value* const number = message.data.find(key);
+  if (number == nullptr || number->as_int() == nullptr || *number->as_int() < 0) return std::nullopt;
+  return static_cast<std::uint64_t>(*number->as_int());
+}
+
+bool is_subscribed(const project::Plan& plan, const std::string& topic) {
+  return std::any_of(plan.leaves.begin(), plan.leaves.end(), [&](const project::LeafPlan& leaf) {
+    return std::find(leaf.subscribes.begin(), leaf.subscribes.end(), topic) != leaf.subscribes.end();
+  });
+}
+
+// The first that waits, if there is one.
+template <class What>
+What* first_of(std::deque<What*>& waiting) {
+  if (waiting.empty()) return nullptr;
+  What* const first = waiting.front();
+  waiting.pop_front();
+  return first;
+}
+
+}  // namespace
+
 Arrivals::Arrivals(const project::Plan& plan) : plan_(plan) {
   for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves_[plan_.leaves[i].name] = i;
 }
@@ -13,7 +43,12 @@ Arrivals::Arrivals(const project::Plan& plan) : plan_(plan) {
 std::string Arrivals::topic_of(const Message& request) { return std::string(runtime::call_of(request)); }
 
 bool Arrivals::note(const Message& message) {
-  if (message.kind == MessageKind::kRequest) published_[topic_of(message)].push_back(message.sequence);
+  if (TopicOf of{topic_of(message), message.source};
+      message.kind == MessageKind::kRequest && is_subscribed(plan_, of.first)) {
+    std::vector<PublishedThen>& all = published_[of];
+    places_[message.sequence] = {std::move(of), all.size()};
+    all.push_back({message.time, {}});
+  }
   if (const auto asked = leaves_.find(message.target); asked != leaves_.end() && message.source == "mission") {
     if (message.name.ends_with(".cancel")) {
       latest_cancels_[message.target] = &cancels_[{asked->second, message.tick}].emplace_back(message.time);
@@ -40,47 +75,98 @@ bool Arrivals::note(const Message& message) {
     open_.erase(activation);
     return true;
   }
-  return message.kind == MessageKind::kEvent && message.name.ends_with(".taken") && note_taken(message);
+  if (message.kind != MessageKind::kEvent) return false;
+  if (message.name == "scenario.injection") note_injection(message);
+  return (message.name.ends_with("taken") && note_taken(message)) ||
+         (message.name.ends_with(".delayed") && note_delayed(message));
 }
 
 bool Arrivals::note_taken(const Message& message) {
   const auto leaf = leaves_.find(message.source);
   if (leaf == leaves_.end()) return false;
-  const auto what = std::string_view(message.name).substr(std::min(message.source.size() + 1, message.name.size()));
-  const auto number_in = [&](const char* key) -> std::optional<std::uint64_t> {
-    const Value* const number = message.data.find(key);
-    if (number == nullptr || number->as_int() == nullptr || *number->as_int() < 0) return std::nullopt;
-    return static_cast<std::uint64_t>(*number->as_int());
-  };
+  const auto what = behind_source(message, message.source);
+  Delayed& waiting = delayed_[leaf->second];
+  const bool was_delayed = message.data.find("delayed") != nullptr;
   if (what == "tick.taken" || what == "halt.taken") {
-    const auto& latest = what == "tick.taken" ? latest_ticks_ : latest_halts_;
-    if (const auto asked = latest.find(message.source); asked != latest.end()) asked->second->asked = message.time;
+    const bool ticked = what == "tick.taken";
+    const auto& latest = ticked ? latest_ticks_ : latest_halts_;
+    const auto asked = latest.find(message.source);
+    Activation* const taken = was_delayed             ? first_of(ticked ? waiting.ticks : waiting.halts)
+                              : asked != latest.end() ? asked->second
+                                                      : nullptr;
+    if (taken != nullptr) taken->asked = message.time;
   } else if (what == "cancel.taken") {
-    if (const auto asked = latest_cancels_.find(message.source); asked != latest_cancels_.end())
-      *asked->second = message.time;
+    const auto asked = latest_cancels_.find(message.source);
+    TimePoint* const taken = was_delayed                      ? first_of(waiting.cancels)
+                             : asked != latest_cancels_.end() ? asked->second
+                                                              : nullptr;
+    if (taken != nullptr) *taken = message.time;
+  } else if (what == "kill.taken" || what == "restart.taken") {
+    auto& all = (what == "kill.taken" ? kills_ : restarts_)[leaf->second];
+    if (!all.empty()) all.back() = message.time;
   } else if (what == "timer.taken") {
-    if (const auto number = number_in("number")) late_timers_[{leaf->second, *number}] = message.time;
-  } else if (what == "topic.taken") {
-    const Value* const topic = message.data.find("topic");
-    const auto sequence = number_in("sequence");
-    if (topic == nullptr || !sequence) return true;
-    const std::vector<std::uint64_t>& all = published_[std::string(topic->text())];
-    const auto at = std::lower_bound(all.begin(), all.end(), *sequence);
-    if (at != all.end() && *at == *sequence)
-      late_topics_[{leaf->second, std::string(topic->text()), at - all.begin() + 1}] = message.time;
+    if (const auto number = number_in(message, "number")) late_timers_[{leaf->second, *number}] = message.time;
+  } else if (what == "topic.taken" || what == "topic.untaken") {
+    note_topic(leaf->second, message, what == "topic.taken" ? message.time : kNever);
   } else {
     return false;
   }
   return true;
 }
 
+// It is taken when that is told, or never.
+bool Arrivals::note_delayed(const Message& message) {
+  const auto leaf = leaves_.find(message.target);
+  if (leaf == leaves_.end()) return false;
+  const auto what = behind_source(message, message.target);
+  Delayed& waiting = delayed_[leaf->second];
+  if (what == "tick.delayed" || what == "halt.delayed") {
+    const bool ticked = what == "tick.delayed";
+    const auto& latest = ticked ? latest_ticks_ : latest_halts_;
+    const auto asked = latest.find(message.target);
+    if (asked == latest.end()) return true;
+    asked->second->asked = kNever;
+    (ticked ? waiting.ticks : waiting.halts).push_back(asked->second);
+  } else if (what == "cancel.delayed") {
+    const auto asked = latest_cancels_.find(message.target);
+    if (asked == latest_cancels_.end()) return true;
+    *asked->second = kNever;
+    waiting.cancels.push_back(asked->second);
+  } else if (what == "topic.delayed") {
+    note_topic(leaf->second, message, kNever);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void Arrivals::note_topic(std::size_t leaf, const Message& message, TimePoint taken) {
+  const auto sequence = number_in(message, "sequence");
+  const auto place = sequence ? places_.find(*sequence) : places_.end();
+  if (place != places_.end()) published_[place->second.first][place->second.second].late[leaf] = taken;
+}
+
+void Arrivals::note_injection(const Message& message) {
+  for (const auto& [what, all] : {std::pair("kill", &kills_), std::pair("restart", &restarts_)}) {
+    const Value* const part = message.data.find(what);
+    const auto leaf = part != nullptr ? leaves_.find(part->text()) : leaves_.end();
+    if (leaf != leaves_.end()) (*all)[leaf->second].emplace_back();
+  }
+}
+
 TimePoint Arrivals::of(std::size_t leaf, LeafMessage what, std::uint64_t tick, TimePoint now, bool exact) {
-  if (what == LeafMessage::kCancel) {
-    const auto found = cancels_.find({leaf, tick});
-    if (found == cancels_.end() || found->second.empty()) return {};
-    const TimePoint taken = found->second.front();
-    found->second.pop_front();
-    return taken;
+  // What was not taken then is by a changed project.
+  const auto next_of = [exact](std::deque<TimePoint>& all) {
+    if (all.empty()) return TimePoint{};
+    const TimePoint taken = all.front();
+    all.pop_front();
+    return taken == kNever && !exact ? TimePoint{} : taken;
+  };
+  switch (what) {
+    case LeafMessage::kCancel: return next_of(cancels_[{leaf, tick}]);
+    case LeafMessage::kKill: return next_of(kills_[leaf]);
+    case LeafMessage::kRestart: return next_of(restarts_[leaf]);
+    default: break;
   }
   const bool is_halt = what == LeafMessage::kHalt || what == LeafMessage::kHalted;
   std::optional<Activation>& current = (is_halt ? halting_ : ticking_)[leaf];
@@ -91,7 +177,7 @@ TimePoint Arrivals::of(std::size_t leaf, LeafMessage what, std::uint64_t tick, T
     if (found == all.end() || found->second.empty()) return {};
     current = found->second.front();
     found->second.pop_front();
-    return current->asked;
+    return current->asked == kNever && !exact ? TimePoint{} : current->asked;
   }
   if (!current) return {};
   // What the end of the run cut short is cut short again.
@@ -103,11 +189,15 @@ TimePoint Arrivals::of(std::size_t leaf, LeafMessage what, std::uint64_t tick, T
   return *current->answered <= now + plan_.scenario.project.deadlines.budget ? kNever : TimePoint{};
 }
 
-TimePoint Arrivals::of_topic(std::size_t leaf, const std::string& topic) const {
-  const auto number = published_now_.find(topic);
-  if (number == published_now_.end()) return {};
-  const auto late = late_topics_.find({leaf, topic, number->second});
-  return late != late_topics_.end() ? late->second : TimePoint{};
+TimePoint Arrivals::of_topic(std::size_t leaf, const mission::Publication& what, bool exact) const {
+  const TopicOf of{what.topic, what.source};
+  const auto number = published_now_.find(of);
+  const auto all = published_.find(of);
+  if (number == published_now_.end() || all == published_.end() || number->second > all->second.size()) return {};
+  const PublishedThen& then = all->second[number->second - 1];
+  const auto late = then.late.find(leaf);
+  if (late == then.late.end()) return then.time;
+  return late->second == kNever && !exact ? TimePoint{} : late->second;
 }
 
 TimePoint Arrivals::of_veto(std::size_t leaf, const std::string& call) {

@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -33,12 +32,12 @@ class Arrivals {
 
   // The same run again.
   /// A request is published.
-  void published(const Message& request) { ++published_now_[topic_of(request)]; }
+  void published(const Message& request) { ++published_now_[{topic_of(request), request.source}]; }
   /// As `runtime::RunOptions::arrival`. @param exact  What never came then does not come: the plan is that of the
   /// recording. @param tick  The root's, the latest.
   [[nodiscard]] TimePoint of(std::size_t leaf, LeafMessage what, std::uint64_t tick, TimePoint now, bool exact);
   /// As `runtime::RunOptions::topic_arrival` and `timer_arrival`.
-  [[nodiscard]] TimePoint of_topic(std::size_t leaf, const std::string& topic) const;
+  [[nodiscard]] TimePoint of_topic(std::size_t leaf, const mission::Publication& what, bool exact) const;
   [[nodiscard]] TimePoint of_timer(std::size_t leaf, std::uint64_t number) const;
   /// As `runtime::RunOptions::veto_arrival`: of the next veto of that call.
   [[nodiscard]] TimePoint of_veto(std::size_t leaf, const std::string& call);
@@ -53,8 +52,26 @@ class Arrivals {
   // By leaf and root tick, in order.
   using Activations = std::map<std::pair<std::size_t, std::uint64_t>, std::deque<Activation>>;
 
+  // What of a leaf a fault has held back and it has not taken yet.
+  struct Delayed {
+    std::deque<Activation*> ticks;
+    std::deque<Activation*> halts;
+    std::deque<TimePoint*> cancels;
+  };
+
+  // A topic, or a call, and who publishes or asks.
+  using TopicOf = std::pair<std::string, std::string>;
+  // In a replay nothing takes time: who publishes does so as soon as it has taken what it publishes for.
+  struct PublishedThen {
+    TimePoint time{};
+    std::map<std::size_t, TimePoint> late;  // by leaf: when it took it, if that is known
+  };
+
   [[nodiscard]] static std::string topic_of(const Message& request);
   bool note_taken(const Message& message);
+  bool note_delayed(const Message& message);
+  void note_injection(const Message& message);
+  void note_topic(std::size_t leaf, const Message& message, TimePoint taken);
 
   const project::Plan& plan_;
   std::map<std::string, std::size_t, std::less<>> leaves_;
@@ -65,14 +82,16 @@ class Arrivals {
   std::map<std::string, Activation*, std::less<>> latest_halts_;                    // likewise
   std::map<std::pair<std::size_t, std::uint64_t>, std::deque<TimePoint>> cancels_;  // by leaf and root tick
   std::map<std::string, TimePoint*, std::less<>> latest_cancels_;
-  std::map<std::string, std::vector<std::uint64_t>> published_;  // by topic or call: sequence numbers
-  std::map<std::string, std::ptrdiff_t> published_now_;          // by topic or call
-  std::map<std::size_t, std::optional<Activation>> ticking_;     // by leaf: what was last asked of it
+  std::map<TopicOf, std::vector<PublishedThen>> published_;
+  std::map<std::uint64_t, std::pair<TopicOf, std::size_t>> places_;  // by sequence: which of `published_`
+  std::map<TopicOf, std::size_t> published_now_;
+  std::map<std::size_t, std::optional<Activation>> ticking_;  // by leaf: what was last asked of it
   std::map<std::size_t, std::optional<Activation>> halting_;
-  // By leaf, topic and the publication's number on it, from 1.
-  std::map<std::tuple<std::size_t, std::string, std::ptrdiff_t>, TimePoint> late_topics_;
   std::map<std::pair<std::size_t, std::uint64_t>, TimePoint> late_timers_;       // by leaf and number
   std::map<std::pair<std::size_t, std::string>, std::deque<TimePoint>> vetoes_;  // by leaf and call
+  std::map<std::size_t, Delayed> delayed_;                                       // by leaf
+  std::map<std::size_t, std::deque<TimePoint>> kills_;                           // by leaf; time 0: when it was asked
+  std::map<std::size_t, std::deque<TimePoint>> restarts_;                        // likewise
 };
 
 }  // namespace sentree::replay

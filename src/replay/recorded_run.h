@@ -58,8 +58,8 @@ class RecordedRun {
   /// whose project names plug-ins is refused, or with `allow_plugins` given with a note for each; both tell the hash.
   /// Codes: those of `extract` and of `load_scenario`; record.plugin.
   [[nodiscard]] Loaded<project::Scenario> scenario(bool allow_plugins = false);
-  /// A text that names files of the recorded project, with places as "RUN.mcap/skills/A.scxml:8:3": its private folder is
-  /// gone when one reads that.
+  /// A text that names files of the recorded project, with places as "RUN.mcap/skills/A.scxml:8:3": its private folder
+  /// is gone when one reads that.
   [[nodiscard]] std::string named(std::string text) const;
   /// What is wrong with the recorded project, likewise. Its warnings were told when it was recorded.
   [[nodiscard]] Diagnostics errors_in(Diagnostics found) const;

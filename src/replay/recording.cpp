@@ -155,7 +155,10 @@ struct RunRecorder::Impl {
     fact("plan", std::to_string(plan.identity));
     fact("duration_ns", decimal(scenario.duration.count()));
     fact("period_ns", decimal(scenario.project.period.count()));
-    if (!scenario.virtual_time) fact("started", wall_clock());
+    if (!scenario.virtual_time) {
+      fact("started", wall_clock());
+      fact(kTellsDelays, "true");
+    }
     for (const auto& [key, value] : options.facts) fact(key.c_str(), value);
     recorder.add(std::move(facts));
   }

@@ -29,6 +29,8 @@ inline constexpr std::string_view kResultMetadata = "sentree.result";
 inline constexpr std::string_view kSnapshotTopic = "/snapshots";
 /// The observations "scenario.injection" once more, so that they are found without reading the others.
 inline constexpr std::string_view kInterventionsTopic = "/interventions";
+/// In `kRunMetadata` of a run in real time: what faults hold back of leaves is observed ("<leaf>.tick.delayed").
+inline constexpr const char* kTellsDelays = "tells_delays";
 /// Before the names of attached project files.
 inline constexpr std::string_view kProjectPrefix = "project/";
 

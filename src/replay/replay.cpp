@@ -13,6 +13,7 @@
 #include "sentree/project/intervention.h"
 #include "sentree/replay/arrivals.h"
 #include "sentree/replay/behaviour.h"
+#include "sentree/replay/recording.h"
 #include "sentree/replay/snapshot.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/monitors.h"
@@ -114,8 +115,8 @@ class Replay {
         if (report_.continued) return TimePoint{};
         return arrivals_->of(leaf, what, tick_, inside_->scheduler().now(), is_own_);
       };
-      options.topic_arrival = [this](std::size_t leaf, const std::string& topic) {
-        return report_.continued ? TimePoint{} : arrivals_->of_topic(leaf, topic);
+      options.topic_arrival = [this](std::size_t leaf, const mission::Publication& what) {
+        return report_.continued ? TimePoint{} : arrivals_->of_topic(leaf, what, is_own_);
       };
       options.veto_arrival = [this](std::size_t leaf, const std::string& call) {
         return report_.continued ? TimePoint{} : arrivals_->of_veto(leaf, call);
@@ -337,8 +338,12 @@ class Replay {
 
   void begin(runtime::RunInside& inside) {
     inside_ = &inside;
-    // What a late machine made of them is in what was answered.
-    inside.put_faults_on_calls(recorded_.is_virtual());
+    // What a late machine made of them is in what was answered, and when leaves took what was held back is recorded.
+    if (!recorded_.is_virtual()) {
+      // Those of durable runs, and older ones, do not say the latter.
+      const bool tells = !recorded_.fact(kTellsDelays).empty() && recorded_.fact("durable").empty();
+      inside.spare(tells ? runtime::Spared::kMessages : runtime::Spared::kCalls);
+    }
     for (const Message& injection : injections_) {
       inside.scheduler().at(inside.director(), injection.time, mission::Rank::kInjection, [this, &injection] {
         const auto tick = ticked_.find(injection.tick);
@@ -367,7 +372,8 @@ class Replay {
     const Value* process = injection.data.find("process");
     if (injection.name == "process.restarted") {
       if (process != nullptr)
-        of_process(std::string(process->text()), [](runtime::SkillActor& skill) { skill.restart(); });
+        of_process(std::string(process->text()),
+                   [this](runtime::SkillActor& skill) { skill.restart(inside_->scheduler().now()); });
       return;
     }
     const auto what = project::intervention_of(injection);
@@ -385,7 +391,9 @@ class Replay {
     message.name = injection.name;
     message.data = injection.data;
     inside_->publish(std::move(message));
-    if (kill != nullptr) of_process(kill->part, [](runtime::SkillActor& skill) { skill.kill(); });
+    if (kill != nullptr) {
+      of_process(kill->part, [this](runtime::SkillActor& skill) { skill.kill(inside_->scheduler().now()); });
+    }
     if (call != nullptr && plan_.world) call_again(call->method, call->args);
   }
 
@@ -561,7 +569,7 @@ class Replay {
 
   void go_on() {
     inside_->sim()->restore(world_at(inside_->scheduler().now()));
-    inside_->put_faults_on_calls(true);
+    inside_->spare(runtime::Spared::kNone);
     report_.continued = true;
   }
 

@@ -279,7 +279,7 @@ TEST_F(Replays, ATopicIsTakenBehindWhatWasTakenBeforeIt) {
   put_listener();
   put("scenarios/said.yaml", "timeline:\n  - {at: 50 ms, call: t.said}\n");
   // It is published between the first and the second tick, and taken between the second and the third.
-  record_options_.topic_arrival = [](std::size_t, const std::string&) {
+  record_options_.topic_arrival = [](std::size_t, const mission::Publication&) {
     return TimePoint(std::chrono::milliseconds(150));
   };
   RecordedRun run = record_run(folder_.path() / "scenarios/said.yaml", false, std::chrono::seconds(20));
@@ -293,6 +293,48 @@ TEST_F(Replays, ATopicIsHeldBackAsLongAsThen) {
       "timeline:\n  - {at: 10 ms, delay: {message: t.said, by: 100 ms, count: 1}}\n  - {at: 50 ms, call: t.said}\n");
   RecordedRun run = record_run(folder_.path() / "scenarios/said.yaml", false, std::chrono::seconds(20));
   ASSERT_EQ(run.fact("mission"), "SUCCESS");
+  expect_the_same(run);
+}
+
+class AnsweredAtOnce final : public runtime::ServicePort {
+ public:
+  void call(const idl::Method&, Value, Done done) override {
+    done({.ok = true, .result = Value(1), .kind = {}, .message = {}});
+  }
+};
+
+TEST_F(Replays, ACountedDelayIsUsedUpByWhatUsedItUpThen) {
+  put("interfaces/s.thrift", "service S { i32 ask()  oneway void said() }\n");
+  // The second tick makes it ask, which is what the fault delays, and not what is published before the third tick.
+  put("skills/Hear.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="begun">
+  <state id="begun"><transition event="tick" target="ticked"/><transition event="halt" target="failure"/></state>
+  <state id="ticked"><transition event="tick" target="asking"/><transition event="halt" target="failure"/></state>
+  <state id="asking">
+    <onentry><send type="thrift" target="s" event="ask"/></onentry>
+    <transition event="s.said" target="success"/>
+    <transition event="tick" target="late"/>
+    <transition event="halt" target="failure"/>
+  </state>
+  <state id="late">
+    <transition event="s.said" target="failure"/>
+    <transition event="halt" target="failure"/>
+  </state>
+  <final id="success"/>
+  <final id="failure"/>
+</scxml>)");
+  put_tree(R"(<Action ID="Hear"/>)");
+  put("sentree.yaml", R"(mission: {file: tree.xml, rate: 10 Hz}
+services:
+  s: {interface: s.thrift/S, at: "tcp://127.0.0.1:1"}
+skills:
+  Hear: {subscribe: [s.said]}
+)");
+  put("scenarios/said.yaml",
+      "timeline:\n  - {at: 10 ms, delay: {message: \"s.*\", by: 120 ms, count: 1}}\n  - {at: 150 ms, call: s.said}\n");
+  record_options_.make_port = [](const project::ServicePlan&, const std::string&) {
+    return std::make_unique<AnsweredAtOnce>();
+  };
+  RecordedRun run = record_run(folder_.path() / "scenarios/said.yaml", false, std::chrono::seconds(2));
   expect_the_same(run);
 }
 

@@ -9,6 +9,7 @@
 #include "sentree/project/project.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/runtime/services.h"
+#include "sentree/runtime/standing.h"
 
 namespace sentree::runtime {
 
@@ -43,8 +44,9 @@ class RunInside {
   /// In the director's actor: what an entry of a timeline does. Its names must be those of the run (see
   /// `check_intervention`).
   virtual void inject(const project::Injection& injection) = 0;
-  /// False: calls are not delayed or falsified, because whoever makes their ports has seen to that.
-  virtual void put_faults_on_calls(bool on) = 0;
+  /// Calls are not delayed or falsified, because whoever makes their ports has seen to that; or no message is delayed,
+  /// because `RunOptions::arrival` and the like see to that too.
+  virtual void spare(Spared what) = 0;
   /// In the director's actor, before `capture`: in real time, while the scheduler is held, waits until nothing is half
   /// done, for `patience` at most. Errors: run.ended; run.cannot-carry (somebody is at work, or was left behind).
   [[nodiscard]] virtual Result<void> settle(std::chrono::milliseconds patience) = 0;

@@ -18,6 +18,7 @@ SkillActor::SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings
       watched_(std::make_shared<Watched>([this](const SourceSpan& script) { give_up(script); })),
       machine_(std::move(model), &watched_->execution()),
       actor_(scheduler_.add_actor(fmt::format("{} ({})", machine_.model().name, machine_.model().chart.file()))),
+      tells_delays_(surroundings.tells_delays),
       timer_arrival_(std::move(surroundings.timer_arrival)),
       veto_arrival_(std::move(surroundings.veto_arrival)) {
   scheduler_.on_delivery(actor_, [this](mission::Delivery delivery) { take(std::move(delivery)); });
@@ -29,9 +30,7 @@ void SkillActor::take(mission::Delivery delivery) {
   watched_->in_this_thread();
   auto& what = std::get<mission::SkillDelivery>(delivery.what);
   if (const auto* topic = std::get_if<mission::Published>(&what)) {
-    const auto told = topics_.taken(*topic->what, machine_.model().name, publisher_);
-    if (told && took_ >= add_saturating(told->published, told->delay))
-      tell_taken("topic", {{"topic", topic->what->topic}, {"sequence", static_cast<std::int64_t>(told->sequence)}});
+    if (const auto told = topics_.taken(*topic->what, machine_.model().name, publisher_)) tell_order(*told);
   }
   if (given_up_) {
     mission::SkillMachine::give_up(state_, why_, *this);
@@ -42,10 +41,7 @@ void SkillActor::take(mission::Delivery delivery) {
       mission::SkillMachine::refuse(state_, what, why_, *this);
     return;
   }
-  const bool is_tick = std::holds_alternative<mission::TickSkill>(what);
-  if (is_tick && took_other_ >= asked_.load()) tell_taken("tick", Map());
-  if (std::holds_alternative<mission::HaltSkill>(what) && took_ >= halt_asked_.load()) tell_taken("halt", Map());
-  if (std::holds_alternative<mission::CancelSkill>(what) && took_ >= cancel_asked_.load()) tell_taken("cancel", Map());
+  tell_order(what);
   if (const auto* timer = std::get_if<mission::SkillTimer>(&what); timer != nullptr && timer->when == state_.wake) {
     if (const TimePoint at = timer_arrival_ ? timer_arrival_(timers_ + 1) : TimePoint{}; at > now())
       return scheduler_.at(actor_, at, mission::Rank::kTimer, addressed(*timer));
@@ -53,6 +49,7 @@ void SkillActor::take(mission::Delivery delivery) {
     // A replay sets its timers a little earlier, at the times of what set them.
     if (!scheduler_.is_virtual()) tell_taken("timer", {{"number", static_cast<std::int64_t>(timers_)}});
   }
+  const bool is_tick = std::holds_alternative<mission::TickSkill>(what);
   const scxml::ObserveGuards seen(tried_ ? this : nullptr);
   if (machine_.step(state_, std::move(what), *this)) told();
   if (scheduler_.is_virtual()) return;
@@ -60,14 +57,67 @@ void SkillActor::take(mission::Delivery delivery) {
   if (!is_tick) took_other_ = took_;
 }
 
-// What was published says another order, in which a replay would take it.
+void SkillActor::tell_order(const mission::SkillDelivery& what) {
+  const auto tell = [this](const char* name, bool behind, bool delayed) {
+    if (behind || delayed) tell_taken(name, delayed ? Map{{"delayed", true}} : Map());
+  };
+  if (std::holds_alternative<mission::TickSkill>(what)) {
+    tell("tick", took_other_ >= asked_.load(), was_delayed(what));
+  } else if (std::holds_alternative<mission::HaltSkill>(what)) {
+    tell("halt", took_ >= halt_asked_.load(), was_delayed(what));
+  } else if (std::holds_alternative<mission::CancelSkill>(what)) {
+    tell("cancel", took_ >= cancel_asked_.load(), was_delayed(what));
+  } else if (std::holds_alternative<mission::KillSkill>(what)) {
+    tell("kill", took_ >= kill_asked_.load(), false);
+  } else if (std::holds_alternative<mission::RestartSkill>(what)) {
+    tell("restart", took_ >= restart_asked_.load(), false);
+  }
+}
+
+void SkillActor::tell_order(const Topics::Told& topic) {
+  if (topic.delayed || took_ >= topic.published)
+    tell_taken("topic", {{"topic", topic.what->topic}, {"sequence", static_cast<std::int64_t>(topic.sequence)}});
+}
+
 void SkillActor::tell_taken(const char* what, Map data) {
+  tell(machine_.model().name, fmt::format("{}.taken", what), std::move(data));
+}
+
+void SkillActor::tell_delayed(std::string_view what, Map data) {
+  tell("scenario", fmt::format("{}.delayed", what), std::move(data));
+}
+
+void SkillActor::tell_untaken() {
+  for (const Topics::Told& each : topics_.waiting()) {
+    tell(machine_.model().name, "topic.untaken",
+         {{"topic", each.what->topic}, {"sequence", static_cast<std::int64_t>(each.sequence)}});
+  }
+}
+
+void SkillActor::tell(std::string source, std::string_view what, Map data) {
+  const std::string& leaf = machine_.model().name;
   Message message;
   message.kind = MessageKind::kEvent;
-  message.source = machine_.model().name;
-  message.name = fmt::format("{}.{}.taken", machine_.model().name, what);
+  if (source != leaf) message.target = leaf;
+  message.source = std::move(source);
+  message.name = fmt::format("{}.{}", leaf, what);
   message.data = std::move(data);
   publisher_.publish(std::move(message));
+}
+
+bool SkillActor::was_delayed(const mission::SkillDelivery& what) {
+  if (!tells_delays_) return false;
+  const std::lock_guard lock(order_mutex_);
+  if (const auto* tick = std::get_if<mission::TickSkill>(&what)) {
+    const auto found = std::find(delayed_ticks_.begin(), delayed_ticks_.end(), tick->tick);
+    if (found == delayed_ticks_.end()) return false;
+    delayed_ticks_.erase(found);
+    return true;
+  }
+  std::size_t& left = std::holds_alternative<mission::HaltSkill>(what) ? delayed_halts_ : delayed_cancels_;
+  if (left == 0) return false;
+  --left;
+  return true;
 }
 
 void SkillActor::give_up(const SourceSpan& script) {
@@ -95,6 +145,13 @@ bool SkillActor::held_back(std::string_view message, mission::SkillDelivery& wha
   if (faults_.any())
     not_before = std::max(not_before, present + faults_.delay_of(fmt::format("{}.{}", machine_.model().name, message)));
   if (not_before == present) return false;
+  if (tells_delays_) {
+    tell_delayed(message, {{"by_ns", (not_before - present).count()}});
+    if (const auto* tick = std::get_if<mission::TickSkill>(&what))
+      delayed_ticks_.push_back(tick->tick);
+    else
+      ++(std::holds_alternative<mission::HaltSkill>(what) ? delayed_halts_ : delayed_cancels_);
+  }
   scheduler_.at(actor_, not_before, mission::Rank::kMessage, addressed(std::move(what)));
   return true;
 }
@@ -129,9 +186,28 @@ void SkillActor::cancel(TimePoint asked) {
   post(std::move(what));
 }
 
-void SkillActor::take_topic(const Topics::Told& told) {
+void SkillActor::kill(TimePoint asked) {
+  kill_asked_ = asked;
+  post(mission::KillSkill{});
+}
+
+void SkillActor::restart(TimePoint asked) {
+  restart_asked_ = asked;
+  post(mission::RestartSkill{});
+}
+
+void SkillActor::take_topic(Topics::Told told) {
+  const TimePoint present = now();
+  TimePoint not_before = state_.topics_not_before;
+  const TimePoint when = TopicInbox::time_of(not_before, present, told.delay);
+  told.delayed = tells_delays_ && when > present;
   if (!topics_.add(scheduler_, told)) return;
-  const TimePoint when = TopicInbox::time_of(state_.topics_not_before, now(), told.delay);
+  state_.topics_not_before = not_before;
+  if (told.delayed) {
+    tell_delayed("topic", {{"topic", told.what->topic},
+                           {"sequence", static_cast<std::int64_t>(told.sequence)},
+                           {"by_ns", (when - present).count()}});
+  }
   scheduler_.at(actor_, when, mission::Rank::kMessage, addressed(mission::Published{told.what}));
 }
 
@@ -181,16 +257,14 @@ void SkillActor::deliver_at(TimePoint when, mission::Rank rank, mission::SkillDe
   scheduler_.at(actor_, when, rank, addressed(std::move(what)));
 }
 
-Duration SkillActor::delay_of(std::string_view message) {
-  return faults_.calls_spared() ? Duration(0) : faults_.delay_of(message);
-}
+Duration SkillActor::delay_of(std::string_view message) { return faults_.delay_of_call(message); }
 
 void SkillActor::falsify(std::string_view call, const idl::Method& method, Value& result) {
-  if (!faults_.calls_spared()) faults_.falsify(call, method, result);
+  if (!faults_.spares_calls()) faults_.falsify(call, method, result);
 }
 
 bool SkillActor::fails(mission::Failing how, std::string_view call) {
-  return !faults_.calls_spared() && faults_.fails(how, call);
+  return !faults_.spares_calls() && faults_.fails(how, call);
 }
 
 void SkillActor::answer(std::uint64_t tick, bt::Status status, Map outputs) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -49,6 +51,9 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
     std::function<TimePoint(const std::string& call)> veto_arrival = {};
     /// Executes its chart; null: the actor does.
     mission::ChartElsewhere* chart_elsewhere = nullptr;
+    /// It publishes what a fault holds back, and when it takes that: a replay cannot know which of several parts used
+    /// up a fault that is counted.
+    bool tells_delays = false;
   };
 
   /// @param leaf  Its number in what is on its way to it.
@@ -60,16 +65,18 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   void halt(TimePoint asked);
   void cancel(TimePoint asked);
   /// Ends it as if its process had been killed: nothing of its chart runs any more, what is asked of it fails.
-  void kill() { post(mission::KillSkill{}); }
+  void kill(TimePoint asked);
   /// What is published on a topic that it subscribes to, held back by its `delay` and by what was held back before. In
   /// the actor of the stream.
-  void take_topic(const Topics::Told& told);
+  void take_topic(Topics::Told told);
+  /// When nothing is executed any more: publishes which publications it has not taken.
+  void tell_untaken();
   /// The outcome of one of its calls.
   void take_outcome(mission::Outcome outcome) { post(std::move(outcome)); }
   /// Makes a call once more whose outcome got lost, or that never left.
   void send_again(const mission::Shared<mission::Call>& call, const idl::Method& method) { send(call, method); }
   /// It can be ticked again; what it did before is lost.
-  void restart() { post(mission::RestartSkill{}); }
+  void restart(TimePoint asked);
   /// Before anything has happened: makes the ports of the services outside the run that its chart names. Borrowed.
   [[nodiscard]] std::vector<ServicePort*> make_ports();
   /// Likewise: who is told, in its actor, of each transition that its chart takes, and of each
@@ -111,7 +118,14 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   void problem(const std::string& what) override { replies_.problem(what); }
 
   void take(mission::Delivery delivery);
+  // What was published says another order, in which a replay would take it, or what a fault held back.
+  void tell_order(const mission::SkillDelivery& what);
+  void tell_order(const Topics::Told& topic);
   void tell_taken(const char* what, Map data);
+  void tell_delayed(std::string_view what, Map data);
+  void tell(std::string source, std::string_view what, Map data);
+  // Whether a fault held it back. Cost: a lock.
+  [[nodiscard]] bool was_delayed(const mission::SkillDelivery& what);
   [[nodiscard]] mission::Delivery addressed(mission::SkillDelivery what) const { return {leaf_, std::move(what)}; }
   void post(mission::SkillDelivery what) { scheduler_.post(actor_, addressed(std::move(what))); }
   // True: a fault holds it back, and it has been taken.
@@ -137,11 +151,18 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   std::atomic<bool> given_up_ = false;
   std::string why_;  // it was given up; written before given_up_
   std::map<std::string, std::unique_ptr<ServicePort>> ports_;
-  std::mutex order_mutex_;  // of state_.not_before
+  std::mutex order_mutex_;  // of state_.not_before, and of what is held back
+  const bool tells_delays_;
+  std::deque<std::uint64_t> delayed_ticks_;  // by their numbers
+  std::size_t delayed_halts_ = 0;
+  std::size_t delayed_cancels_ = 0;
   // For the latest tick, halt and cancellation, unless a fault holds it back.
   std::atomic<TimePoint> asked_ = kNever;
   std::atomic<TimePoint> halt_asked_ = kNever;
   std::atomic<TimePoint> cancel_asked_ = kNever;
+  // For the latest.
+  std::atomic<TimePoint> kill_asked_ = kNever;
+  std::atomic<TimePoint> restart_asked_ = kNever;
   // In real time: when it last took anything, and anything but a tick.
   std::optional<TimePoint> took_;
   std::optional<TimePoint> took_other_;

@@ -158,6 +158,11 @@ void Run::Impl::finish() {
   for (const auto& observer : observers()) observer->finish(judged);
   take_decisions();  // those that no actor took any more
   stream_.flush();
+  // In a replay everybody has the time to take what there is.
+  for (SkillActor* const skill : skills_) {
+    if (skill != nullptr && !scheduler_->is_virtual()) skill->tell_untaken();
+  }
+  stream_.flush();
   if (elsewhere_) elsewhere_->end();
   end_callers();
 }

@@ -103,10 +103,11 @@ struct RunOptions {
   /// When something that passes between the mission and a skill of this process arrives: at once if that is not later
   /// than now, not at all at kNever. Null: all at once.
   /// kDue: the end of the mission's patience with the answer; time 0: as its deadlines say.
-  enum class LeafMessage : std::uint8_t { kTick, kAnswer, kHalt, kHalted, kCancel, kDue };
+  enum class LeafMessage : std::uint8_t { kTick, kAnswer, kHalt, kHalted, kCancel, kDue, kKill, kRestart };
   std::function<TimePoint(std::size_t leaf, LeafMessage)> arrival;
-  /// Likewise when a skill of this process takes what was just published on a topic that it subscribes to.
-  std::function<TimePoint(std::size_t leaf, const std::string& topic)> topic_arrival;
+  /// Likewise when a skill of this process takes what was just published on a topic that it subscribes to: not at all
+  /// at kNever.
+  std::function<TimePoint(std::size_t leaf, const mission::Publication&)> topic_arrival;
   /// Likewise of the timers of a leaf's chart, which are numbered from 1 as it takes them.
   std::function<TimePoint(std::size_t leaf, std::uint64_t number)> timer_arrival;
   /// Likewise when a leaf's call that is vetoed is refused.

@@ -92,7 +92,8 @@ void Run::Impl::subscribe() {
     for (const std::string& topic : plan_.leaves[i].subscribes) {
       if (skill == nullptr) continue;
       topics_.add(topic, [this, i, skill](const Topics::Told& told) {
-        const TimePoint at = options_.topic_arrival ? options_.topic_arrival(i, told.what->topic) : TimePoint{};
+        const TimePoint at = options_.topic_arrival ? options_.topic_arrival(i, *told.what) : TimePoint{};
+        if (at == kNever) return;
         if (at <= scheduler_->now())
           skill->take_topic(told);
         else

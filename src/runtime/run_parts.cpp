@@ -73,6 +73,14 @@ SteeredRun Run::Impl::what_is_steered() {
               },
           .restart_process = [this](const std::string& process) { return elsewhere_ && elsewhere_->restart(process); },
           .skill = [this](std::size_t leaf) { return skills_[leaf]; },
+          .kill_skill =
+              [this](std::size_t leaf, TimePoint asked) {
+                pass(leaf, RunOptions::LeafMessage::kKill, [this, leaf, asked] { skills_[leaf]->kill(asked); });
+              },
+          .restart_skill =
+              [this](std::size_t leaf, TimePoint asked) {
+                pass(leaf, RunOptions::LeafMessage::kRestart, [this, leaf, asked] { skills_[leaf]->restart(asked); });
+              },
           .monitors = [this]() -> const Monitors& { return monitors_; },
           .problem = [this](const std::string& what) { problem(what); },
           .keep =
@@ -255,7 +263,10 @@ Result<std::unique_ptr<LeafDriver>> Run::Impl::make_local(std::size_t index) {
                         name = leaf.name](const project::ServicePlan& service) { return make_port(service, name); },
           .timer_arrival = std::move(timer_arrival),
           .veto_arrival = std::move(veto_arrival),
-          .chart_elsewhere = driver->chart.get()},
+          .chart_elsewhere = driver->chart.get(),
+          // One that is durable executes some of it again, and would have to say the same of what it finds in its
+          // journal.
+          .tells_delays = !scheduler_->is_virtual()},
       std::move(replies));
   skills_[index] = driver->skill.get();
   return std::unique_ptr<LeafDriver>(std::move(driver));

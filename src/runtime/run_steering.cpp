@@ -309,12 +309,10 @@ Result<void> RunSteering::kill_or_restart(const std::string& part, const project
     SkillActor* skill = run_.skill(leaf);
     if (run_.plan->leaves[leaf].name != part || skill == nullptr) continue;
     if ((killed_skills_[leaf] != 0) == kill) return refuse_state();
+    const TimePoint asked = run_.scheduler->now();
     publish();
     killed_skills_[leaf] = kill ? 1 : 0;
-    if (kill)
-      skill->kill();
-    else
-      skill->restart();
+    (kill ? run_.kill_skill : run_.restart_skill)(leaf, asked);
     return {};
   }
   std::atomic<bool>& killed = down_.find(part)->second.killed;  // its name was checked

@@ -35,6 +35,9 @@ struct SteeredRun {
   std::function<void(const std::string& process)> kill_process;
   std::function<bool(const std::string& process)> restart_process;  ///< False: it has not ended.
   std::function<SkillActor*(std::size_t leaf)> skill;               ///< Null: in another process.
+  /// Of a skill of this process, as was asked for at that time.
+  std::function<void(std::size_t leaf, TimePoint asked)> kill_skill;
+  std::function<void(std::size_t leaf, TimePoint asked)> restart_skill;
   std::function<const Monitors&()> monitors;
   std::function<void(const std::string&)> problem;
   /// What a person does, before it is done.

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <mutex>
 #include <utility>
 
 #include "sentree/mission/faults.h"
 
 namespace sentree::runtime {
+
+/// What faults spare: nothing, calls, or calls and every message that could be delayed.
+enum class Spared : std::uint8_t { kNone, kCalls, kMessages };
 
 /// The faults that stand in a run whose parts have threads of their own. From any thread. While none stands, a question
 /// costs a load.
@@ -39,11 +43,19 @@ class StandingFaults {
   }
 
   /// In a replay services answer what they answered then, faults included: no call is delayed or falsified again.
-  void spare_calls(bool spared) { calls_spared_ = spared; }
-  [[nodiscard]] bool calls_spared() const { return calls_spared_; }
+  /// What a recording says of when leaves took what was held back is known as well: no message is delayed again. Those
+  /// that are spared use up counted faults as others do.
+  void spare(Spared what) { spared_ = what; }
+  [[nodiscard]] bool spares_calls() const { return spared_ != Spared::kNone; }
 
+  [[nodiscard]] Duration delay_of_call(std::string_view message) {
+    const Duration delay = used_delay_of(message);
+    return spares_calls() ? Duration(0) : delay;
+  }
+  /// Of what passes between the mission and its leaves, and of what reaches who subscribes to a topic.
   [[nodiscard]] Duration delay_of(std::string_view message) {
-    return any() ? with([&](mission::Faults& faults) { return faults.delay_of(message); }) : Duration(0);
+    const Duration delay = used_delay_of(message);
+    return spared_ == Spared::kMessages ? Duration(0) : delay;
   }
   void falsify(std::string_view call, const idl::Method& method, Value& result) {
     if (any()) with([&](mission::Faults& faults) { faults.falsify(call, method, result); });
@@ -56,10 +68,14 @@ class StandingFaults {
   }
 
  private:
+  Duration used_delay_of(std::string_view message) {
+    return any() ? with([&](mission::Faults& faults) { return faults.delay_of(message); }) : Duration(0);
+  }
+
   mutable std::mutex mutex_;
   mission::Faults faults_;
   std::atomic<bool> any_ = false;
-  std::atomic<bool> calls_spared_ = false;
+  std::atomic<Spared> spared_ = Spared::kNone;
 };
 
 }  // namespace sentree::runtime

@@ -12,8 +12,8 @@ void Topics::deliver(const Told& what) const {
 }
 
 bool TopicInbox::add(const Scheduler& scheduler, const Topics::Told& told) {
-  if (scheduler.is_virtual()) return true;
-  const bool has_room = waiting_.fetch_add(1) < static_cast<std::int64_t>(kWaitingMax);
+  if (scheduler.is_virtual() && !told.delayed) return true;
+  const bool has_room = scheduler.is_virtual() || waiting_.fetch_add(1) < static_cast<std::int64_t>(kWaitingMax);
   const std::lock_guard lock(mutex_);
   if (has_room) {
     told_.push_back(told);
@@ -46,6 +46,11 @@ std::optional<Topics::Told> TopicInbox::taken(const mission::Publication& what, 
   message.name = "observer.lost";
   publisher.publish(std::move(message));
   return told;
+}
+
+std::vector<Topics::Told> TopicInbox::waiting() {
+  const std::lock_guard lock(mutex_);
+  return {told_.begin(), told_.end()};
 }
 
 TimePoint TopicInbox::time_of(TimePoint& not_before, TimePoint now, Duration delay) {

@@ -25,6 +25,7 @@ class Topics {
     Duration delay{};            ///< By faults.
     TimePoint published{};       ///< When.
     std::uint64_t sequence = 0;  ///< Its number among the observations.
+    bool delayed = false;        ///< A fault holds it back, or something before it, and that is told.
   };
   using Take = std::function<void(const Told&)>;
 
@@ -45,16 +46,19 @@ class TopicInbox {
 
   /// False: it is full, and this is lost. In the actor of the stream.
   [[nodiscard]] bool add(const Scheduler& scheduler, const Topics::Told& told);
-  /// One has reached the subscriber; in its actor. What `add` was told in real time, if it knows.
+  /// One has reached the subscriber; in its actor. What `add` was told in real time, or of one that is delayed, if it
+  /// knows.
   std::optional<Topics::Told> taken(const mission::Publication& what, const std::string& subscriber,
                                     Publisher& publisher);
+  /// What `add` was told and nobody has taken yet; from any thread.
+  [[nodiscard]] std::vector<Topics::Told> waiting();
   /// When something is delivered that is held back by `delay`: not before what was published earlier.
   static TimePoint time_of(TimePoint& not_before, TimePoint now, Duration delay);
 
  private:
   std::atomic<std::int64_t> waiting_ = 0;  // in real time
   std::mutex mutex_;
-  std::deque<Topics::Told> told_;  // in real time
+  std::deque<Topics::Told> told_;  // in real time, and those that are delayed
   std::int64_t lost_ = 0;
   std::string first_lost_;
 };

@@ -63,7 +63,7 @@ class Run::Impl final : public RunView, private RunInside {
   SkillActor* skill(std::size_t leaf) override { return skills_[leaf]; }
   Steering& steering() override { return steering_; }
   void inject(const project::Injection& injection) override { steering_.inject(injection); }
-  void put_faults_on_calls(bool on) override { steering_.faults().spare_calls(!on); }
+  void spare(Spared what) override { steering_.faults().spare(what); }
   Result<void> settle(std::chrono::milliseconds patience) override;
   mission::State capture() override;
   void end() override;
@@ -175,7 +175,7 @@ class Run::Impl final : public RunView, private RunInside {
   std::optional<mission::State> resumed_from_;
   std::vector<MonitorReport> remote_reports_;  // of monitors elsewhere; under problems_mutex_
   std::vector<std::pair<std::string, monitor::Decision>> decided_elsewhere_;  // not yet taken; likewise
-  std::vector<ProcessEvent> died_with_run_;  // and before it went on; likewise
+  std::vector<ProcessEvent> died_with_run_;                                   // and before it went on; likewise
   Tap tap_;
   std::unique_ptr<Elsewhere> elsewhere_;             // null: everything runs in this process
   std::vector<std::unique_ptr<ModelActor>> models_;  // as in the plan

@@ -1,0 +1,244 @@
+// What leaves take in real time, while several faults stand at once, they take again in a replay, in that order.
+//
+// SENTREE_SEEDS=N runs N random scenarios instead of the usual ones, SENTREE_SEED=S only that of seed S.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iostream>
+
+#include "sentree/base/detail/test_seeds.h"
+#include "sentree/base/rng.h"
+#include "sentree/base/temporary_folder.h"
+#include "sentree/replay/recording.h"
+#include "sentree/replay/replay.h"
+
+namespace sentree::replay {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kScenarios = 16;
+// A period is two milliseconds of the machine's, which is late now and then.
+constexpr double kFactor = 50;
+// While a run ends, its parts do not wait for one another.
+constexpr TimePoint kCompared{std::chrono::milliseconds(2900)};
+
+// Everything that a leaf said, without times; its chart says what it hears.
+using Deliveries = std::map<std::string, std::vector<std::string>>;
+
+void note(Deliveries& deliveries, const Message& message) {
+  if (message.name == "node.status" || message.name.ends_with("taken") || message.name.ends_with(".delayed")) return;
+  for (const char* leaf : {"A", "B", "C"}) {
+    if (message.source != leaf) continue;
+    // Its answers are published by who takes them.
+    const bool is_answer = message.target == "mission";
+    deliveries[is_answer ? leaf + std::string(" to mission") : leaf].push_back(message.name + " " +
+                                                                               to_json(message.data));
+  }
+}
+
+// A component that answers and publishes, a topic that nobody serves, and three skills that ask, publish and hear.
+class NoisyProject {
+ public:
+  NoisyProject() {
+    write("interfaces/s.thrift",
+          "service S { i32 ask(1: i32 n)  oneway void said(1: i32 n) }\nservice T { oneway void told(1: i32 n) }\n");
+    write("models/m.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <datamodel><data id="n" expr="0"/></datamodel>
+  <state id="a">
+    <onentry>
+      <send type="thrift" target="s" event="said"><param name="n" expr="n"/></send>
+      <send event="again" delay="130ms"/>
+    </onentry>
+    <transition event="again" target="a"><assign location="n" expr="n + 1"/></transition>
+    <transition event="s.ask.request">
+      <send type="thrift" target="s" event="ask.reply"><param name="result" expr="_event.data.args.n"/></send>
+    </transition>
+  </state>
+</scxml>)");
+    write("sentree.yaml", R"(mission: {file: mission.xml, rate: 10 Hz, repeat: true}
+services:
+  s: {interface: s.thrift/S, at: model}
+  t: {interface: s.thrift/T, at: topics}
+models:
+  - {file: models/m.scxml, serves: [s]}
+skills:
+  A: {subscribe: [s.said, t.told]}
+  B: {subscribe: [s.said, t.told], latest: [t.told]}
+  C: {subscribe: [s.said, t.told]}
+)");
+  }
+
+  fs::path make(std::uint64_t seed) {
+    Rng rng(seed);
+    for (const char* id : {"A", "B", "C"}) write(std::string("skills/") + id + ".scxml", chart(rng));
+    static constexpr const char* kTrees[] = {
+        R"(<Parallel success_count="3" failure_count="3">LEAVES</Parallel>)",
+        R"(<ReactiveFallback>LEAVES</ReactiveFallback>)",
+        R"(<ReactiveSequence>LEAVES</ReactiveSequence>)",
+        R"(<Parallel success_count="1" failure_count="1">LEAVES</Parallel>)",
+    };
+    std::string tree = kTrees[rng.below(4)];
+    tree.replace(tree.find("LEAVES"), 6, "<A/><B/><C/>");
+    write("mission.xml", "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\">" + tree + "</BehaviorTree></root>");
+    std::string text = "duration: 3 s\ntimeline:\n";
+    for (std::uint64_t entry = 2 + rng.below(3); entry > 0; --entry) text += "  - " + fault(rng, 1000) + "\n";
+    for (std::uint64_t entry = rng.below(5); entry > 0; --entry) text += "  - " + act(rng) + "\n";
+    return write("scenarios/faults.yaml", text);
+  }
+
+ private:
+  fs::path write(const std::string& name, const std::string& text) {
+    fs::create_directories((folder_.path() / name).parent_path());
+    EXPECT_TRUE(text::write_file(folder_.path() / name, text).has_value());
+    return folder_.path() / name;
+  }
+  static std::string number(Rng& rng, std::uint64_t from, std::uint64_t to) {
+    return std::to_string(from + rng.below(to - from + 1));
+  }
+  template <std::size_t n>
+  static std::string pick(Rng& rng, const char* const (&words)[n]) {
+    return words[rng.below(n)];
+  }
+
+  static std::string chart(Rng& rng) {
+    const std::uint64_t states = 2 + rng.below(3);
+    std::string text = R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+<datamodel><data id="n" expr="0"/></datamodel>
+)";
+    for (std::uint64_t i = 0; i < states; ++i) {
+      text += "<state id=\"s" + std::to_string(i) + "\"><onentry><assign location=\"n\" expr=\"n + 1\"/>";
+      // One at a time: of several that are due within the lateness of the machine a replay knows when the first rang.
+      if (rng.below(2) == 0) {
+        text +=
+            "<cancel sendid=\"later\"/><send id=\"later\" event=\"later\" delay=\"" + number(rng, 10, 250) + "ms\"/>";
+      }
+      if (rng.below(2) == 0) text += R"(<send type="thrift" target="s" event="ask"><param name="n" expr="n"/></send>)";
+      if (rng.below(3) == 0) text += R"(<send type="thrift" target="t" event="told"><param name="n" expr="n"/></send>)";
+      text += "</onentry>";
+      for (const char* event : {"tick", "later", "s.ask.reply", "error", "halt", "s.said", "t.told"}) {
+        const std::uint64_t to = rng.below(states + 2);
+        const bool ends = to >= states;
+        const bool is_way_out = i == 0 && std::string_view(event) == "halt";  // check wants one
+        if (is_way_out || rng.below(3) != 0 || (ends && rng.below(2) != 0)) continue;
+        text += std::string("<transition event=\"") + event + "\" target=\"" +
+                (!ends          ? "s" + std::to_string(to)
+                 : to == states ? "success"
+                                : "failure") +
+                "\"/>";
+      }
+      if (i == 0) text += "<transition event=\"halt\" target=\"failure\"/>";
+      text += R"(<transition event="*"><log label="heard" expr="_event.name + ' ' + n"/></transition></state>
+)";
+    }
+    return text + "<final id=\"success\"/><final id=\"failure\"/></scxml>\n";
+  }
+
+  static std::string fault(Rng& rng, std::uint64_t before) {
+    const std::string at = "{at: " + number(rng, 1, before) + " ms, ";
+    static constexpr const char* kMessages[] = {"s.*",    "s.ask",  "s.ask.reply", "s.said", "t.told", "*.tick",
+                                                "*.halt", "A.tick", "B.*",         "\"*\"",  "t.*",    "C.halt"};
+    static constexpr const char* kCalls[] = {"s.ask", "\"s.*\"", "\"*\""};
+    const std::string count = rng.below(4) == 0 ? "" : ", count: " + number(rng, 1, 12);
+    switch (rng.below(7)) {
+      case 0: return at + "unreachable: " + pick(rng, kCalls) + "}";
+      case 1: return at + "late: " + pick(rng, kCalls) + "}";
+      case 2: return at + "falsify: {call: s.ask, value: 77" + count + "}}";
+      case 3: {
+        static constexpr const char* kStatus[] = {"SUCCESS", "FAILURE", "RUNNING"};
+        static constexpr const char* kLeaves[] = {"A", "B", "C"};
+        const std::string leaf = pick(rng, kLeaves);
+        return at + "force: {leaf: " + leaf + ", status: " + pick(rng, kStatus) + count + "}}";
+      }
+      default: {
+        std::string message = pick(rng, kMessages);
+        if (message.find('*') != std::string::npos && message[0] != '"') message = "\"" + message + "\"";
+        return at + "delay: {message: " + message + ", by: " + number(rng, 1, 400) + " ms" + count + "}}";
+      }
+    }
+  }
+
+  static std::string act(Rng& rng) {
+    const std::string at = "{at: " + number(rng, 1, 2900) + " ms, ";
+    static constexpr const char* kParts[] = {"A", "B", "s"};
+    switch (rng.below(6)) {
+      case 0: return at + "clear: " + number(rng, 1, 4) + "}";
+      case 1: return at + "kill: " + pick(rng, kParts) + "}";
+      case 2: return at + "restart: " + pick(rng, kParts) + "}";
+      case 3: return at + "call: t.told, args: {n: " + number(rng, 100, 200) + "}}";
+      case 4: return at + "call: s.ask, args: {n: " + number(rng, 100, 200) + "}}";
+      default: return fault(rng, 2900);
+    }
+  }
+
+  const TemporaryFolder folder_{"noisy"};
+};
+
+std::string first_error(const Diagnostics& found) {
+  for (const Diagnostic& each : found) {
+    if (each.severity == Severity::kError) return to_string(each);
+  }
+  return "";
+}
+
+class RealTime : public ::testing::Test {
+ protected:
+  // What is different; empty: nothing.
+  std::string judge(const fs::path& file) {
+    const std::string recording = (folder_.path() / "run.mcap").string();
+    Deliveries then;
+    Deliveries now;
+    {
+      const text::ReadLog log;
+      auto scenario = project::load_scenario(file);
+      if (!scenario.value) return first_error(scenario.diagnostics);
+      scenario.value->virtual_time = false;
+      scenario.value->factor = kFactor;
+      const auto plan = project::prepare(std::move(*scenario.value));
+      if (!plan.value) return first_error(plan.diagnostics);
+      runtime::RunOptions options;
+      options.listeners.push_back([&](const Message& message) {
+        if (message.time < kCompared) note(then, message);
+      });
+      RunRecorder recorder(*plan.value, log.files(), std::move(*record::FileSink::create(recording)), {});
+      recorder.install(options);
+      const runtime::RunReport report = runtime::Run(*plan.value, std::move(options)).execute();
+      recorder.finish(report);
+      if (!report.error.empty()) return report.error;
+    }
+    auto recorded = RecordedRun::open(recording);
+    if (!recorded) return to_string(recorded.error());
+    auto scenario = recorded->scenario();
+    if (!scenario.value) return first_error(scenario.diagnostics);
+    auto plan = project::prepare(std::move(*scenario.value));
+    if (!plan.value) return first_error(plan.diagnostics);
+    ReplayOptions options;
+    options.run.listeners.push_back([&](const Message& message) { note(now, message); });
+    const auto report = replay(*recorded, std::move(*plan.value), std::move(options));
+    if (!report) return to_string(report.error());
+    for (const auto& [leaf, all] : then) {
+      const auto [a, b] = std::mismatch(all.begin(), all.end(), now[leaf].begin(), now[leaf].end());
+      if (a == all.end()) continue;
+      return leaf + ", number " + std::to_string(a - all.begin()) + ": " + *a +
+             "\nnow: " + (b != now[leaf].end() ? *b : "nothing more") +
+             "\nbefore: " + (a != all.begin() ? *(a - 1) : "nothing");
+    }
+    if (!report->unrecorded.empty() && report->unrecorded_at < kCompared)
+      return report->unrecorded + ", which was not recorded";
+    return "";
+  }
+
+  const TemporaryFolder folder_{"real-time"};
+};
+
+TEST_F(RealTime, FaultsThatStandTogetherAreReplayedAsTheyRan) {
+  NoisyProject project;
+  for (const std::uint64_t seed : seeds(kScenarios)) {
+    const fs::path file = project.make(seed);
+    EXPECT_EQ(judge(file), "") << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace sentree::replay
