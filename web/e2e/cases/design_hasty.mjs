@@ -46,6 +46,22 @@ test("keys that come at once are taken one after the other, each of what the one
   await program.stop();
 });
 
+test("a key that comes right after the one that closes a dialog is the page's", async () => {
+  const { program, page, close } = await begin();
+  for (const [opening, dialog] of [["Control+k", ".palette"], ["?", ".help"]]) {
+    await page.evaluate(() => document.activeElement?.blur());
+    await page.keyboard.press(opening);
+    await page.locator(`dialog${dialog}`).waitFor();
+    // The second one is there before the page has heard of what the first one did.
+    await Promise.all([page.keyboard.press("Escape"), page.keyboard.press("?")]);
+    await page.locator("dialog.help").waitFor();
+    await page.keyboard.press("Escape");
+    await page.locator("dialog").waitFor({ state: "detached" });
+  }
+  await close();
+  await program.stop();
+});
+
 test("nodes are copied, cut and pasted; a copy has its place only where it was made", async () => {
   const { program, page, close } = await begin();
   const tree = page.getByTestId("design-tree");

@@ -66,7 +66,7 @@ const kViews = {
   "what is never reached": [(page) => page.getByTestId("reached-button").click()],
   "a new part": [(page) => page.getByTestId("reached-button").click(), (page) => page.locator(".project-tree").getByRole("button", { name: "Add a skill" }).click()],
   "a comparison": [(page) => page.keyboard.press("Escape"), (page) => page.getByTestId("compare-button").click(), (page) => page.getByTestId("compare").waitFor()],
-  "the palette of commands": [(page) => page.keyboard.press("Control+k"), (page) => page.getByRole("combobox").first().waitFor()],
+  "the palette of commands": [(page) => page.keyboard.press("Control+k"), (page) => page.getByRole("combobox", { name: "Find", exact: true }).waitFor()],
   "help": [(page) => page.keyboard.press("Escape"), (page) => page.locator("dialog[open]").waitFor({ state: "detached" }), (page) => page.locator("body").press("?"), (page) => page.getByRole("dialog").waitFor()],
 };
 
