@@ -7,7 +7,7 @@ import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
 import { carry_state, choose_in_menu, click_transition, floor, place_of_transition, state_at } from "../harness/chart.mjs";
-import { copy_of, drag, middle, open_design, serve_design, undo_name } from "../harness/design.mjs";
+import { copy_of, drag, middle, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
 
 const kChart = `<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Own" initial="moving">
   <!-- on the way -->
@@ -31,6 +31,8 @@ async function open_chart() {
   const program = await serve_design(folder);
   const opened = await open_design(program.url, { file: "skills/Own.scxml" });
   await state_at(opened.page, "moving").waitFor();
+  // The timeline of the shadow run has come, and the picture has the room that it keeps.
+  await settled(opened.page);
   return { program, file, ...opened };
 }
 
@@ -229,6 +231,56 @@ test("what is done in a chart's form leaves the focus in the picture, and Ctrl+K
   await page.keyboard.type("go to the tree");
   await page.keyboard.press("Enter");
   await has_focus("design-tree");
+  await close();
+  await program.stop();
+});
+
+/** From now on answers to gestures, and what comes behind them, wait until `release`. */
+async function hold_answers(page) {
+  const gestures = new Set();
+  const waiting = [];
+  let release = null;
+  await page.routeWebSocket(/\/api\/ws$/, (socket) => {
+    const server = socket.connectToServer();
+    socket.onMessage((message) => {
+      const { op, id } = JSON.parse(message);
+      if (op === "design_gesture") gestures.add(id);
+      server.send(message);
+    });
+    server.onMessage((message) => {
+      const { type, id } = JSON.parse(message);
+      if (waiting.length > 0 || (type === "answer" && gestures.has(id))) waiting.push(message);
+      else socket.send(message);
+      release = () => waiting.splice(0).forEach((each) => socket.send(each));
+    });
+  });
+  await page.reload();
+  return { answered: () => waiting.length > 0, release: () => release() };
+}
+
+test("who chooses something else while an edit is on its way keeps that; picture and choice change at once", async () => {
+  const { page, close, program } = await open_chart();
+  const { answered, release } = await hold_answers(page);
+  await page.locator('[data-file="skills/Own.scxml"]').click();
+  await state_at(page, "idle").click();
+  await page.locator("#design-state").fill("still");
+  await page.locator("#design-state").press("Enter");
+  await until(answered, "the program has done it");
+  assert.deepEqual([await undo_name(page), await state_at(page, "still").count()], ["", 0]);
+  await state_at(page, "trip").locator(".name").first().click();
+  await until(async () => (await page.locator("#design-state").inputValue()) === "trip", "another is chosen");
+  release();
+  await did(page, "rename idle to still");
+  await state_at(page, "still").waitFor();
+  assert.equal(await page.locator("#design-state").inputValue(), "trip");
+  // Who waits has what was made.
+  await state_at(page, "still").click();
+  await page.locator("#design-state").fill("calm");
+  await page.locator("#design-state").press("Enter");
+  await until(answered, "the program has done it");
+  release();
+  await did(page, "rename still to calm");
+  assert.equal(await page.locator("#design-state").inputValue(), "calm");
   await close();
   await program.stop();
 });

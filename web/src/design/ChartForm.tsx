@@ -4,7 +4,7 @@ import type { EditedChart, EditedState, EditedTransition, StateKind } from "../p
 import { useStudio } from "../store/store";
 import { Actions } from "./Actions";
 import { condition_words, event_words, is_history, leads_out, transition_text } from "./chart_words";
-import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, focus_field, focus_picture, gesture, useDesign } from "./design";
+import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, focus_field, focus_picture, gesture, gesture_then, useDesign } from "./design";
 import { Options, TextField } from "./TextField";
 
 export const kStateKinds: readonly { kind: StateKind; name: string }[] = [
@@ -49,8 +49,8 @@ function WholePart({ chart }: { chart: EditedChart }) {
 function StatePart({ chart, state }: { chart: EditedChart; state: EditedState }) {
   const { id, kind } = state;
   const states = chart.states.filter((one) => one.id !== "" && one.id !== id);
-  const rename = (name: string) => void gesture({ what: "rename_state", state: id, id: name }).then((done) => {
-      if (!done) return;
+  const rename = (name: string) =>
+    void gesture_then({ what: "rename_state", state: id, id: name }, () => {
       choose_state(name);
       focus_picture();
     });
@@ -65,7 +65,7 @@ function StatePart({ chart, state }: { chart: EditedChart; state: EditedState })
           </option>
         ))}
       </Select>
-      <Select id="design-inside" label="inside" value={state.inside} tell={(value) => void gesture({ what: "move_state", state: id, inside: value }).then(() => choose_state(id))}>
+      <Select id="design-inside" label="inside" value={state.inside} tell={(value) => void gesture_then({ what: "move_state", state: id, inside: value }, () => choose_state(id))}>
         <option value="">nothing: the top level</option>
         {states.filter((one) => one.kind === "state" || one.kind === "parallel").map((one) => (
           <option key={one.id}>{one.id}</option>
@@ -119,8 +119,7 @@ function TransitionPart({ chart, transition }: { chart: EditedChart; transition:
   const own = chart.transitions.filter((one) => one.written && one.source === source);
   const place = own.indexOf(transition);
   const move = (to: number, state = source) =>
-    void gesture({ what: "move_transition", transition: at, state, index: to }).then((done) => {
-      if (!done) return;
+    void gesture_then({ what: "move_transition", transition: at, state, index: to }, () => {
       const now = doc_of(useDesign.getState())?.shown_chart?.transitions.filter((one) => one.written && one.source === state) ?? [];
       choose_transition(now[Math.min(to > place && state === source ? to - 1 : to, now.length - 1)] ?? null);
     });
@@ -181,11 +180,10 @@ function NewTransition({ chart, source }: { chart: EditedChart; source: string }
   }, [drawn_to]);
   const add = () => {
     if (event === "" && condition === "" && target === "") return;
-    void gesture({ what: "add_transition", state: source, target, event, condition }).then((done) => {
+    void gesture_then({ what: "add_transition", state: source, target, event, condition }, focus_picture).then((done) => {
       if (!done) return;
       set_event("");
       set_condition("");
-      focus_picture();
     });
   };
   return (
@@ -213,12 +211,11 @@ function NewState({ state }: { state: EditedState | null }) {
   const can_hold = state !== null && (state.kind === "state" || state.kind === "parallel");
   const add = () => {
     if (fresh === "") return;
-    void gesture({ what: "add_state", inside: can_hold && (inside || is_history(kind)) ? state.id : "", id: fresh, kind }).then((done) => {
-      if (!done) return;
+    const choose = () => {
       choose_state(fresh);
-      set_fresh("");
       focus_picture();
-    });
+    };
+    void gesture_then({ what: "add_state", inside: can_hold && (inside || is_history(kind)) ? state.id : "", id: fresh, kind }, choose).then((done) => done && set_fresh(""));
   };
   return (
     <>

@@ -1,7 +1,7 @@
 import { Menu, type MenuEntry } from "../widgets/Menu";
 import { kStateKinds } from "./ChartForm";
 import { transition_text } from "./chart_words";
-import { add_fresh_state, choose_state, chosen_state, chosen_transition, doc_of, focus_field, fresh_id, gesture, obstacle, useDesign } from "./design";
+import { add_fresh_state, choose_state, chosen_state, chosen_transition, doc_of, focus_field, fresh_id, gesture, gesture_then, obstacle, useDesign } from "./design";
 
 /** States that a menu lists; the others are chosen at the right. */
 const kListedMax = 12;
@@ -54,13 +54,14 @@ export function ChartMenu({ x, y, close }: { x: number; y: number; close(): void
     const to = chart!.states.filter((one) => one.id !== "" && one.id !== moved && one.id !== own.inside && chart!.states.some(({ inside }) => inside === one.id));
     const places = [...(own.inside === "" ? [] : [{ id: "", name: "the top level" }]), ...to.map((one) => ({ id: one.id, name: one.id }))].slice(0, kListedMax);
     if (places.length === 0) return [];
-    return [{ heading: "Move to" }, ...places.map((place) => ({ label: place.name, why_not, run: () => void gesture({ what: "move_state", state: moved, inside: place.id }).then(() => choose_state(moved)) }))];
+    return [{ heading: "Move to" }, ...places.map((place) => ({ label: place.name, why_not, run: () => void gesture_then({ what: "move_state", state: moved, inside: place.id }, () => choose_state(moved)) }))];
   }
 }
 
 async function wrap(state: string, kind: "state" | "parallel"): Promise<void> {
   const id = fresh_id();
-  if (!(await gesture({ what: "wrap_state", state, id, kind }))) return;
-  choose_state(id);
-  focus_field("design-state", id);
+  await gesture_then({ what: "wrap_state", state, id, kind }, () => {
+    choose_state(id);
+    focus_field("design-state", id);
+  });
 }

@@ -14,7 +14,7 @@ import { request } from "../store/store";
 import { ChartMenu } from "./ChartMenu";
 import { part_lines } from "./chart_places";
 import { leads_out, transition_text } from "./chart_words";
-import { add_fresh_state, broken, choose_state, choose_transition, chosen_transition, doc_of, findings_of, focus_field, gesture, go_to, obstacle, refusal, useDesign } from "./design";
+import { add_fresh_state, broken, choose_state, choose_transition, chosen_transition, doc_of, findings_of, focus_field, gesture, gesture_then, go_to, obstacle, refusal, useDesign } from "./design";
 import { line_start } from "./places";
 import { payload_of, play_chart, useSimulation } from "./simulate";
 import { in_turn } from "./turns";
@@ -134,7 +134,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
       },
       drop: () => {
         const into = latest.current?.into ?? null;
-        if (into !== null) void gesture({ what: "move_state", state: id, inside: into }).then(() => choose_state(id));
+        if (into !== null) void gesture_then({ what: "move_state", state: id, inside: into }, () => choose_state(id));
       },
       end: () => set_carried(null),
     });

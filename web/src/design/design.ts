@@ -3,7 +3,7 @@ import { create } from "zustand";
 import { BusyError, LostError } from "../protocol/client";
 import type { Design, DesignDocument, DesignPast, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
 import { useEdit } from "../store/edit";
-import { note, on_design, request, type DesignMessage } from "../store/store";
+import { note, on_design, request, request_whole, type DesignMessage } from "../store/store";
 import { part_lines } from "./chart_places";
 import { is_in, joined } from "./joining";
 import { take_summary, useMode } from "./mode";
@@ -268,16 +268,23 @@ async function read(file: string): Promise<boolean> {
 export async function open_file(file: string, byte?: number): Promise<void> {
   const known = useDesign.getState().docs[file] !== undefined || (await read(file));
   if (!known) return;
-  if (useDesign.getState().file !== file) useDesign.setState({ file, gone: null, tree: null, chosen: null, state: null, transition: null, refused: null });
+  if (useDesign.getState().file !== file) {
+    choices += 1;
+    useDesign.setState({ file, gone: null, tree: null, chosen: null, state: null, transition: null, refused: null });
+  }
   if (byte !== undefined) go_to(byte);
 }
 
 // ---- choosing ----
 
+/** Grows with each choice. */
+let choices = 0;
+
 /** Where the caret of the text goes when something is chosen elsewhere. */
 export const useCaret = create<{ wanted: { byte: number; to: number; focus: boolean } | null }>()(() => ({ wanted: null }));
 
 export function choose(node: OutlineNode | null, show_text = true): void {
+  choices += 1;
   useDesign.setState({ chosen: node ? { element: node.element, key: key_of(node) } : null, refused: null });
   if (node && show_text) useCaret.setState({ wanted: { byte: node.from, to: node.open_end, focus: false } });
 }
@@ -539,16 +546,25 @@ export const version_now = (): number => doc_of(useDesign.getState())?.version ?
 /** A gesture on the open file; chooses the node that it made or moved. `meant_of`: the version that it was begun with. */
 export async function gesture(wanted: Gesture, meant_of = version_now()): Promise<boolean> {
   const meant = doc_of(useDesign.getState());
+  const before = choices;
   const done = await attempt(async () => {
     const doc = meant && useDesign.getState().docs[meant.file];
     if (!doc) throw new Error("no file is open");
     const why_not = unreadable(doc);
     if (why_not) throw new Error(why_not);
     if (meant_of !== meant.version || named_by_number(wanted, meant) !== named_by_number(wanted, doc)) throw new Error(kChanged);
-    return request("design_gesture", { file: doc.file, base: doc.version, gesture: wanted });
+    return request_whole("design_gesture", { file: doc.file, base: doc.version, gesture: wanted });
   });
-  if (done?.at !== undefined && useDesign.getState().file === meant?.file && !/^(?:delete|remove_.*|yaml_remove)$/.test(wanted.what)) go_to(done.at);
+  if (done?.at !== undefined && choices === before && useDesign.getState().file === meant?.file && !/^(?:delete|remove_.*|yaml_remove)$/.test(wanted.what)) go_to(done.at);
   return done !== null;
+}
+
+/** A gesture, and what is chosen then; who has chosen something else meanwhile keeps that. */
+export async function gesture_then(wanted: Gesture, then: () => void): Promise<boolean> {
+  const before = choices;
+  const done = await gesture(wanted);
+  if (done && choices === before) then();
+  return done;
 }
 
 export interface FileUse {
@@ -596,9 +612,11 @@ export function chosen_transition(state: DesignState): EditedTransition | null {
   return (wanted && doc_of(state)?.shown_chart?.transitions.find(({ transition, source }) => transition === wanted.index && source === wanted.source)) ?? null;
 }
 export function choose_state(id: string | null): void {
+  choices += 1;
   useDesign.setState({ state: id, transition: null, refused: null });
 }
 export function choose_transition(chosen: Pick<EditedTransition, "transition" | "source"> | null): void {
+  choices += 1;
   useDesign.setState({ state: null, transition: chosen && { index: chosen.transition, source: chosen.source }, refused: null });
 }
 
@@ -610,13 +628,16 @@ export function fresh_id(): string {
   return `state${number}`;
 }
 
-/** A state with such an id, which is to be said next. Its id; null: it was refused. */
+/** A state with such an id, which is to be said next. Its id; null: it was refused, or something else is chosen by now. */
 export async function add_fresh_state(inside: string, kind: StateKind = "state"): Promise<string | null> {
   const id = fresh_id();
-  if (!(await gesture({ what: "add_state", inside, id, kind }))) return null;
-  choose_state(id);
-  focus_field("design-state", id);
-  return id;
+  let is_chosen = false;
+  await gesture_then({ what: "add_state", inside, id, kind }, () => {
+    is_chosen = true;
+    choose_state(id);
+    focus_field("design-state", id);
+  });
+  return is_chosen ? id : null;
 }
 
 /** Frames that a field is waited for. */

@@ -117,6 +117,14 @@ export function on_design(listener: (message: DesignMessage) => void): () => voi
   return () => design_listeners.delete(listener);
 }
 
+/** What is said of the project while a whole answer is waited for. */
+let held_back: DesignMessage[] | null = null;
+function release(): void {
+  const messages = held_back ?? [];
+  held_back = null;
+  for (const message of messages) design_listeners.forEach((listener) => listener(message));
+}
+
 /** The store after one message of the program. */
 export function receive(studio: Studio, message: RunMessage): Studio {
   switch (message.type) {
@@ -237,7 +245,8 @@ export function connect(): void {
     open: () => new WebSocket(socket_address(window.location)),
     receive: (message) => {
       if (is_of_design(message)) {
-        design_listeners.forEach((listener) => listener(message));
+        if (held_back) held_back.push(message);
+        else design_listeners.forEach((listener) => listener(message));
         return;
       }
       stage((studio) => receive(studio, message));
@@ -255,7 +264,16 @@ export function retry(): void {
 
 /** The answer of the program; rejects with a RefusedError that says why not. */
 export function request<Op extends Operation>(op: Op, args: Operations[Op][0]): Promise<Operations[Op][1]> {
-  return client ? client.request(op, args) : Promise.reject(new LostError("not connected to the program"));
+  return client ? client.request(op, args).finally(release) : Promise.reject(new LostError("not connected to the program"));
+}
+
+/**
+ * As `request`; what the program says of the project before it answers comes with the answer, so that nobody can do anything
+ * between the two: to a picture that has changed, while what is chosen in it is still that of before.
+ */
+export function request_whole<Op extends Operation>(op: Op, args: Operations[Op][0]): Promise<Operations[Op][1]> {
+  held_back ??= [];
+  return request(op, args);
 }
 
 /** As `request`; a refusal is shown to the person, and the value is null. */
