@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <iterator>
 #include <set>
 #include <system_error>
@@ -41,6 +42,16 @@ std::int64_t hash_of(const std::string& text) { return static_cast<std::int64_t>
 FileChange change_of(const std::string& file, const std::string& before, const TextEdits& edits,
                      const std::string& after) {
   return {file, edits, inverse(before, edits), false, false, hash_of(before), hash_of(after), {}};
+}
+
+// Paths, and what is called after its file, have the file's name without its ending.
+bool has_word(std::string_view text, const std::string& word) {
+  const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+  for (std::size_t at = text.find(word); at != std::string_view::npos; at = text.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    if ((at == 0 || !is_letter(text[at - 1])) && (end == text.size() || !is_letter(text[end]))) return true;
+  }
+  return false;
 }
 
 FileChange removal_of(const std::string& file, const std::string& text, const std::string& begin) {
@@ -279,31 +290,43 @@ Result<void> Workspace::may_come(const std::string& file) const {
                                                   there.problem.empty() ? "" : ", but ", there.problem));
 }
 
-Result<void> Workspace::remove(const std::string& file) {
-  if (auto may = may_go(file); !may) return may;
-  const Document& document = documents_[file];
-  const FileChange removal = removal_of(file, document.text, document.begin);
-  if (auto gone = take_away(folder_ / file, file); !gone) return gone;
-  documents_.erase(file);
-  did({"delete " + file, {removal}}, false);
-  return {};
+// A file that goes, with what is there now.
+Workspace::DiskChange Workspace::going(const std::string& file) const {
+  return {file, std::nullopt, look_at(folder_ / file, kDocumentBytesMax).text, documents_.at(file).begin};
 }
 
-Result<void> Workspace::rename(const std::string& file, const std::string& to, const std::vector<NewText>& texts) {
-  if (auto may = may_go(file); !may) return may;
+Result<std::vector<std::string>> Workspace::remove(const std::string& file) {
+  if (auto may = may_go(file); !may) return tl::unexpected(may.error());
+  const Document& document = documents_[file];
+  const FileChange removal = removal_of(file, document.text, document.begin);
+  std::vector<DiskChange> on_disk;
+  auto saved = add_unsaved({}, {going(file)}, on_disk);
+  if (!saved) return saved;
+  if (auto changed = change_disk(on_disk); !changed) return tl::unexpected(changed.error());
+  documents_.erase(file);
+  did({"delete " + file, {removal}}, false);
+  for (const std::string& other : *saved) was_written(other);
+  return saved;
+}
+
+Result<std::vector<std::string>> Workspace::rename(const std::string& file, const std::string& to,
+                                                   const std::vector<NewText>& texts) {
+  if (auto may = may_go(file); !may) return tl::unexpected(may.error());
   if (find(to) != nullptr)
     return fail("design.there-already", fmt::format("{} is there already; choose another name", to));
-  if (auto may = may_come(to); !may) return may;
-  std::string text = documents_[file].text;
+  if (auto may = may_come(to); !may) return tl::unexpected(may.error());
+  std::map<std::string, std::string> left{{file, documents_[file].text}};
   for (const NewText& other : texts) {
     if (const auto document = editable(other.file); !document) return tl::unexpected(document.error());
-    if (other.file == file) text = other.text;
+    left[other.file] = other.text;
   }
+  const std::string& text = left[file];
   const Document before = documents_[file];
-  if (auto changed = change_disk({{to, text, std::nullopt, before.begin},
-                                  {file, std::nullopt, look_at(folder_ / file, kDocumentBytesMax).text, before.begin}});
-      !changed)
-    return changed;
+  // First what is named, then who names it, last what is named no more.
+  std::vector<DiskChange> on_disk{{to, text, std::nullopt, before.begin}};
+  auto saved = add_unsaved(left, {going(file)}, on_disk);
+  if (!saved) return saved;
+  if (auto changed = change_disk(on_disk); !changed) return tl::unexpected(changed.error());
   Step step{fmt::format("rename {} to {}", file, to), {removal_of(file, before.text, before.begin)}};
   step.changes.push_back(creation_of(to, text, before.begin));
   documents_.erase(file);
@@ -312,7 +335,8 @@ Result<void> Workspace::rename(const std::string& file, const std::string& to, c
     if (other.file != file) rewrite(other, step);
   }
   did(std::move(step), false);
-  return {};
+  for (const std::string& other : *saved) was_written(other);
+  return saved;
 }
 
 // A file that has been made on disk.
@@ -358,6 +382,32 @@ Result<void> Workspace::change_disk(const std::vector<DiskChange>& changes) cons
   return result;
 }
 
+// Before files go: others that have their names on disk, with `texts` in place of what they have now; then the files that go.
+// The others.
+Result<std::vector<std::string>> Workspace::add_unsaved(const std::map<std::string, std::string>& texts,
+                                                        const std::vector<DiskChange>& going,
+                                                        std::vector<DiskChange>& changes) const {
+  std::vector<std::string> files;
+  for (const auto& [name, document] : documents_) {
+    const std::string& file = name;
+    const auto given = texts.find(file);
+    const std::string& text = given != texts.end() ? given->second : document.text;
+    const auto goes = [&](const DiskChange& gone) { return gone.file == file; };
+    const auto is_named = [&](const DiskChange& gone) { return has_word(document.saved, fs::path(gone.file).stem()); };
+    if (text == document.saved || std::any_of(going.begin(), going.end(), goes) ||
+        std::none_of(going.begin(), going.end(), is_named) || (document.has_conflict() && given == texts.end()))
+      continue;
+    const auto there = look_at(folder_ / file, kDocumentBytesMax);
+    if (!there.problem.empty()) return unreadable(file, there.problem);
+    if (there.text && *there.text != document.saved)
+      return fail("design.conflict", file + " has changed on disk meanwhile; look at what came of it, and try again");
+    changes.push_back({file, text, there.text, document.begin});
+    files.push_back(file);
+  }
+  changes.insert(changes.end(), going.begin(), going.end());
+  return files;
+}
+
 // How a file stands to what a step is about to do to it.
 Workspace::Standing Workspace::standing_of(const FileChange& change, bool back) const {
   const auto found = documents_.find(change.file);
@@ -384,6 +434,8 @@ Result<Workspace::Reverted> Workspace::revert(const Step& step, bool back) {
   Reverted reverted;
   std::vector<const FileChange*> doing;
   std::vector<DiskChange> on_disk;
+  std::vector<DiskChange> gone;
+  std::map<std::string, std::string> left;
   // Everything is tried before any text is changed.
   for (const FileChange& change : step.changes) {
     const auto found = documents_.find(change.file);
@@ -396,14 +448,20 @@ Result<Workspace::Reverted> Workspace::revert(const Step& step, bool back) {
       case Standing::kOther: reverted.left.push_back(change.file); continue;
       case Standing::kAsKnown: doing.push_back(&change);
     }
+    const TextEdits& edits = back ? change.back : change.edits;
     if (back ? change.removed : change.created)
-      on_disk.push_back(
-          {change.file, with_edits("", back ? change.back : change.edits).value_or(""), std::nullopt, change.begin});
+      on_disk.push_back({change.file, with_edits("", edits).value_or(""), std::nullopt, change.begin});
     else if (back ? change.created : change.removed)
-      on_disk.push_back(
-          {change.file, std::nullopt, look_at(folder_ / change.file, kDocumentBytesMax).text, found->second.begin});
+      gone.push_back(going(change.file));
+    else
+      left[change.file] = with_edits(found->second.text, edits).value_or("");
   }
   if (doing.empty() && reverted.files.empty()) return reverted;
+  if (!gone.empty()) {
+    auto saved = add_unsaved(left, gone, on_disk);
+    if (!saved) return tl::unexpected(saved.error());
+    reverted.saved = std::move(*saved);
+  }
   if (auto changed = change_disk(on_disk); !changed) return tl::unexpected(changed.error());
   for (const FileChange* const change : doing) {
     reverted.files.push_back(change->file);
@@ -420,6 +478,11 @@ Result<Workspace::Reverted> Workspace::revert(const Step& step, bool back) {
       at->second.begin = change->begin;
     }
     set_text(at->second, std::move(text));
+  }
+  for (const std::string& file : reverted.saved) {
+    Document& document = documents_[file];
+    document.saved = document.text;
+    document.saved_here = document.due = true;
   }
   return reverted;
 }
@@ -494,16 +557,22 @@ Result<void> Workspace::save(const std::string& file) {
     return fail("design.conflict", file + " has changed on disk meanwhile; look at what came of it, and save again");
   }
   if (auto written = write(file, (*document)->text, (*document)->begin); !written) return written;
-  (*document)->saved = (*document)->text;
-  (*document)->due = journal_due_ = true;
-  if (text::xml_declared_otherwise((*document)->saved)) {
+  was_written(file);
+  return {};
+}
+
+// What a document has is on disk now.
+void Workspace::was_written(const std::string& file) {
+  Document& document = documents_[file];
+  document.saved = document.text;
+  document.due = journal_due_ = true;
+  if (text::xml_declared_otherwise(document.saved)) {
     // It is shown in UTF-8 from now on, as any file in that encoding.
     Step step{"show " + file + " in UTF-8", {}};
     if (take_from_disk(file, step) && !step.changes.empty()) did(std::move(step), false);
-    if (find(file) == nullptr) return {};
+    if (find(file) == nullptr) return;
   }
-  (*document)->saved_here = true;
-  return {};
+  document.saved_here = true;
 }
 
 // True: the document is not as it was. What it did to the text is added to `step`.

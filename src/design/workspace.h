@@ -75,7 +75,9 @@ struct Step {
 /// The texts of a project while they are edited, with one stack of undo over all files. Texts are UTF-8; a byte order
 /// mark, kinds of line ends, and whether the last line has one stay as they are.
 ///
-/// Files that come and go do so on disk at once; what is edited waits for `save`. Undoing restores identical bytes.
+/// What is edited waits for `save`. Files that come and go do so on disk at once. Where one goes, also by undoing or by its
+/// new name, the others that have its name on disk and are edited are saved with it, all or nothing: else they would name
+/// there what is not there any more. Undoing restores identical bytes.
 /// The stack and what is not saved are kept in `.sentree/journal` of the folder, and found there again. One workspace
 /// at a time edits a folder, as long as it lives or its process does; others follow what is on disk.
 class Workspace {
@@ -110,18 +112,19 @@ class Workspace {
   /// Errors: those of `edit`; design.outside (a path that leads out of the folder), design.there-already (on disk is
   /// something that is no text of the project), file.unwritable.
   Result<void> put(const std::vector<NewText>& texts, const std::string& name);
-  /// Deletes a file, on disk too. Errors: those of `save`.
-  Result<void> remove(const std::string& file);
+  /// Deletes a file, on disk too. The others that were saved with it. Errors: those of `save`.
+  Result<std::vector<std::string>> remove(const std::string& file);
   /// Gives a file another name, on disk too, and others `texts`, in one step; a text for `file` is what it has under
-  /// its new name, where it is written with all that was not saved. Other files wait for `save`. Errors: those of `put`
-  /// and `remove`.
-  Result<void> rename(const std::string& file, const std::string& to, const std::vector<NewText>& texts);
+  /// its new name. The others that were saved with it. Errors: those of `put` and `remove`.
+  Result<std::vector<std::string>> rename(const std::string& file, const std::string& to,
+                                          const std::vector<NewText>& texts);
 
   /// Of a step that was undone, or done again.
   struct Reverted {
     std::vector<std::string> files;  ///< That it changed.
     /// That somebody else has changed so that the step is not of them: they stay as they are, in the folder too.
     std::vector<std::string> left;
+    std::vector<std::string> saved;  ///< Because files went.
   };
   /// All of the step but what is `left`, or nothing where a file cannot be written. No file is deleted or written over
   /// whose bytes the steps do not have.
@@ -176,6 +179,11 @@ class Workspace {
     std::string begin;  // of either
   };
   Result<void> change_disk(const std::vector<DiskChange>& changes) const;
+  [[nodiscard]] DiskChange going(const std::string& file) const;
+  Result<std::vector<std::string>> add_unsaved(const std::map<std::string, std::string>& texts,
+                                               const std::vector<DiskChange>& going,
+                                               std::vector<DiskChange>& changes) const;
+  void was_written(const std::string& file);
   Result<void> may_go(const std::string& file);
   [[nodiscard]] Result<void> may_come(const std::string& file) const;
   void come(const std::string& file, const std::string& text, const std::string& begin);

@@ -102,6 +102,73 @@ TEST_F(WorkspaceTest, AFileThatIsDeletedOrRenamedComesBackByteForByte) {
   EXPECT_EQ(workspace.find("sentree.yaml")->text, "file: trees/main.xml\n");
 }
 
+TEST_F(WorkspaceTest, WhatNamesAFileIsSavedWhenItGoes) {
+  write("notes.yaml", "a: 1\n");
+  const std::string project = read("sentree.yaml");
+  const std::string mission = read("mission.xml");
+  Workspace workspace = open();
+  const auto project_on_disk = [&] { return read("sentree.yaml") + read("mission.xml") + read("main.xml"); };
+  replace(workspace, "notes.yaml", "1", "2");
+  // What somebody has taken out, and not saved, is on disk still.
+  write("more.yaml", "# mission, main_loop\n");
+  workspace.refresh({""});
+  replace(workspace, "more.yaml", "mission, ", "");
+  const auto renamed = workspace.rename("mission.xml", "main.xml", {{"sentree.yaml", "mission: {file: main.xml}\n"}});
+  ASSERT_TRUE(renamed) << renamed.error().message;
+  EXPECT_THAT(*renamed, ElementsAre("more.yaml", "sentree.yaml"));
+  EXPECT_EQ(project_on_disk(), "mission: {file: main.xml}\n(none)" + mission);
+  EXPECT_EQ(read("notes.yaml") + read("more.yaml"), "a: 1\n# main_loop\n");
+  // What another program finds there is whole, and so it is when everything is undone.
+  const auto undone = workspace.undo();
+  ASSERT_TRUE(undone) << undone.error().message;
+  EXPECT_THAT(undone->saved, ElementsAre("sentree.yaml"));
+  EXPECT_EQ(project_on_disk(), project + mission + "(none)");
+  EXPECT_FALSE(workspace.find("sentree.yaml")->is_dirty());
+  ASSERT_TRUE(workspace.redo());
+  EXPECT_EQ(project_on_disk(), "mission: {file: main.xml}\n(none)" + mission);
+  // A file that came with its entry goes with it.
+  ASSERT_TRUE(workspace.put({{"a.scxml", "<a/>"}, {"sentree.yaml", "skills: {a: {}}\n"}}, "add"));
+  EXPECT_EQ(read("sentree.yaml"), "mission: {file: main.xml}\n");
+  ASSERT_TRUE(workspace.save("sentree.yaml"));
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(read("a.scxml") + read("sentree.yaml"), "(none)mission: {file: main.xml}\n");
+  replace(workspace, "sentree.yaml", "main", "other");
+  ASSERT_TRUE(workspace.remove("main.xml"));
+  EXPECT_EQ(project_on_disk(), "mission: {file: other.xml}\n(none)(none)");
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(workspace.undo()) << i;
+  EXPECT_EQ(workspace.find("notes.yaml")->text, "a: 1\n");
+  ASSERT_TRUE(workspace.save("sentree.yaml"));
+  EXPECT_EQ(project_on_disk(), project + mission + "(none)");
+  EXPECT_TRUE(workspace.refresh({""}).empty());
+}
+
+TEST_F(WorkspaceTest, NoFileGoesWhereWhatNamesItCannotBeSaved) {
+  Workspace workspace = open();
+  const std::string mission = read("mission.xml");
+  const auto whole = [&] { return read("sentree.yaml") + read("mission.xml") + read("main.xml"); };
+  const std::string before = whole();
+  const auto rename = [&] {
+    return workspace.rename("mission.xml", "main.xml", {{"sentree.yaml", "mission: {file: main.xml}\n"}});
+  };
+  chmod((folder_.path() / "sentree.yaml").c_str(), 0444);
+  EXPECT_EQ(rename().error().code, "file.read-only");
+  EXPECT_EQ(whole(), before);
+  EXPECT_FALSE(workspace.find("sentree.yaml")->is_dirty());
+  EXPECT_EQ(workspace.find("main.xml"), nullptr);
+  chmod((folder_.path() / "sentree.yaml").c_str(), 0644);
+  write("sentree.yaml", "# another's\n");
+  EXPECT_EQ(rename().error().code, "design.conflict");
+  EXPECT_EQ(whole(), "# another's\n" + mission + "(none)");
+  write("sentree.yaml", "caf\xE9");
+  EXPECT_EQ(rename().error().code, "design.unreadable");
+  EXPECT_EQ(whole(), "caf\xE9" + mission + "(none)");
+  // Of others that wait to be resolved nothing is written.
+  workspace.refresh({""});
+  const auto renamed = workspace.rename("mission.xml", "main.xml", {});
+  ASSERT_TRUE(renamed) << renamed.error().message;
+  EXPECT_EQ(bytes("sentree.yaml"), "caf\xE9");
+}
+
 TEST_F(WorkspaceTest, RefusesNamesThatAreTakenOrLeadOut) {
   Workspace workspace = open();
   write("notes.yaml", "");

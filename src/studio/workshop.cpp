@@ -205,6 +205,14 @@ void Workshop::Impl::changed(const std::vector<std::string>& files) {
   news.notify_all();
 }
 
+// Texts that were saved because files went: pages are told of them as well, and what is compared with is another.
+void Workshop::Impl::saved_beside(const std::vector<std::string>& saved, std::vector<std::string>& files) {
+  for (const std::string& file : saved) {
+    if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
+  }
+  if (!saved.empty()) baseline.reset();
+}
+
 // ---- What pages ask for ----
 
 Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& request) {
@@ -269,9 +277,11 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
       changed({});
       return tl::unexpected(reverted.error());
     }
-    changed(reverted->files);
+    std::vector<std::string> told = reverted->files;
+    saved_beside(reverted->saved, told);
+    changed(told);
     const auto listed = [](const std::vector<std::string>& files) { return List(files.begin(), files.end()); };
-    return Value(Map{{"files", listed(reverted->files)}, {"left", listed(reverted->left)}});
+    return Value(Map{{"files", listed(reverted->files)}, {"left", listed(reverted->left)}, {"saved", listed(reverted->saved)}});
   }
   if (op == "design_save") return save(asked);
   if (op == "design_resolve") {
@@ -295,12 +305,15 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
   }
   if (op == "design_remove") {
     if (file == "sentree.yaml") return fail("design.bad-edit", "sentree.yaml is the project; it is not deleted here");
-    if (auto removed = workspace.remove(file); !removed) {
+    const auto removed = workspace.remove(file);
+    if (!removed) {
       changed({file});
       return tl::unexpected(removed.error());
     }
-    changed({file});
-    return Value(Map());
+    std::vector<std::string> gone{file};
+    saved_beside(*removed, gone);
+    changed(gone);
+    return Value(Map{{"saved", List(removed->begin(), removed->end())}});
   }
   if (op == "design_scenario") {
     const std::string name = asked.text("scenario");

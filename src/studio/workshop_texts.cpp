@@ -107,18 +107,24 @@ Result<Value> Workshop::Impl::rename_file(const std::string& file, const std::st
     named.emplace_back(text.file);
     files.push_back(text.file);
   }
+  std::vector<std::string> saved;
   if (file != to) {
-    if (auto done = workspace.rename(file, to, renamed->texts); !done) {
+    auto done = workspace.rename(file, to, renamed->texts);
+    if (!done) {
       changed({file});
       return tl::unexpected(done.error());
     }
+    saved = std::move(*done);
     const fs::path other(to);
     if (file == fmt::format("scenarios/{}.yaml", scenario) && other.parent_path() == "scenarios")
       scenario = other.stem().string();
+    saved_beside(saved, files);
     changed(files);
   }
-  return Value(
-      Map{{"file", to}, {"files", std::move(named)}, {"places", static_cast<std::int64_t>(renamed->occurrences)}});
+  return Value(Map{{"file", to},
+                   {"files", std::move(named)},
+                   {"places", static_cast<std::int64_t>(renamed->occurrences)},
+                   {"saved", List(saved.begin(), saved.end())}});
 }
 
 Result<Value> Workshop::Impl::rename_place(const std::string& location, const std::string& to) {

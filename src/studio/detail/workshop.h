@@ -61,6 +61,7 @@ struct Workshop::Impl {
   [[nodiscard]] Result<Value> compare(const std::string& op, const AskedEdit& asked);
   Result<Value> save(const AskedEdit& asked);
   void changed(const std::vector<std::string>& files);
+  void saved_beside(const std::vector<std::string>& saved, std::vector<std::string>& files);
   [[nodiscard]] Value summary() const;
   void tell_summary() { server->tell(to_json(summary())); }
   void tell_document(const std::string& file);

@@ -18,9 +18,10 @@ test("a file is renamed by key with what names it, and deleted from its menu aft
   const { page, close } = await open_design(program.url, { file: "requirements/recharge.req" });
   await settled(page);
   const row = (file) => page.locator(`.file-row[data-file="${file}"]`);
-  const saved = async () => {
-    await page.keyboard.press("Control+s");
+  // What is on disk is a project whenever a file has gone.
+  const whole = async () => {
     await page.getByTestId("save").and(page.locator(":disabled")).waitFor();
+    assert.equal((await run(["check", folder])).code, 0);
   };
 
   // By key; the name alone is chosen, so that one types over it.
@@ -32,9 +33,9 @@ test("a file is renamed by key with what names it, and deleted from its menu aft
   await row("requirements/charge.req").and(page.locator("[aria-current=true]")).waitFor();
   assert.equal(await undo_name(page), "rename requirements/recharge.req to requirements/charge.req");
   assert.ok(!existsSync(join(folder, "requirements/recharge.req")));
-  await saved();
+  await page.getByText("saved with it: sentree.yaml").waitFor();
+  await whole();
   assert.match(readFileSync(join(folder, "sentree.yaml"), "utf8"), /- \{file: requirements\/charge\.req\} {3}# never_empty/);
-  assert.equal((await run(["check", folder])).code, 0);
 
   // A skill is what its file is called; its leaves follow. Names that are taken or lead out are refused.
   await row("skills/WaitForUser.scxml").click({ button: "right" });
@@ -48,9 +49,8 @@ test("a file is renamed by key with what names it, and deleted from its menu aft
   await field.fill("skills/AwaitPerson.scxml");
   await page.keyboard.press("Enter");
   await row("skills/AwaitPerson.scxml").waitFor();
-  await saved();
+  await whole();
   assert.match(readFileSync(join(folder, "mission.xml"), "utf8"), /<AwaitPerson name="WaitForUser"\/>/);
-  assert.equal((await run(["check", folder])).code, 0);
 
   // Who uses it is told before it goes.
   await row("world/world.yaml").hover();
@@ -79,7 +79,7 @@ test("a file is renamed by key with what names it, and deleted from its menu aft
     await page.keyboard.press("Control+z");
     await until(async () => (await undo_name(page)) !== before, "a step was undone");
   }
-  await saved();
+  await whole();
   assert.deepEqual(contents(folder), original);
   await close();
   await program.stop();

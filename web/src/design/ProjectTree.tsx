@@ -192,7 +192,7 @@ function NewName({ file, done }: { file: string; done(): void }) {
           ref={field}
           className="field"
           aria-label={`New name of ${file}`}
-          title="Its path inside the project; what names it follows"
+          title="Its path inside the project; what names it follows, and is saved with it"
           spellCheck={false}
           value={path}
           onChange={(event) => set_path(event.target.value)}

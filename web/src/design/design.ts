@@ -576,20 +576,23 @@ export interface FileUse {
 export async function uses_of(file: string): Promise<readonly FileUse[] | null> {
   return (await attempt(() => request("design_uses", { file })))?.uses ?? null;
 }
+/** What has the name of a file that goes is saved with it. */
+const with_saved = (saved: readonly string[]) => (saved.length === 0 ? "" : `; saved with it: ${saved.join(", ")}`);
 /** Gives a file another place inside the project, wherever it is named. */
 export async function rename_file(file: string, to: string): Promise<boolean> {
   const was_open = useDesign.getState().file === file;
   const done = await attempt(() => request("design_rename_file", { file, to }));
   if (!done) return false;
-  if (done.files.length > 0) note("info", `${file} is ${to} now, in ${done.files.join(", ")} too`);
+  if (done.files.length > 0 || done.saved.length > 0) note("info", `${file} is ${to} now${done.files.length > 0 ? `, in ${done.files.join(", ")} too` : ""}${with_saved(done.saved)}`);
   if (was_open) await open_file(to);
   return true;
 }
 /** Deletes a file of the project, on disk too. */
 export async function remove_file(file: string): Promise<void> {
   const was_open = useDesign.getState().file === file;
-  if ((await attempt(() => request("design_remove", { file }))) === null) return;
-  note("info", `${file} is deleted; Undo brings it back`);
+  const done = await attempt(() => request("design_remove", { file }));
+  if (done === null) return;
+  note("info", `${file} is deleted${with_saved(done.saved)}; Undo brings it back`);
   if (!was_open) return;
   const files = useDesign.getState().summary?.files.filter((one) => one.file !== file) ?? [];
   const next = files.find(({ kind }) => kind === "mission") ?? files[0];
@@ -702,8 +705,10 @@ async function take_back(op: "design_undo" | "design_redo", none: string): Promi
     const there = op === "design_undo" ? summary?.undo : summary?.redo;
     return there === null ? null : request(op, {});
   });
-  if (done) show_one_of(done.files);
-  else if (useDesign.getState().refused === null) note("info", none);
+  if (done) {
+    show_one_of(done.files);
+    if (done.saved.length > 0) note("info", `a file has gone on disk${with_saved(done.saved)}`);
+  } else if (useDesign.getState().refused === null) note("info", none);
   if (done && done.left.length > 0) useDesign.setState({ refused: `${done.left.join(", ")} ${done.left.length === 1 ? "is" : "are"} not as in that step, somebody else has changed it; it stays as it is` });
 }
 export const undo = () => take_back("design_undo", "there is nothing to undo");

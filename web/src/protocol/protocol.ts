@@ -377,7 +377,8 @@ export const DesignDocument = object({
   chart: or_null(EditedChart),
   requirements: or_null(list(Sentence)),
 });
-export const Reverted = object({ files: list(string()), left: Type.Array(string(), { description: "That somebody else has changed since, so that the step is not of them: they stay as they are" }) });
+const saved_beside = () => Type.Array(string(), { description: "Others that were saved with it: they had the name of a file on disk that went" });
+export const Reverted = object({ files: list(string()), left: Type.Array(string(), { description: "That somebody else has changed since, so that the step is not of them: they stay as they are" }), saved: saved_beside() });
 /** What a file of requirements would have said of the last runs; `violated`: when first [ns], by run. */
 export const DesignPast = object({
   file: string(),
@@ -562,10 +563,10 @@ export const Operations = {
   design_resolve: [object({ file: string(), keep: one_of("mine", "theirs") }), Type.Unknown()],
   design_add: [object({ kind: one_of("skill", "monitor", "requirement", "scenario", "component"), name: string() }), object({ file: string() })],
   design_init: [nothing(), Type.Unknown()],
-  design_remove: [object({ file: string() }), Type.Unknown()],
+  design_remove: [object({ file: string() }), object({ saved: saved_beside() })],
   design_rename_file: [
     object({ file: string(), to: Type.String({ description: "Its path inside the project" }) }),
-    object({ file: string(), files: Type.Array(string(), { description: "Others that name it, and say so" }), places: index() }),
+    object({ file: string(), files: Type.Array(string(), { description: "Others that name it, and say so" }), places: index(), saved: saved_beside() }),
   ],
   design_uses: [object({ file: string() }), object({ uses: list(object({ file: string(), line: index(), text: string() })) })],
   design_fold: [object({ file: string(), closed: Type.Array(string(), { description: "Ids of states whose inside is hidden" }) }), FoldedChart],
