@@ -4,7 +4,8 @@ import { readFileSync, rmSync, symlinkSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { copy_of, node, open_design, serve_design } from "../harness/design.mjs";
+import { state_at } from "../harness/chart.mjs";
+import { contents, copy_of, node, open_design, serve_design } from "../harness/design.mjs";
 import { operate, until } from "../harness/browser.mjs";
 
 test("each file is old or new, whenever the program is killed while it saves", async () => {
@@ -71,6 +72,34 @@ test("no page edits without the token, none reaches out of the project", async (
   assert.equal(await item.getAttribute("aria-disabled"), "true");
   assert.match(await item.getAttribute("title"), /edits this project/);
   await shown.page.keyboard.press("Escape");
+  // Fields and buttons that would edit show what is there, and why they do nothing; what runs something needs no edit.
+  const only_shown = async (...wanted) => {
+    for (const one of wanted) {
+      await one.and(shown.page.locator(":disabled")).waitFor();
+      assert.match(await one.evaluate((element) => element.closest("[title]").title), /edits this project/);
+    }
+  };
+  const before = contents(folder);
+  await node(shown.page, "GoToKitchen").click();
+  await only_shown(shown.page.locator("#design-port-destination"), shown.page.locator("#design-add"), shown.page.getByRole("button", { name: "Add a skill" }));
+  await shown.page.getByTestId("design-tree").press("F2");
+  await shown.page.getByTestId("refused").getByText("edits this project").waitFor();
+  await shown.page.getByTestId("simulate-button").click();
+  await shown.page.getByTestId("simulate").getByRole("button", { name: "Tick" }).click();
+  await until(async () => /after 2 ticks/.test(await shown.page.getByTestId("simulate").innerText()), "a tree is run by hand");
+  await shown.page.getByTestId("simulate-button").click();
+  await shown.page.getByRole("button", { name: "Open its chart" }).click();
+  await state_at(shown.page, "starting").click();
+  await only_shown(shown.page.locator("#design-state"), shown.page.locator("#design-event"), shown.page.locator("#design-new-state"));
+  await shown.page.locator('[data-file="world/world.yaml"]').click();
+  await only_shown(shown.page.getByRole("button", { name: "Delete location kitchen" }));
+  await shown.page.locator('[data-file="scenarios/experiment1.yaml"]').click();
+  await only_shown(shown.page.getByLabel("duration"));
+  await shown.page.getByTestId("run-scenario").click();
+  await until(async () => (await operate(shown.page, "design")).scenario === "experiment1", "another scenario runs");
+  await shown.page.locator('[data-file="sentree.yaml"]').click();
+  await only_shown(shown.page.getByRole("button", { name: "Delete service battery" }));
+  assert.deepEqual(contents(folder), before);
   const { version } = await operate(page, "design_read", { file: "mission.xml" });
   const edit = { file: "mission.xml", base: version, cause: "x", edits: [{ from: 0, to: 0, text: "<!--first-->" }] };
   await assert.rejects(operate(shown.page, "design_edit", edit), /edits this project/);

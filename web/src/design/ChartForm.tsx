@@ -5,6 +5,7 @@ import { useStudio } from "../store/store";
 import { Actions } from "./Actions";
 import { condition_words, event_words, is_history, leads_out, transition_text } from "./chart_words";
 import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, focus_field, focus_picture, gesture, gesture_then, useDesign } from "./design";
+import { Editable } from "./Editable";
 import { Options, TextField } from "./TextField";
 
 export const kStateKinds: readonly { kind: StateKind; name: string }[] = [
@@ -41,7 +42,9 @@ function WholePart({ chart }: { chart: EditedChart }) {
     <>
       <h2 className="inspector-title">Chart</h2>
       <p className="muted">Double click on the ground: a state. From a state’s edge: a transition. Drag a state into another. The right button, or M, says what else.</p>
-      <Actions id="chart-data" title="Data and ports" place={{ state: "", block: "datamodel" }} actions={chart.data} offered={kData} />
+      <Editable>
+        <Actions id="chart-data" title="Data and ports" place={{ state: "", block: "datamodel" }} actions={chart.data} offered={kData} />
+      </Editable>
     </>
   );
 }
@@ -57,36 +60,40 @@ function StatePart({ chart, state }: { chart: EditedChart; state: EditedState })
   return (
     <>
       <h2 className="inspector-title">{id}</h2>
-      <TextField id="design-state" label="id, here and wherever it is named" value={id} tell={rename} />
-      <Select id="design-kind" label="kind" value={kind} tell={(value) => void gesture({ what: "set_kind", state: id, kind: value as StateKind })}>
-        {kStateKinds.filter((one) => is_history(one.kind) === is_history(kind)).map((one) => (
-          <option key={one.kind} value={one.kind}>
-            {one.name}
-          </option>
-        ))}
-      </Select>
-      <Select id="design-inside" label="inside" value={state.inside} tell={(value) => void gesture_then({ what: "move_state", state: id, inside: value }, () => choose_state(id))}>
-        <option value="">nothing: the top level</option>
-        {states.filter((one) => one.kind === "state" || one.kind === "parallel").map((one) => (
-          <option key={one.id}>{one.id}</option>
-        ))}
-      </Select>
-      {!is_history(kind) && (
-        <label className="inspector-check">
-          <input type="checkbox" checked={state.initial} disabled={state.initial} onChange={() => void gesture({ what: "set_initial", state: id })} /> {state.inside || "the chart"} begins with it
-        </label>
-      )}
+      <Editable>
+        <TextField id="design-state" label="id, here and wherever it is named" value={id} tell={rename} />
+        <Select id="design-kind" label="kind" value={kind} tell={(value) => void gesture({ what: "set_kind", state: id, kind: value as StateKind })}>
+          {kStateKinds.filter((one) => is_history(one.kind) === is_history(kind)).map((one) => (
+            <option key={one.kind} value={one.kind}>
+              {one.name}
+            </option>
+          ))}
+        </Select>
+        <Select id="design-inside" label="inside" value={state.inside} tell={(value) => void gesture_then({ what: "move_state", state: id, inside: value }, () => choose_state(id))}>
+          <option value="">nothing: the top level</option>
+          {states.filter((one) => one.kind === "state" || one.kind === "parallel").map((one) => (
+            <option key={one.id}>{one.id}</option>
+          ))}
+        </Select>
+        {!is_history(kind) && (
+          <label className="inspector-check">
+            <input type="checkbox" checked={state.initial} disabled={state.initial} onChange={() => void gesture({ what: "set_initial", state: id })} /> {state.inside || "the chart"} begins with it
+          </label>
+        )}
+      </Editable>
       <TransitionList chart={chart} state={state} />
-      {leads_out(kind) && <NewTransition chart={chart} source={id} />}
-      {!is_history(kind) && (
-        <>
-          <Actions id="entry" title="On entry" place={{ state: id, block: "onentry" }} actions={state.onentry} />
-          <Actions id="exit" title="On exit" place={{ state: id, block: "onexit" }} actions={state.onexit} />
-        </>
-      )}
-      <button type="button" className="button small" title="Delete the state and the transitions to it (Del)" onClick={() => void gesture({ what: "remove_state", state: id })}>
-        Delete {id}
-      </button>
+      <Editable>
+        {leads_out(kind) && <NewTransition chart={chart} source={id} />}
+        {!is_history(kind) && (
+          <>
+            <Actions id="entry" title="On entry" place={{ state: id, block: "onentry" }} actions={state.onentry} />
+            <Actions id="exit" title="On exit" place={{ state: id, block: "onexit" }} actions={state.onexit} />
+          </>
+        )}
+        <button type="button" className="button small" title="Delete the state and the transitions to it (Del)" onClick={() => void gesture({ what: "remove_state", state: id })}>
+          Delete {id}
+        </button>
+      </Editable>
     </>
   );
 }
@@ -126,37 +133,39 @@ function TransitionPart({ chart, transition }: { chart: EditedChart; transition:
   return (
     <>
       <h2 className="inspector-title">{written ? `From ${source}` : `${source || "The chart"} begins`}</h2>
-      {written && (
-        <>
-          <TextField id="transition-event" label="event" value={transition.event} options={event_words(chart, services)} hint="none: taken at once" tell={(event) => void gesture({ what: "set_transition", transition: at, event })} />
-          <TextField id="transition-condition" label="condition" value={transition.condition} area={transition.condition.length > kLine} options={condition_words(chart, transition.event, services)} tell={(condition) => void gesture({ what: "set_transition", transition: at, condition })} />
-        </>
-      )}
-      <TextField id="transition-target" label={written ? "target; of parallel states several" : "with"} value={transition.target} options={ids} hint="none: it stays where it is" tell={(target) => void gesture({ what: "set_transition", transition: at, target })} />
-      {written && place >= 0 && (
-        <>
-          <Select id="transition-source" label="from" value={source} tell={(state) => move(Number.MAX_SAFE_INTEGER, state)}>
-            {chart.states.filter(({ kind }) => kind === "state" || kind === "parallel").map(({ id }) => (
-              <option key={id}>{id}</option>
-            ))}
-          </Select>
-          {own.length > 1 && (
-            <p className="transition-order">
-              {place + 1} of {own.length}
-              <button type="button" className="button small" disabled={place === 0} onClick={() => move(place - 1)}>
-                Earlier
-              </button>
-              <button type="button" className="button small" disabled={place + 1 === own.length} onClick={() => move(place + 2)}>
-                Later
-              </button>
-            </p>
-          )}
-          <Actions id="transition" title="What is done" place={{ transition: at }} actions={transition.actions} />
-        </>
-      )}
-      <button type="button" className="button small" title="Delete the transition (Del)" onClick={() => void gesture({ what: "remove_transition", transition: at })}>
-        Delete the transition
-      </button>
+      <Editable>
+        {written && (
+          <>
+            <TextField id="transition-event" label="event" value={transition.event} options={event_words(chart, services)} hint="none: taken at once" tell={(event) => void gesture({ what: "set_transition", transition: at, event })} />
+            <TextField id="transition-condition" label="condition" value={transition.condition} area={transition.condition.length > kLine} options={condition_words(chart, transition.event, services)} tell={(condition) => void gesture({ what: "set_transition", transition: at, condition })} />
+          </>
+        )}
+        <TextField id="transition-target" label={written ? "target; of parallel states several" : "with"} value={transition.target} options={ids} hint="none: it stays where it is" tell={(target) => void gesture({ what: "set_transition", transition: at, target })} />
+        {written && place >= 0 && (
+          <>
+            <Select id="transition-source" label="from" value={source} tell={(state) => move(Number.MAX_SAFE_INTEGER, state)}>
+              {chart.states.filter(({ kind }) => kind === "state" || kind === "parallel").map(({ id }) => (
+                <option key={id}>{id}</option>
+              ))}
+            </Select>
+            {own.length > 1 && (
+              <p className="transition-order">
+                {place + 1} of {own.length}
+                <button type="button" className="button small" disabled={place === 0} onClick={() => move(place - 1)}>
+                  Earlier
+                </button>
+                <button type="button" className="button small" disabled={place + 1 === own.length} onClick={() => move(place + 2)}>
+                  Later
+                </button>
+              </p>
+            )}
+            <Actions id="transition" title="What is done" place={{ transition: at }} actions={transition.actions} />
+          </>
+        )}
+        <button type="button" className="button small" title="Delete the transition (Del)" onClick={() => void gesture({ what: "remove_transition", transition: at })}>
+          Delete the transition
+        </button>
+      </Editable>
       {source !== "" && (
         <button type="button" className="button small" onClick={() => choose_state(source)}>
           To {source}
@@ -219,23 +228,25 @@ function NewState({ state }: { state: EditedState | null }) {
   };
   return (
     <>
-      <h3 className="inspector-part">New state</h3>
-      <Field id="design-new-state" label="id" value={fresh} set={set_fresh} done={add} options={[]} />
-      <Select id="design-new-kind" label="kind" value={kind} tell={(value) => set_kind(value as StateKind)}>
-        {kStateKinds.map((one) => (
-          <option key={one.kind} value={one.kind}>
-            {one.name}
-          </option>
-        ))}
-      </Select>
-      {can_hold && (
-        <label className="inspector-check">
-          <input type="checkbox" checked={inside || is_history(kind)} disabled={is_history(kind)} onChange={(changed) => set_inside(changed.target.checked)} /> inside {state.id}
-        </label>
-      )}
-      <button type="button" className="button small" disabled={fresh === ""} onClick={add}>
-        Add the state
-      </button>
+      <Editable>
+        <h3 className="inspector-part">New state</h3>
+        <Field id="design-new-state" label="id" value={fresh} set={set_fresh} done={add} options={[]} />
+        <Select id="design-new-kind" label="kind" value={kind} tell={(value) => set_kind(value as StateKind)}>
+          {kStateKinds.map((one) => (
+            <option key={one.kind} value={one.kind}>
+              {one.name}
+            </option>
+          ))}
+        </Select>
+        {can_hold && (
+          <label className="inspector-check">
+            <input type="checkbox" checked={inside || is_history(kind)} disabled={is_history(kind)} onChange={(changed) => set_inside(changed.target.checked)} /> inside {state.id}
+          </label>
+        )}
+        <button type="button" className="button small" disabled={fresh === ""} onClick={add}>
+          Add the state
+        </button>
+      </Editable>
     </>
   );
 }

@@ -269,7 +269,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
           else if (remove && chosen) void gesture({ what: "remove_state", state: chosen });
           else if (chosen && (event.key === "c" || event.key === "C")) toggle_chosen();
           else if (event.key === "F2" && (chosen_edge || chosen)) focus_field(chosen_edge ? (chosen_edge.written ? "transition-event" : "transition-target") : "design-state");
-          else if (event.key === "Enter") document.getElementById("design-new-state")?.focus();
+          else if (event.key === "Enter") focus_field("design-new-state");
           else if (chosen && (event.key === "n" || event.key === "N")) new_transition();
           else if (event.key === "t" || event.key === "T") next_transition(event.shiftKey ? -1 : 1);
           else if (event.key === "s" || event.key === "S") next_state(event.shiftKey ? -1 : 1);

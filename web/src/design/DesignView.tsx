@@ -16,7 +16,7 @@ import { useWindow } from "../widgets/layout";
 import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
-import { begin_project, broken, doc_of, node_of, open_file, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, kNoFiles, type Doc, type Look } from "./design";
+import { begin_project, broken, doc_of, held, node_of, open_file, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, kNoFiles, type Doc, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
@@ -168,6 +168,7 @@ function DesignBar() {
   const look = useDesign((state) => state.look);
   const autosave = useDesign((state) => state.autosave);
   const below = useDesign((state) => state.below);
+  const is_held = useDesign(held);
   const has_picture = useDesign((state) => {
     const doc = doc_of(state);
     return doc !== null && has_picture_of(doc);
@@ -202,10 +203,10 @@ function DesignBar() {
       <button className="button small" aria-pressed={below === "reached"} title="What of the project no scenario reaches" data-testid="reached-button" onClick={() => show_below("reached")}>
         Reached
       </button>
-      <button className="button small" disabled={!summary?.undo} title={summary?.undo ? `Undo: ${summary.undo} (Ctrl+Z)` : "Nothing to undo"} data-testid="undo" data-name={summary?.undo ?? ""} onClick={() => void undo()}>
+      <button className="button small" disabled={!summary?.undo || is_held !== null} title={is_held ?? (summary?.undo ? `Undo: ${summary.undo} (Ctrl+Z)` : "Nothing to undo")} data-testid="undo" data-name={summary?.undo ?? ""} onClick={() => void undo()}>
         Undo{summary && summary.undo_count > 0 ? ` ${summary.undo_count}` : ""}
       </button>
-      <button className="button small" disabled={!summary?.redo} title={summary?.redo ? `Do again: ${summary.redo} (Ctrl+Shift+Z)` : "Nothing to do again"} data-testid="redo" onClick={() => void redo()}>
+      <button className="button small" disabled={!summary?.redo || is_held !== null} title={is_held ?? (summary?.redo ? `Do again: ${summary.redo} (Ctrl+Shift+Z)` : "Nothing to do again")} data-testid="redo" onClick={() => void redo()}>
         Redo
       </button>
       <button className={`button small${dirty > 0 ? " primary" : ""}`} disabled={dirty === 0} title="Save all files (Ctrl+S)" data-testid="save" onClick={() => void save_all()}>

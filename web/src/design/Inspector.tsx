@@ -3,6 +3,7 @@ import { useState } from "react";
 import type { OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
 import { Icon } from "../widgets/Icon";
 import { add_part, findings_at, findings_of, fix, gesture, node_of, open_file, tree_of, useDesign, kNoFiles } from "./design";
+import { Editable } from "./Editable";
 import { Options, TextField } from "./TextField";
 
 const kConditions = ["_skipIf", "_successIf", "_failureIf", "_while", "_onSuccess", "_onFailure", "_onHalted", "_post"];
@@ -63,39 +64,41 @@ function NodeForm({ node, tree }: { node: OutlineNode; tree: OutlineTree }) {
         <span className="badge">{node.id === (node.name || node.id) ? node.kind : node.id}</span>
       </h2>
       {model?.description && <p className="muted">{model.description}</p>}
-      {wrong.map((finding, i) => (
-        <p key={i} className={`inspector-finding ${finding.severity}`}>
-          {finding.message}
-          {finding.fixes.map((which) => (
-            <button key={which.title} type="button" className="button small" onClick={() => void fix(finding, which)}>
-              Write “{which.title}”
-            </button>
-          ))}
-          {finding.code === "bt.unknown-node" && (
-            <button type="button" className="button small" onClick={() => void add_part("skill", node.id, false)}>
-              Make the skill {node.id}
-            </button>
-          )}
-        </p>
-      ))}
-      <Field id="design-name" label="name" value={node.name} node={node} attribute="name" hint={node.id} options={[]} />
-      {ports.map((port) => (
-        <Field
-          key={port.name}
-          id={`design-port-${port.name}`}
-          label={port.name}
-          direction={port.direction}
-          type={port.type}
-          value={written.get(port.name) ?? ""}
-          node={node}
-          attribute={port.name}
-          hint={port.default ?? port.description}
-          options={options_of(tree, port)}
-        />
-      ))}
-      {others.map(([name, value]) => (
-        <Field key={name} id={`design-port-${name}`} label={name} value={value} node={node} attribute={name} hint="" options={[]} />
-      ))}
+      <Editable>
+        {wrong.map((finding, i) => (
+          <p key={i} className={`inspector-finding ${finding.severity}`}>
+            {finding.message}
+            {finding.fixes.map((which) => (
+              <button key={which.title} type="button" className="button small" onClick={() => void fix(finding, which)}>
+                Write “{which.title}”
+              </button>
+            ))}
+            {finding.code === "bt.unknown-node" && (
+              <button type="button" className="button small" onClick={() => void add_part("skill", node.id, false)}>
+                Make the skill {node.id}
+              </button>
+            )}
+          </p>
+        ))}
+        <Field id="design-name" label="name" value={node.name} node={node} attribute="name" hint={node.id} options={[]} />
+        {ports.map((port) => (
+          <Field
+            key={port.name}
+            id={`design-port-${port.name}`}
+            label={port.name}
+            direction={port.direction}
+            type={port.type}
+            value={written.get(port.name) ?? ""}
+            node={node}
+            attribute={port.name}
+            hint={port.default ?? port.description}
+            options={options_of(tree, port)}
+          />
+        ))}
+        {others.map(([name, value]) => (
+          <Field key={name} id={`design-port-${name}`} label={name} value={value} node={node} attribute={name} hint="" options={[]} />
+        ))}
+      </Editable>
       {is_leaf && (
         <p className="inspector-actions">
           {skill ? (
@@ -105,15 +108,19 @@ function NodeForm({ node, tree }: { node: OutlineNode; tree: OutlineTree }) {
             </button>
           ) : (
             model === null && (
-              <button type="button" className="button small" onClick={() => void add_part("skill", node.id)}>
-                <Icon name="plus" />
-                Make its chart
-              </button>
+              <Editable>
+                <button type="button" className="button small" onClick={() => void add_part("skill", node.id)}>
+                  <Icon name="plus" />
+                  Make its chart
+                </button>
+              </Editable>
             )
           )}
         </p>
       )}
-      <AddAttribute node={node} />
+      <Editable>
+        <AddAttribute node={node} />
+      </Editable>
     </form>
   );
 }

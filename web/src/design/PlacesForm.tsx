@@ -4,6 +4,7 @@ import { useMemo, useState } from "react";
 
 import { useStudio } from "../store/store";
 import { doc_of, gesture, useDesign } from "./design";
+import { Editable } from "./Editable";
 import { EntryRows } from "./EntryRows";
 import { set_value, ValueField } from "./settings";
 import { free_place, places_of } from "./world_places";
@@ -20,24 +21,26 @@ export default function PlacesForm() {
   const rows = { text, names: [] };
   return (
     <form className="inspector-form scroll" aria-label="World" onSubmit={(event) => event.preventDefault()} data-testid="places-form">
-      <p className="muted">What is added stands near the middle of the map; drag it where it belongs.</p>
-      <h3 className="inspector-part">Locations</h3>
-      <Locations value={entry(root, "locations")} text={text} first={[x, y, "0 deg"]} />
-      <h3 className="inspector-part">Areas</h3>
-      <EntryRows {...rows} one="area" path={["areas"]} value={entry(root, "areas")} first={{ corners: [[x - 1, y - 1], [x + 1, y - 1], [x + 1, y + 1], [x - 1, y + 1]] }} members={[{ name: "corners" }]} />
-      <h3 className="inspector-part">Doors</h3>
-      <EntryRows {...rows} one="door" path={["doors"]} value={entry(root, "doors")} first={{ from: [x - 0.5, y], to: [x + 0.5, y] }} members={[{ name: "open", is_choice: true, options: ["true", "false"], hint: "false" }, { name: "on_map", is_choice: true, options: ["true", "false"], hint: "true" }]} />
-      <h3 className="inspector-part">Stations</h3>
-      <EntryRows
-        {...rows}
-        one="station"
-        path={["stations"]}
-        value={entry(root, "stations")}
-        first={{ pose: places[0] ?? [x, y, 0], linear_tolerance: 0.5, angular_tolerance: "20 deg" }}
-        members={[{ name: "pose", options: places, is_text: true }, { name: "linear_tolerance" }, { name: "angular_tolerance" }]}
-      />
-      <h3 className="inspector-part">Obstacles</h3>
-      <EntryRows {...rows} one="obstacle" path={["obstacles"]} value={entry(root, "obstacles")} first={{ pose: [x, y], radius: 0.25 }} members={[{ name: "radius" }, { name: "size" }, { name: "on_map", is_choice: true, options: ["true", "false"], hint: "false" }]} />
+      <Editable>
+        <p className="muted">What is added stands near the middle of the map; drag it where it belongs.</p>
+        <h3 className="inspector-part">Locations</h3>
+        <Locations value={entry(root, "locations")} text={text} first={[x, y, "0 deg"]} />
+        <h3 className="inspector-part">Areas</h3>
+        <EntryRows {...rows} one="area" path={["areas"]} value={entry(root, "areas")} first={{ corners: [[x - 1, y - 1], [x + 1, y - 1], [x + 1, y + 1], [x - 1, y + 1]] }} members={[{ name: "corners" }]} />
+        <h3 className="inspector-part">Doors</h3>
+        <EntryRows {...rows} one="door" path={["doors"]} value={entry(root, "doors")} first={{ from: [x - 0.5, y], to: [x + 0.5, y] }} members={[{ name: "open", is_choice: true, options: ["true", "false"], hint: "false" }, { name: "on_map", is_choice: true, options: ["true", "false"], hint: "true" }]} />
+        <h3 className="inspector-part">Stations</h3>
+        <EntryRows
+          {...rows}
+          one="station"
+          path={["stations"]}
+          value={entry(root, "stations")}
+          first={{ pose: places[0] ?? [x, y, 0], linear_tolerance: 0.5, angular_tolerance: "20 deg" }}
+          members={[{ name: "pose", options: places, is_text: true }, { name: "linear_tolerance" }, { name: "angular_tolerance" }]}
+        />
+        <h3 className="inspector-part">Obstacles</h3>
+        <EntryRows {...rows} one="obstacle" path={["obstacles"]} value={entry(root, "obstacles")} first={{ pose: [x, y], radius: 0.25 }} members={[{ name: "radius" }, { name: "size" }, { name: "on_map", is_choice: true, options: ["true", "false"], hint: "false" }]} />
+      </Editable>
     </form>
   );
 }

@@ -21,7 +21,7 @@ export default function ProjectForm({ doc }: { doc: Doc }) {
   if (!kept.current) return <p className="empty">The text cannot be read as a project.</p>;
   return (
     <form className={`project-form scroll${why_dim ? " dim" : ""}`} aria-label="Project" tabIndex={0} onSubmit={(event) => event.preventDefault()} data-testid="project-form">
-      <fieldset disabled={why_not !== null}>
+      <fieldset disabled={why_not !== null} title={why_not ?? undefined}>
         <Mission {...kept.current} />
         <Services {...kept.current} doc={doc} />
         <Skills {...kept.current} />

@@ -23,6 +23,7 @@ export function ProjectTree() {
   const files = useDesign((state) => state.summary?.files ?? kNoFiles);
   const [adding, set_adding] = useState<PartKind | null>(null);
   const open = useDesign(({ file }) => file);
+  const is_held = useDesign(held);
   const [renaming, set_renaming] = useState<string | null>(null);
   const can_go = open !== null && open !== kProject && files.some(({ file }) => file === open);
   useCommand(
@@ -44,7 +45,7 @@ export function ProjectTree() {
             <h2>
               {title}
               {part && (
-                <button className="icon-button small" aria-label={`Add a ${part}`} title={`Add a ${part}`} onClick={() => set_adding(adding === part ? null : part)}>
+                <button className="icon-button small" aria-label={`Add a ${part}`} title={is_held ?? `Add a ${part}`} disabled={is_held !== null} onClick={() => set_adding(adding === part ? null : part)}>
                   <Icon name="plus" />
                 </button>
               )}

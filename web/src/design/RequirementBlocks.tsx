@@ -53,7 +53,7 @@ export function RequirementBlocks({ doc, requirements }: { doc: Doc; requirement
   }, [added, requirements]);
   return (
     <div className={`requirement-blocks scroll${why_dim ? " dim" : ""}`} tabIndex={0} role="group" aria-label={`Requirements of ${doc.file}`} data-testid="requirement-blocks">
-      <fieldset disabled={why_not !== null}>
+      <fieldset disabled={why_not !== null} title={why_not ?? undefined}>
         <Definitions doc={doc} />
         {requirements.map((sentence) => (
           <SentenceBlocks key={sentence.name} sentence={sentence} chart={watching?.find(({ name }) => name === sentence.name)?.chart} />

@@ -10,6 +10,7 @@ import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
 import { useCommand } from "../widgets/commands";
 import { broken, choose_scenario, doc_of, findings_of, gesture, go_to, kNoFiles, obstacle, useDesign, version_now, type Doc } from "./design";
+import { Editable } from "./Editable";
 import { EntryRows } from "./EntryRows";
 import { kKindHints, kKinds, names_of, new_injection, scenario_of, useScenario, type Injection, type InjectionKind, type ScenarioText } from "./scenario";
 import { ChoiceField, set_value, ValueField } from "./settings";
@@ -277,11 +278,13 @@ function Expectations({ scenario, text }: { scenario: ScenarioText; text: string
   return (
     <section className="scenario-expect" aria-label="What is expected">
       <h3>In the end</h3>
-      <ChoiceField label="mission" path={["expect", "mission"]} written={typed_text(entry(expect, "mission"), text)} options={["SUCCESS", "FAILURE", "RUNNING"]} hint="anything" />
-      <ValueField label="reason" path={["expect", "reason"]} written={typed_text(entry(expect, "reason"), text)} hint="of the leaf that fails" is_text />
-      {names.map((name) => (
-        <ChoiceField key={name} label={name} path={["expect", "monitors", name]} written={typed_text(entry(monitors, name), text)} options={kVerdicts} hint="anything" />
-      ))}
+      <Editable>
+        <ChoiceField label="mission" path={["expect", "mission"]} written={typed_text(entry(expect, "mission"), text)} options={["SUCCESS", "FAILURE", "RUNNING"]} hint="anything" />
+        <ValueField label="reason" path={["expect", "reason"]} written={typed_text(entry(expect, "reason"), text)} hint="of the leaf that fails" is_text />
+        {names.map((name) => (
+          <ChoiceField key={name} label={name} path={["expect", "monitors", name]} written={typed_text(entry(monitors, name), text)} options={kVerdicts} hint="anything" />
+        ))}
+      </Editable>
     </section>
   );
 }
@@ -298,19 +301,23 @@ export function ScenarioForm() {
   const of = (name: string) => typed_text(entry(scenario.root, name), text);
   return (
     <form className="inspector-form scroll" aria-label="Scenario" onSubmit={(event) => event.preventDefault()} data-testid="scenario-form">
-      {injection ? (
-        <EntryForm key={injection.i} injection={injection} text={text} />
-      ) : (
-        <p className="muted">Choose an entry of the timeline to say more of it. ↑ ↓ choose, ← → move it by 0.1 s (Shift 1 s, Alt 1 ms), Del deletes it.</p>
-      )}
+      <Editable>
+        {injection ? (
+          <EntryForm key={injection.i} injection={injection} text={text} />
+        ) : (
+          <p className="muted">Choose an entry of the timeline to say more of it. ↑ ↓ choose, ← → move it by 0.1 s (Shift 1 s, Alt 1 ms), Del deletes it.</p>
+        )}
+      </Editable>
       <RunIt file={doc?.file ?? ""} />
-      <h3 className="inspector-part">The scenario</h3>
-      <ValueField label="description" path={["description"]} written={of("description")} is_text />
-      <ValueField label="duration" path={["duration"]} written={of("duration")} hint="2 min" />
-      <ValueField label="seed" path={["seed"]} written={of("seed")} />
-      {clock?.kind === "map" ? <ValueField label="clock" path={["clock"]} written={of("clock")} /> : <ChoiceField label="clock" path={["clock"]} written={of("clock")} options={["virtual", "real"]} hint="virtual" />}
-      <ChoiceField label="stop_when_violated" path={["stop_when_violated"]} written={of("stop_when_violated")} options={["true", "false"]} hint="false" />
-      <Overrides root={scenario.root} text={text} />
+      <Editable>
+        <h3 className="inspector-part">The scenario</h3>
+        <ValueField label="description" path={["description"]} written={of("description")} is_text />
+        <ValueField label="duration" path={["duration"]} written={of("duration")} hint="2 min" />
+        <ValueField label="seed" path={["seed"]} written={of("seed")} />
+        {clock?.kind === "map" ? <ValueField label="clock" path={["clock"]} written={of("clock")} /> : <ChoiceField label="clock" path={["clock"]} written={of("clock")} options={["virtual", "real"]} hint="virtual" />}
+        <ChoiceField label="stop_when_violated" path={["stop_when_violated"]} written={of("stop_when_violated")} options={["true", "false"]} hint="false" />
+        <Overrides root={scenario.root} text={text} />
+      </Editable>
     </form>
   );
 }

@@ -6,7 +6,7 @@ import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
 import { Icon } from "../widgets/Icon";
 import { useWindow } from "../widgets/layout";
-import { choose_part_at, choose_scenario, fix, open_file, show_node, tree_of, useDesign, kNoFindings, kNoNames } from "./design";
+import { choose_part_at, choose_scenario, fix, held, open_file, show_node, tree_of, useDesign, kNoFindings, kNoNames } from "./design";
 import { show_recording, useMode } from "./mode";
 
 const kSigns: Record<string, string> = { violated: "✗", satisfied: "✓", undecided: "·" };
@@ -169,6 +169,7 @@ function Verdicts() {
 /** Everything that is wrong, with its ways out. */
 export function Problems() {
   const findings = useDesign((state) => state.summary?.findings ?? kNoFindings);
+  const is_held = useDesign(held);
   if (findings.length === 0) return <p className="problems-none muted">Nothing to complain about.</p>;
   return (
     <ul className="problems scroll" aria-label="Problems">
@@ -182,7 +183,7 @@ export function Problems() {
             <span className="problem-text">{finding.message}</span>
           </button>
           {finding.fixes.map((which) => (
-            <button key={which.title} className="button small" onClick={() => void fix(finding, which)}>
+            <button key={which.title} className="button small" disabled={is_held !== null} title={is_held ?? undefined} onClick={() => void fix(finding, which)}>
               Write “{which.title}”
             </button>
           ))}

@@ -1,5 +1,7 @@
 import { useEffect, useRef, useState, type ReactNode } from "react";
 
+import { obstacle, useDesign } from "./design";
+
 /** Of a field of several lines: what it shows at most, and about how much stands in one. */
 const kRowsMax = 8;
 const kColumns = 28;
@@ -20,6 +22,7 @@ interface TextFieldProps {
 
 /** A value that is told when one leaves the field or presses Enter; Escape brings back what it was. */
 export function TextField({ id, label, described, value, hint, options = [], area = false, tell }: TextFieldProps) {
+  const why_not = useDesign(obstacle);
   const [text, set_text] = useState(value);
   // Enter tells, and so does leaving the field; once is enough.
   const told = useRef(value);
@@ -47,7 +50,7 @@ export function TextField({ id, label, described, value, hint, options = [], are
     spellCheck: false,
     autoComplete: "off",
     value: text,
-    title: text,
+    title: why_not ?? text,
     "data-unsent": text !== value,
     onChange: (event: React.ChangeEvent<HTMLInputElement | HTMLTextAreaElement>) => {
       by_enter.current = false;

@@ -651,6 +651,7 @@ export function focus_field(id: string, value?: string): void {
   const look = (left: number) => {
     const field = document.getElementById(id);
     if ((field instanceof HTMLInputElement || field instanceof HTMLTextAreaElement) && (value === undefined || field.value === value)) {
+      if (field.matches(":disabled")) return useDesign.setState({ refused: obstacle(useDesign.getState()) });
       field.focus();
       field.select();
     } else if (left > 0) requestAnimationFrame(() => look(left - 1));
