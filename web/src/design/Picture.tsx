@@ -15,6 +15,7 @@ import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
 import { broken, choose, doc_of, findings_at, findings_of, focus_field, gesture, node_now, obstacle, refusal, tree_of, useDesign, version_now } from "./design";
 import { kAnswers, play_tree, useSimulation } from "./simulate";
+import { is_same_drawn, is_same_node } from "./same";
 import { near, slot_words, type SlotPlace } from "./slots";
 import { statuses_of, useRunStatuses } from "./run_statuses";
 import { in_turn } from "./turns";
@@ -521,5 +522,5 @@ const NodeView = memo(
     );
   },
   (a, b) =>
-    a.said === b.said && a.run === b.run && a.node === b.node && a.drawn === b.drawn && a.chosen === b.chosen && a.near === b.near && a.never === b.never && a.faded === b.faded && a.level === b.level && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
+    a.said === b.said && a.run === b.run && is_same_node(a.node, b.node) && is_same_drawn(a.drawn, b.drawn) && a.chosen === b.chosen && a.near === b.near && a.never === b.never && a.faded === b.faded && a.level === b.level && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
 );

@@ -277,14 +277,14 @@ export async function open_file(file: string, byte?: number): Promise<void> {
 
 // ---- choosing ----
 
-/** Grows with each choice. */
+/** Grows with each choice. To choose nothing is none: so ends a drag. */
 let choices = 0;
 
 /** Where the caret of the text goes when something is chosen elsewhere. */
 export const useCaret = create<{ wanted: { byte: number; to: number; focus: boolean } | null }>()(() => ({ wanted: null }));
 
 export function choose(node: OutlineNode | null, show_text = true): void {
-  choices += 1;
+  if (node) choices += 1;
   useDesign.setState({ chosen: node ? { element: node.element, key: key_of(node) } : null, refused: null });
   if (node && show_text) useCaret.setState({ wanted: { byte: node.from, to: node.open_end, focus: false } });
 }
