@@ -382,8 +382,8 @@ Result<void> Workspace::change_disk(const std::vector<DiskChange>& changes) cons
   return result;
 }
 
-// Before files go: others that have their names on disk, with `texts` in place of what they have now; then the files that go.
-// The others.
+// Before files go: others that have their names on disk, with `texts` in place of what they have now; then the files
+// that go. The others.
 Result<std::vector<std::string>> Workspace::add_unsaved(const std::map<std::string, std::string>& texts,
                                                         const std::vector<DiskChange>& going,
                                                         std::vector<DiskChange>& changes) const {

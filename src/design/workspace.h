@@ -75,11 +75,11 @@ struct Step {
 /// The texts of a project while they are edited, with one stack of undo over all files. Texts are UTF-8; a byte order
 /// mark, kinds of line ends, and whether the last line has one stay as they are.
 ///
-/// What is edited waits for `save`. Files that come and go do so on disk at once. Where one goes, also by undoing or by its
-/// new name, the others that have its name on disk and are edited are saved with it, all or nothing: else they would name
-/// there what is not there any more. Undoing restores identical bytes.
-/// The stack and what is not saved are kept in `.sentree/journal` of the folder, and found there again. One workspace
-/// at a time edits a folder, as long as it lives or its process does; others follow what is on disk.
+/// What is edited waits for `save`. Files that come and go do so on disk at once. Where one goes, also by undoing or by
+/// its new name, the others that have its name on disk and are edited are saved with it, all or nothing: else they
+/// would name there what is not there any more. Undoing restores identical bytes. The stack and what is not saved are
+/// kept in `.sentree/journal` of the folder, and found there again. One workspace at a time edits a folder, as long as
+/// it lives or its process does; others follow what is on disk.
 class Workspace {
  public:
   /// The texts of a folder: sentree.yaml, trees, charts, requirements, scenarios, worlds, interfaces. Left out are what

@@ -281,7 +281,8 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     saved_beside(reverted->saved, told);
     changed(told);
     const auto listed = [](const std::vector<std::string>& files) { return List(files.begin(), files.end()); };
-    return Value(Map{{"files", listed(reverted->files)}, {"left", listed(reverted->left)}, {"saved", listed(reverted->saved)}});
+    return Value(
+        Map{{"files", listed(reverted->files)}, {"left", listed(reverted->left)}, {"saved", listed(reverted->saved)}});
   }
   if (op == "design_save") return save(asked);
   if (op == "design_resolve") {
