@@ -388,8 +388,9 @@ Result<std::vector<std::string>> Workspace::add_unsaved(const std::map<std::stri
                                                         const std::vector<DiskChange>& going,
                                                         std::vector<DiskChange>& changes) const {
   std::vector<std::string> files;
-  for (const auto& [name, document] : documents_) {
-    const std::string& file = name;
+  for (const auto& known : documents_) {
+    const std::string& file = known.first;
+    const Document& document = known.second;
     const auto given = texts.find(file);
     const std::string& text = given != texts.end() ? given->second : document.text;
     const auto goes = [&](const DiskChange& gone) { return gone.file == file; };
