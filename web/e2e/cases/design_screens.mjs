@@ -29,7 +29,11 @@ test("the whole tree is visible and readable on every screen, and nothing seriou
           return parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b);
         }),
       );
-      return { inside: nodes.filter((element) => inside(element.querySelector(".shape").getBoundingClientRect())).length, least: Math.min(...sizes) };
+      const out = (element) => {
+        const { left, right } = element.querySelector(".shape").getBoundingClientRect();
+        return [...element.querySelectorAll(".detail")].some((text) => text.getBoundingClientRect().left < left || text.getBoundingClientRect().right > right);
+      };
+      return { out: nodes.filter(out).map(({ dataset }) => dataset.name), inside: nodes.filter((element) => inside(element.querySelector(".shape").getBoundingClientRect())).length, least: Math.min(...sizes) };
     });
     const beside = await look();
     await page.getByRole("button", { name: "Picture", exact: true }).click();
@@ -38,6 +42,7 @@ test("the whole tree is visible and readable on every screen, and nothing seriou
     if (pictures) await page.screenshot({ path: join(pictures, `design-picture-${width}.png`) });
     console.log(`# ${width}×${height}: texts of at least ${alone.least.toFixed(1)} px, with the text ${beside.least.toFixed(1)} px`);
     assert.deepEqual([beside.inside, alone.inside], [13, 13], `at ${width}×${height}`);
+    assert.deepEqual([beside.out, alone.out], [[], []], `texts that stand out of their nodes at ${width}×${height}`);
     assert.ok(alone.least >= 10 && beside.least >= 10, `texts at ${width}×${height}`);
     await page.getByRole("button", { name: "Both", exact: true }).click();
     await page.locator(".code").waitFor();
