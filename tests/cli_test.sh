@@ -744,4 +744,15 @@ wait $mission || code=$?
   echo "✗ after a hangup, which exited with $code, there is left: $(ls "$work/tmp")" && failures=$((failures + 1))
 }
 
+# An editor that says what is no message, and waits for the answer, is not left to wait; nor is one that ends.
+mkfifo "$work/editor"
+exec 9<>"$work/editor"
+printf 'Content-Length: -5\r\n\r\n{"jsonrpc":"2.0","id":1,"method":"initialize"}' >&9
+code=0
+timeout 60 "$sentree" lsp <"$work/editor" >"$work/out" 2>&1 || code=$?
+exec 9>&-
+[[ $code -eq 1 ]] && grep -q 'no message of the protocol' "$work/out" || {
+  echo "✗ lsp ended with $code behind what is no message:" && tail -5 "$work/out" && failures=$((failures + 1))
+}
+
 if [[ $failures -gt 0 ]]; then echo "$failures failed" && exit 1; fi

@@ -1,7 +1,10 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <cerrno>
+#include <cstdio>
 #include <string>
 
 #include "sentree/base/write_all.h"
@@ -11,6 +14,10 @@
 
 namespace sentree::cli {
 
+namespace {
+constexpr int kLostMax_ms = 2000;  // without a header that can be used
+}  // namespace
+
 int lsp() {
   lsp::Server server(SENTREE_VERSION);
   lsp::Framing framing;
@@ -19,7 +26,9 @@ int lsp() {
     // What comes goes before what is to be done: it may cancel that, or change the text that would be checked.
     pollfd input{STDIN_FILENO, POLLIN, 0};
     const bool may_read = is_open && server.has_room();
-    const int ready = may_read ? poll(&input, 1, server.has_work() ? 0 : -1) : 0;
+    // An editor whose message was none may wait for the answer, and say nothing more.
+    const int patience_ms = server.has_work() ? 0 : framing.is_lost() ? kLostMax_ms : -1;
+    const int ready = may_read ? poll(&input, 1, patience_ms) : 0;
     if (ready < 0 && errno != EINTR) return kEnvironment;
     if (ready > 0) {
       char buffer[64 * 1024];
@@ -35,10 +44,17 @@ int lsp() {
       }
     } else if (server.has_work()) {
       server.work();
+    } else if (ready == 0 && may_read) {
+      break;
     }
     for (const std::string& message : server.take_answers()) {
       if (!write_all(STDOUT_FILENO, lsp::framed(message))) return kEnvironment;
     }
+  }
+  if (framing.is_lost()) {
+    fmt::print(stderr,
+               "sentree lsp: what came was no message of the protocol (Content-Length: NUMBER, an empty line, "
+               "the message), and none came behind it; end\n");
   }
   return server.is_over() ? server.exit_code() : kFindings;
 }

@@ -47,6 +47,55 @@ TEST(Framing, GoesOnBehindAHeaderWithoutLength) {
   }
 }
 
+TEST(Framing, FindsTheNextHeaderBehindOneThatIsWrong) {
+  const std::string lost = "{\"jsonrpc\":\"2.0\",\"id\":1}";
+  for (const std::string& wrong :
+       {"Content-Length: -5\r\n\r\n" + lost, "Content-Type: x\r\n\r\n" + lost, lost, "Content-Length: 3\r\n" + lost,
+        "\r\n\r\n" + lost, "Content-Length: 26 bytes\r\n\r\n" + lost}) {
+    // Whole, and byte by byte.
+    for (const bool in_pieces : {false, true}) {
+      Framing framing;
+      std::vector<std::string> got;
+      int problems = 0;
+      const auto feed = [&](std::string_view bytes) {
+        framing.feed(bytes);
+        while (const auto frame = framing.next()) {
+          if (frame->problem.empty())
+            got.push_back(frame->content);
+          else
+            ++problems;
+        }
+      };
+      const std::string stream = wrong + framed("{}") + framed("[]");
+      if (in_pieces)
+        for (const char byte : stream) feed({&byte, 1});
+      else
+        feed(stream);
+      EXPECT_EQ(got, (std::vector<std::string>{"{}", "[]"})) << wrong;
+      EXPECT_EQ(problems, 1) << wrong;
+      EXPECT_FALSE(framing.is_lost()) << wrong;
+    }
+  }
+}
+
+TEST(Framing, TakesLinesThatEndWithALineFeedAlone) {
+  Framing framing;
+  framing.feed("Content-Length: 2\n\n{}" + framed("[]"));
+  EXPECT_EQ(framing.next()->content, "{}");
+  EXPECT_EQ(framing.next()->content, "[]");
+}
+
+TEST(Framing, SaysAtOnceThatNoHeaderBegins) {
+  Framing framing;
+  framing.feed("{\"jsonrpc\"");
+  EXPECT_NE(framing.next()->problem, "");
+  EXPECT_FALSE(framing.next());
+  EXPECT_TRUE(framing.is_lost());
+  framing.feed("Content-Len");
+  EXPECT_FALSE(framing.next());
+  EXPECT_TRUE(framing.is_lost());
+}
+
 TEST(Framing, GivesUpAHeaderThatDoesNotEnd) {
   Framing framing;
   framing.feed(std::string(kHeaderBytesMax - 1, 'x'));
