@@ -126,20 +126,19 @@ def served_by_none(n):
     return files
 
 
-def lsp(n):
-    """What an editor says that opens a tree, types a letter and asks for its outline."""
-    tree = TREE.format(many('<AlwaysSuccess name="n{i}"/>\n', n // 8), "")
-    document = {"uri": "file:///nowhere/mission.xml"}
+def lsp(name, text):
+    """What an editor says that opens a file, types a letter and asks for its outline."""
+    document = {"uri": "file:///nowhere/" + name}
     said = [("initialize", {"processId": None, "rootUri": None, "capabilities": {}}, 1), ("initialized", {}, None),
-            ("textDocument/didOpen", {"textDocument": {**document, "languageId": "xml", "version": 1, "text": tree}}, None),
-            ("textDocument/didChange", {"textDocument": {**document, "version": 2}, "contentChanges": [{"text": tree + "\n"}]}, None),
+            ("textDocument/didOpen", {"textDocument": {**document, "languageId": "xml", "version": 1, "text": text}}, None),
+            ("textDocument/didChange", {"textDocument": {**document, "version": 2}, "contentChanges": [{"text": text + "\n"}]}, None),
             ("textDocument/documentSymbol", {"textDocument": document}, 2), ("shutdown", None, 3), ("exit", None, None)]
-    text = ""
+    stream = ""
     for method, parameters, number in said:
         message = {"jsonrpc": "2.0", "method": method, **({"id": number} if number else {}), **({"params": parameters} if parameters is not None else {})}
         body = json.dumps(message)
-        text += f"Content-Length: {len(body)}\r\n\r\n{body}"
-    return text
+        stream += f"Content-Length: {len(body)}\r\n\r\n{body}"
+    return stream
 
 
 def ticking(n):
@@ -166,7 +165,11 @@ PROJECTS = {
     "runs": (EXAMPLE, lambda n: {"campaign.yaml": f"runs: {n // 600}\nduration: 10 s\nparameters:\n  world.battery.initial: {{uniform: [20 %, 100 %]}}\n"},
              [["campaign", "{}", "-j", "1", "--no-shrink", "--out", "{}/campaign"]]),
     "services": (None, served_by_none, [["check", "{}"], ["verify", "{}", "--out", "{}/verify"]]),
-    "editor": (None, lambda n: {"said": lsp(n)}, [["lsp", "< {}/said"]]),
+    "editor": (None, lambda n: {"said": lsp("mission.xml", TREE.format(many('<AlwaysSuccess name="n{i}"/>\n', n // 8), ""))}, [["lsp", "< {}/said"]]),
+    "editor of leaves": (None, lambda n: {"said": lsp("mission.xml", TREE.format(many('<Own name="n{i}"/>\n', n), ""))}, [["lsp", "< {}/said"]]),
+    "editor of requirements": (None, lambda n: {"said": lsp("all.req", many("let l{i} = reply(a.b)\n", n // 3))}, [["lsp", "< {}/said"]]),
+    "editor of scenarios": (None, lambda n: {"said": lsp("scenarios/s.yaml", "timeline:\n" + many("  - {{at: {i} s, kill: a}}\n", n // 3))}, [["lsp", "< {}/said"]]),
+    "editor of interfaces": (None, lambda n: {"said": lsp("a.thrift", many("struct S{i} {{ 1: i32 a }}\n", n // 3))}, [["lsp", "< {}/said"]]),
 }
 REFUSED = {"locations", "parameters", "equal faults"}
 

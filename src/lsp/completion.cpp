@@ -426,8 +426,9 @@ class Completer {
       return;
     }
     for (const Occurrence& occurrence : file_.occurrences) {
-      if (occurrence.defines && occurrence.symbol.kind == SymbolKind::kDefinition)
-        add(occurrence.symbol.name.substr(occurrence.symbol.name.find('#') + 1), ItemKind::kVariable, "definition");
+      if (occurrence.defines &&
+          (occurrence.symbol.kind == SymbolKind::kDefinition || occurrence.symbol.kind == SymbolKind::kEvent))
+        add(written_name(occurrence.symbol), ItemKind::kVariable, "definition");
     }
     locations();
     add_all({"let",      "event", "globally",   "before",   "after",    "between",   "until",       "while",

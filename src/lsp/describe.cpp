@@ -81,8 +81,8 @@ std::string node_text(const Index& index, std::string_view id) {
   return out;
 }
 
-std::string file_of(const Symbol& symbol) { return symbol.name.substr(0, symbol.name.find('#')); }
-std::string name_of(const Symbol& symbol) { return symbol.name.substr(symbol.name.find('#') + 1); }
+std::string file_of(const Symbol& symbol) { return symbol.name.substr(0, symbol.name.rfind('#')); }
+std::string name_of(const Symbol& symbol) { return symbol.name.substr(symbol.name.rfind('#') + 1); }
 
 std::string method_text(const Index& index, const Symbol& symbol) {
   const std::string file = file_of(symbol);
@@ -165,6 +165,7 @@ std::string symbol_text(const Index& index, const Symbol& symbol) {
     case SymbolKind::kInterface: return fmt::format("interface **{}** of `{}`", name_of(symbol), file_of(symbol));
     case SymbolKind::kRequirement: return requirement_text(index, symbol.name);
     case SymbolKind::kDefinition:
+    case SymbolKind::kEvent:
     case SymbolKind::kLocation:
     case SymbolKind::kData: break;
     case SymbolKind::kService: {
@@ -188,7 +189,8 @@ std::string symbol_text(const Index& index, const Symbol& symbol) {
   for (const Index::Place& place : index.places_of(symbol)) {
     if (!place.occurrence->defines) continue;
     const IndexedFile& file = *index.find(*place.file);
-    if (symbol.kind == SymbolKind::kDefinition) return definition_text(index, symbol);
+    if (symbol.kind == SymbolKind::kDefinition || symbol.kind == SymbolKind::kEvent)
+      return definition_text(index, symbol);
     return fenced(symbol.kind == SymbolKind::kData ? "xml" : "yaml",
                   trimmed(line_at(file.text, place.occurrence->from)));
   }

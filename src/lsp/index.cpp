@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "sentree/bt/registry.h"
+#include "sentree/bt/tree.h"
 #include "sentree/bt/write.h"
 #include "sentree/design/workspace.h"
 #include "sentree/project/interface_file.h"
@@ -29,14 +30,19 @@ void read_tree(const text::XmlDocument& document, const std::string& path, Index
   if (auto models = bt::read_models(file.text, path)) file.models = std::move(*models);
   for (XmlElement child = document.root().first_child(); child; child = child.next_sibling()) {
     if (child.local_name() != "BehaviorTree") continue;
+    if (std::string id = attribute(child, "ID"); !id.empty()) file.tree_ids.insert(std::move(id));
     for (XmlElement top = child.first_child(); top; top = top.next_sibling()) {
       text::for_each_element(top, [&](const XmlElement& node) {
         const std::string tag(node.name());
+        std::string id;
         if (tag == "Action" || tag == "Condition")
-          file.skill_ids.insert(attribute(node, "ID"));
+          id = attribute(node, "ID");
         else if (!builtins.contains(tag) && tag != "SubTree" && tag != "Control" && tag != "Decorator")
-          file.skill_ids.insert(tag);
-        if (std::string name = attribute(node, "name"); !name.empty()) file.node_names.insert(std::move(name));
+          id = tag;
+        std::string name = attribute(node, "name");
+        if (!id.empty() && !name.empty()) file.leaves.try_emplace(name, id);
+        if (!id.empty()) file.skill_ids.insert(std::move(id));
+        if (!name.empty()) file.node_names.insert(std::move(name));
         node.for_each_attribute([&](std::string_view, std::string_view value) {
           if (value.size() > 2 && value.front() == '{' && value.back() == '}')
             file.entries.emplace(value.substr(1, value.size() - 2));
@@ -68,6 +74,17 @@ void read_chart(const text::XmlDocument& document, IndexedFile& file) {
   });
   file.outputs.assign(outputs.begin(), outputs.end());
   file.own_events.assign(events.begin(), events.end());
+}
+
+// Scenarios may lie anywhere: what begins with a word that only they have.
+bool reads_as_scenario(std::string_view text) {
+  while (!text.empty()) {
+    for (const std::string_view word : {"timeline:", "expect:", "override:", "duration:", "processes:", "delays:"}) {
+      if (text.starts_with(word)) return true;
+    }
+    text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  }
+  return false;
 }
 
 bool is_xml(FileKind kind) { return kind == FileKind::kTree || kind == FileKind::kChart; }
@@ -102,7 +119,8 @@ FileKind kind_of(const fs::path& file, std::string_view text) {
   if (file.filename() == "campaign.yaml") return FileKind::kScenario;
   const std::string folder = file.parent_path().filename().string();
   if (folder == "scenarios" || folder == "verify" || folder == "campaign") return FileKind::kScenario;
-  return folder == "world" ? FileKind::kWorld : FileKind::kOther;
+  if (folder == "world") return FileKind::kWorld;
+  return reads_as_scenario(text) ? FileKind::kScenario : FileKind::kOther;
 }
 
 const IndexedFile* Index::find(const std::string& file) const {
@@ -267,14 +285,19 @@ void Index::read_interfaces(const std::set<std::string>& changed) {
 void Index::gather() {
   names_.skills.clear();
   names_.nodes.clear();
+  names_.spelled.clear();
+  names_.trees.clear();
   names_.charts.clear();
+  names_.leaves.clear();
   names_.monitors.clear();
   names_.locations.clear();
   names_.members.clear();
+  names_.answering.clear();
   palette_ = {};
   for (const auto& [name, file] : files_) {
     names_.skills.insert(file.skill_ids.begin(), file.skill_ids.end());
     names_.nodes.insert(file.node_names.begin(), file.node_names.end());
+    names_.trees.insert(file.tree_ids.begin(), file.tree_ids.end());
     palette_.add(file.models);
   }
   palette_.add(bt::models(bt::Registry(), true));
@@ -311,6 +334,24 @@ void Index::gather() {
     palette_.add({model});
   }
   for (const std::string& builtin : names_.builtins) names_.skills.erase(builtin);
+  for (const std::string& name : names_.nodes) {
+    if (std::string spelled = bt::event_name(name); spelled != name)
+      names_.spelled.try_emplace(std::move(spelled), name);
+  }
+  for (const auto& [file, skill] : names_.charts) names_.leaves.try_emplace(skill, file);
+  for (const auto& [name, file] : files_) {
+    for (const auto& [leaf, id] : file.leaves) {
+      if (const std::string chart = chart_of(id); !chart.empty())
+        names_.leaves.try_emplace(bt::event_name(leaf), chart);
+    }
+  }
+  if (project_) {
+    for (const project::SkillEntry& entry : project_->skills) {
+      if (!entry.file.path.empty() && !names_.skills.contains(entry.leaf))
+        names_.leaves[bt::event_name(entry.leaf)] = (folder_ / entry.file.path).lexically_normal().string();
+    }
+  }
+  for (const auto& [file, root] : yaml_) gather_answering(root);
   for (const auto& [file, schema] : schemas_) {
     const auto take = [&](const idl::Struct& structure) {
       for (const idl::Field& field : structure.fields) names_.members.insert(field.name);
@@ -326,6 +367,19 @@ void Index::gather() {
       if (places == nullptr) continue;
       for (const auto& [place, value] : places->entries) names_.locations.insert(place.scalar);
     }
+  }
+}
+
+// protocols.*: {states: {ID: STATUS}, halted: ID}, also at a skill itself and in scenarios.
+void Index::gather_answering(const text::YamlNode& node) {
+  for (const text::YamlNode& item : node.items) gather_answering(item);
+  for (const auto& [key, value] : node.entries) {
+    if (key.scalar == "states") {
+      for (const auto& [state, status] : value.entries) names_.answering.insert(state.scalar);
+    } else if (key.scalar == "halted" && value.is_scalar()) {
+      names_.answering.insert(value.scalar);
+    }
+    gather_answering(value);
   }
 }
 

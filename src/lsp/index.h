@@ -32,6 +32,8 @@ struct IndexedFile {
   std::set<std::string> entries;      ///< Of the blackboard, that a tree names.
   std::set<std::string> node_names;
   std::set<std::string> skill_ids;
+  std::set<std::string> tree_ids;
+  std::map<std::string, std::string> leaves;  ///< Of a tree: names that leaves are given, and their IDs.
   struct Data {
     std::string id;
     bool has_value = false;
@@ -84,6 +86,7 @@ class Index {
   void read_project();
   void read_interfaces(const std::set<std::string>& changed);
   void gather();
+  void gather_answering(const text::YamlNode& node);
   void name_all(const std::set<std::string>& changed, bool all);
 
   std::filesystem::path folder_;

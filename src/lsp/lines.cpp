@@ -55,4 +55,15 @@ std::size_t Lines::offset(std::string_view text, Position position, Units units)
   return std::min(at, end);
 }
 
+Offsets::Offsets(std::string_view text) : size_(text.size()) {
+  for (std::size_t end = text.find('\n'); end != std::string_view::npos; end = text.find('\n', end + 1))
+    starts_.push_back(end + 1);
+}
+
+std::size_t Offsets::of(const SourceSpan& span) const {
+  const auto line = static_cast<std::size_t>(std::max(span.line - 1, 0));
+  if (line >= starts_.size()) return size_;
+  return std::min(starts_[line] + static_cast<std::size_t>(std::max(span.column - 1, 0)), size_);
+}
+
 }  // namespace sentree::lsp

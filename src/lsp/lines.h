@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "sentree/base/source.h"
+
 namespace sentree::lsp {
 
 /// What a place inside a line is counted in.
@@ -32,6 +34,19 @@ class Lines {
 
  private:
   std::vector<std::size_t> starts_{0};
+};
+
+/// The bytes of many places of one text, as readers tell them: line and column from 1, lines end with \n. Does not keep
+/// the text.
+class Offsets {
+ public:
+  explicit Offsets(std::string_view text);
+  /// What lies behind the end of the text is that end. O(1).
+  [[nodiscard]] std::size_t of(const SourceSpan& span) const;
+
+ private:
+  std::vector<std::size_t> starts_{0};
+  std::size_t size_ = 0;
 };
 
 }  // namespace sentree::lsp

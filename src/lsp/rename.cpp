@@ -6,6 +6,12 @@
 #include <cctype>
 #include <filesystem>
 
+#include "sentree/bt/tree.h"
+#include "sentree/design/workspace.h"
+#include "sentree/lsp/file_names.h"
+#include "sentree/monitor/requirement.h"
+#include "sentree/project/mission_tree.h"
+#include "sentree/text/file.h"
 #include "sentree/text/yaml.h"
 
 namespace sentree::lsp {
@@ -20,6 +26,7 @@ bool is_name(std::string_view name, SymbolKind kind) {
   return !name.empty() && std::all_of(name.begin(), name.end(), [&](char c) {
     const auto u = static_cast<unsigned char>(c);
     if (std::isalnum(u) != 0 || c == '_' || u >= 0x80) return true;
+    if (c == '.') return kind == SymbolKind::kDefinition || kind == SymbolKind::kEvent;
     return is_free ? c == ' ' || c == '-' : c == '-' && kind == SymbolKind::kState;
   }) && (is_free || std::isdigit(static_cast<unsigned char>(name.front())) == 0);
 }
@@ -30,7 +37,7 @@ std::string shown(const Index& index, const std::string& file) {
 
 // The symbol of another name beside this one.
 Symbol renamed(const Symbol& symbol, const std::string& name) {
-  const std::size_t hash = symbol.name.find('#');
+  const std::size_t hash = symbol.name.rfind('#');
   return {symbol.kind, hash == std::string::npos ? name : symbol.name.substr(0, hash + 1) + name};
 }
 
@@ -54,6 +61,77 @@ std::string another_meaning(const Index& index, const std::string& name) {
   return {};
 }
 
+// Charts that come with Sentree are no files of the project, and call services by their names. Empty: none calls it.
+std::string foreign_caller(const Index& index, const std::string& service) {
+  if (index.project() == nullptr) return {};
+  const project::Project& project = *index.project();
+  for (const std::string& skill : index.names().skills) {
+    const auto entry =
+        std::find_if(project.skills.begin(), project.skills.end(), [&](const auto& one) { return one.leaf == skill; });
+    const auto* const own = entry != project.skills.end() ? &*entry : nullptr;
+    const fs::path file = (index.folder() / project::skill_file(project, own, skill).path).lexically_normal();
+    if (index.find(file.string()) != nullptr) continue;
+    const auto text = text::read_file(file, {}, design::kDocumentBytesMax);
+    if (text && text->find(fmt::format("\"{}\"", service)) != std::string::npos) return file.filename().string();
+  }
+  return {};
+}
+
+// What a final state of that name says of a skill or a monitor; empty: nothing.
+std::string meaning_of_state(const Index& index, const Symbol& symbol) {
+  const std::string name = written_name(symbol);
+  const std::string file = symbol.name.substr(0, symbol.name.size() - name.size() - 1);
+  const auto is_its = [&](const auto& entry) { return entry.second == file; };
+  const Names& names = index.names();
+  const bool is_skill = names.charts.contains(file) || std::any_of(names.leaves.begin(), names.leaves.end(), is_its);
+  if (is_skill && names.answering.contains(name)) return "what a protocol of the project waits for";
+  if (is_skill && (name == "success" || name == "failure" || name == "halted")) return "an outcome of a skill";
+  const bool is_monitor = std::any_of(names.monitors.begin(), names.monitors.end(), is_its);
+  return is_monitor && (name == "violated" || name == "satisfied") ? "a verdict of a monitor" : "";
+}
+
+bool is_final(const std::string& text, const Occurrence& state) {
+  const std::size_t tag = text.rfind('<', state.from);
+  return state.defines && tag != std::string::npos && text.find("final", tag) < state.from;
+}
+
+// A skill that the project has: other programs and palettes keep their names.
+bool has_skill(const Index& index, const std::string& skill) {
+  if (!index.chart_of(skill).empty()) return true;
+  if (index.project() == nullptr) return false;
+  const auto& entries = index.project()->skills;
+  return std::any_of(entries.begin(), entries.end(), [&](const auto& entry) { return entry.leaf == skill; });
+}
+
+// Requirements mean with the new name what they meant before: it is neither a word of theirs nor something else there.
+Result<void> may_be_called(const Index& index, const std::string& file, const std::string& text,
+                           const std::string& edited, const Symbol& symbol, const std::string& name) {
+  const auto parsed = monitor::parse_requirements(edited, shown(index, file));
+  if (!parsed.value && monitor::parse_requirements(text, file).value) {
+    const auto wrong = std::find_if(parsed.diagnostics.begin(), parsed.diagnostics.end(),
+                                    [](const Diagnostic& one) { return one.severity == Severity::kError; });
+    return fail("lsp.rename", fmt::format("with \"{}\" {} could not be read: {}", name, shown(index, file),
+                                          wrong != parsed.diagnostics.end() ? to_string(*wrong) : ""));
+  }
+  const bool is_own = symbol.kind == SymbolKind::kDefinition || symbol.kind == SymbolKind::kEvent;
+  if (!is_own && symbol.kind != SymbolKind::kLocation) return {};
+  Names names = index.names();
+  if (symbol.kind == SymbolKind::kLocation) {
+    names.locations.erase(symbol.name);
+    names.locations.insert(name);
+  }
+  const auto symbols = [](const Occurrences& occurrences) {
+    std::vector<Symbol> found;
+    for (const Occurrence& occurrence : occurrences) found.push_back(occurrence.symbol);
+    return found;
+  };
+  std::vector<Symbol> before = symbols(occurrences_in_requirements(text, file, index.names()));
+  std::replace(before.begin(), before.end(), symbol, renamed(symbol, name));
+  if (before != symbols(occurrences_in_requirements(edited, file, names)))
+    return fail("lsp.rename", fmt::format("\"{}\" stands for something else in {}", name, shown(index, file)));
+  return {};
+}
+
 // A place is named by texts, which have to mean it and nothing else.
 Result<void> may_rename_place(const Index& index, const Symbol& symbol, const std::string& name) {
   const auto places = index.places_of(symbol);
@@ -73,12 +151,29 @@ Result<void> may_rename_place(const Index& index, const Symbol& symbol, const st
 Result<void> may_rename(const Index& index, const Symbol& symbol) {
   switch (symbol.kind) {
     case SymbolKind::kSkill:
+      if (has_skill(index, symbol.name)) return {};
+      return fail("lsp.rename", "no chart of this project is called so, nor an entry of \"skills\" in sentree.yaml");
     case SymbolKind::kNode:
-    case SymbolKind::kTree:
-    case SymbolKind::kService:
-    case SymbolKind::kState:
+    case SymbolKind::kTree: return {};
+    case SymbolKind::kService: {
+      const std::string caller = foreign_caller(index, symbol.name);
+      if (caller.empty()) return {};
+      return fail("lsp.rename", fmt::format("{}, which comes with Sentree, calls it so", caller));
+    }
     case SymbolKind::kDefinition:
+    case SymbolKind::kEvent:
     case SymbolKind::kLocation: return {};
+    case SymbolKind::kState: {
+      const std::string meaning = meaning_of_state(index, symbol);
+      if (meaning.empty()) return {};
+      for (const Index::Place& place : index.places_of(symbol)) {
+        if (index.names().answering.contains(written_name(symbol)) ||
+            is_final(index.find(*place.file)->text, *place.occurrence))
+          return fail("lsp.rename",
+                      fmt::format("\"{}\" is {}: called otherwise, it says nothing", written_name(symbol), meaning));
+      }
+      return {};
+    }
     case SymbolKind::kRequirement:
       for (const Index::Place& place : index.places_of(symbol)) {
         if (place.occurrence->defines && place.file->ends_with(".req")) return {};
@@ -98,9 +193,13 @@ Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::str
   if (!is_name(name, symbol.kind)) return fail("lsp.rename", fmt::format("\"{}\" is no name for it", name));
   Renaming renaming;
   if (name == old) return renaming;
+  const bool is_own = symbol.kind == SymbolKind::kDefinition || symbol.kind == SymbolKind::kEvent;
+  if ((is_own || symbol.kind == SymbolKind::kRequirement) && is_word_of_requirements(name))
+    return fail("lsp.rename", fmt::format("\"{}\" is a word of the language; choose another name", name));
   if (!index.places_of(renamed(symbol, name)).empty())
     return fail("lsp.rename", fmt::format("\"{}\" is there already", name));
   const Names& names = index.names();
+  const std::string old_in_messages = bt::event_name(old);
   const bool is_observed =
       symbol.kind == SymbolKind::kSkill || symbol.kind == SymbolKind::kNode || symbol.kind == SymbolKind::kService;
   if (is_observed && (names.services.contains(name) || names.nodes.contains(name) || names.skills.contains(name) ||
@@ -115,12 +214,20 @@ Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::str
       return fail("lsp.rename", shown(index, file) + " may name it and cannot be read; mend it first");
     design::TextEdits edits;
     for (const Occurrence& occurrence : content.occurrences) {
+      const std::string& now = occurrence.in_message ? old_in_messages : old;
       if (occurrence.symbol != symbol ||
-          content.text.compare(occurrence.from, occurrence.to - occurrence.from, old) != 0)
+          content.text.compare(occurrence.from, occurrence.to - occurrence.from, now) != 0)
         continue;
-      if (edits.empty() || edits.back().to <= occurrence.from) edits.push_back({occurrence.from, occurrence.to, name});
+      if (edits.empty() || edits.back().to <= occurrence.from)
+        edits.push_back({occurrence.from, occurrence.to, occurrence.in_message ? bt::event_name(name) : name});
     }
     if (edits.empty()) continue;
+    if (content.kind == FileKind::kRequirements) {
+      const auto edited = design::with_edits(content.text, edits);
+      if (!edited) return tl::unexpected(edited.error());
+      if (auto may = may_be_called(index, file, content.text, *edited, symbol, name); !may)
+        return tl::unexpected(may.error());
+    }
     if (!file.starts_with(index.folder().string() + "/"))
       return fail("lsp.rename", file + " names it and is no file of this project");
     renaming.edits[file] = std::move(edits);
@@ -132,6 +239,13 @@ Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::str
       std::error_code error;
       if (fs::exists(to, error)) return fail("lsp.rename", shown(index, to.string()) + " is there already");
       renaming.files.emplace_back(chart.string(), to.string());
+      // What names the file.
+      for (const FileUse& use : uses_of_file(index, chart.string())) {
+        if (use.path.empty()) continue;
+        design::TextEdits& edits = renaming.edits[use.file];
+        edits.push_back({use.from, use.to, (fs::path(use.path).parent_path() / to.filename()).generic_string()});
+        std::sort(edits.begin(), edits.end(), [](const auto& a, const auto& b) { return a.from < b.from; });
+      }
     }
   }
   return renaming;

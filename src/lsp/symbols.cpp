@@ -8,7 +8,8 @@
 #include <filesystem>
 
 #include "sentree/base/ascii.h"
-#include "sentree/design/findings.h"
+#include "sentree/lsp/lines.h"
+#include "sentree/monitor/requirement.h"
 #include "sentree/monitor/requirement_lexer.h"
 
 namespace sentree::lsp {
@@ -52,24 +53,49 @@ class Collector {
       }
       return true;
     }
-    const std::size_t dot = std::min(name.find('.'), name.size());
-    if (names_.nodes.contains(name.substr(0, dot)) || names_.skills.contains(name.substr(0, dot))) {
-      node(from, from + dot);
-      return true;
-    }
-    return false;
+    return path(from, to, true);
   }
 
-  // A leaf or another node, by its name, or by its ID where it has none.
-  void node(std::size_t from, std::size_t to) {
+  // The path of a node, with its SubTrees, as far as names in it are known; with what a message of it is called behind.
+  bool path(std::size_t from, std::size_t to, bool in_message) {
+    const std::string_view written = text_.substr(from, to - from);
+    if (written.find('.') == std::string_view::npos || names_.nodes.contains(written))
+      return node(from, to, true, in_message);
+    constexpr std::array<std::string_view, 7> kMessages{"tick", "halt", "cancel", "timer", "topic", "log", "given_up"};
+    bool is_known = false;
+    for (std::size_t begin = from; begin < to;) {
+      const std::size_t end = std::min(written.find('.', begin - from), written.size()) + from;
+      const std::string_view name = text_.substr(begin, end - begin);
+      if (in_message && is_known && std::find(kMessages.begin(), kMessages.end(), name) != kMessages.end()) break;
+      // The number of one of several leaves: GoTo::7.
+      const std::size_t number = std::min(name.find("::"), name.size());
+      if (!node(begin, begin + number, end == to, in_message)) break;
+      is_known = true;
+      begin = end + 1;
+    }
+    return is_known;
+  }
+
+  // A node, by its name, or by its ID where it has none: that of a SubTree is a tree's.
+  bool node(std::size_t from, std::size_t to, bool is_last, bool in_message) {
     std::string name = at(from, to);
-    if (names_.nodes.contains(name))
-      add(SymbolKind::kNode, std::move(name), from, to);
-    else if (names_.skills.contains(name))
-      add(SymbolKind::kSkill, std::move(name), from, to);
+    if (names_.nodes.contains(name)) return add_node(SymbolKind::kNode, std::move(name), from, to, in_message);
+    if (const auto spelled = names_.spelled.find(name); in_message && spelled != names_.spelled.end())
+      return add_node(SymbolKind::kNode, spelled->second, from, to, true);
+    const bool is_skill = names_.skills.contains(name);
+    if (names_.trees.contains(name) && !(is_last && is_skill))
+      return add_node(SymbolKind::kTree, std::move(name), from, to, in_message);
+    return is_skill && add_node(SymbolKind::kSkill, std::move(name), from, to, in_message);
   }
 
   Occurrences found;
+
+ private:
+  bool add_node(SymbolKind kind, std::string name, std::size_t from, std::size_t to, bool in_message) {
+    add(kind, std::move(name), from, to);
+    if (in_message && !found.empty()) found.back().in_message = true;
+    return true;
+  }
 
  protected:
   void place(std::size_t from, std::size_t to) {
@@ -242,10 +268,12 @@ class TreeCollector : public Collector {
     } else if (!is_builtin) {
       const std::size_t from = element.offset() + 1;
       add(SymbolKind::kSkill, std::string(tag), from, from + tag.size());
-      const std::string end = fmt::format("</{}", tag);
-      const std::size_t last = std::string_view(source_).substr(0, element.end_offset()).rfind("</");
-      if (last != std::string::npos && last > element.offset() && source_.compare(last, end.size(), end) == 0)
-        add(SymbolKind::kSkill, std::string(tag), last + 2, last + end.size());
+      // Only an end tag has nothing but its name before it: of <A/> it is not looked for.
+      std::size_t end = element.end_offset() - 1;
+      while (end > from && is_space(source_[end - 1])) --end;
+      const std::size_t last = end - std::min(end, tag.size());
+      if (last > from + 1 && source_.compare(last - 2, 2, "</") == 0 && source_.compare(last, tag.size(), tag) == 0)
+        add(SymbolKind::kSkill, std::string(tag), last, end);
     }
     attribute(element, "name", SymbolKind::kNode, true);
     for (const text::XmlAttributePlace& written : element.attribute_places()) {
@@ -365,7 +393,7 @@ class ChartCollector : public Collector {
           --before;
         constexpr std::string_view kSource = "_event.data.source";
         if (before >= kSource.size() && text_.substr(before - kSource.size(), kSource.size()) == kSource)
-          node(from, to);
+          path(from, to, true);
       }
       place = to;
     }
@@ -384,73 +412,181 @@ class RequirementCollector : public Collector {
 
   RequirementCollector(std::string_view text, const std::string& file, const Names& names)
       : Collector(text, names), file_(file) {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    const std::size_t begin = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
     Diagnostics ignored;
-    tokens_ = monitor::lex_requirements(text, file, ignored);
-    for (const Token& token : tokens_) places_.push_back(design::offset_of(text, token.span));
-    std::set<std::string, std::less<>> defined;
-    for (std::size_t i = 0; i + 1 < tokens_.size(); ++i) {
-      if (begins_definition(i)) defined.insert(tokens_[i + 1].text);
-    }
+    tokens_ = monitor::lex_requirements(text.substr(begin), file, ignored);
+    const Offsets offsets(text.substr(begin));
+    for (const Token& token : tokens_) places_.push_back(begin + offsets.of(token.span));
     for (std::size_t i = 0; i < tokens_.size(); ++i) {
-      const Token& token = tokens_[i];
-      if (token.kind == Kind::kString) place(places_[i] + 1, places_[i] + 1 + token.text.size());
-      if (token.kind != Kind::kName) continue;
-      const std::size_t from = places_[i];
-      const std::size_t to = from + token.text.size();
-      if (text.substr(from, token.text.size()) != token.text) continue;
-      if (i > 0 && begins_definition(i - 1)) {
-        add(SymbolKind::kDefinition, fmt::format("{}#{}", file, token.text), from, to, true);
-      } else if (token.starts_line && begins_requirement(i)) {
-        add(SymbolKind::kRequirement, token.text, from, to, true);
-      } else if (is_before(i, "from") || (is_symbol(i, 1, "(") && is_word_before(i, 2, "node"))) {
-        node(from, to);
-      } else if (token.text.find('.') != std::string::npos && dotted(from, to)) {
-        continue;
-      } else if (const std::string first = token.text.substr(0, token.text.find('.')); defined.contains(first)) {
-        add(SymbolKind::kDefinition, fmt::format("{}#{}", file, first), from, from + first.size());
-      } else if (names.locations.contains(token.text)) {
-        add(SymbolKind::kLocation, token.text, from, to);
-      }
+      if (!begins_definition(i) || is_word_of_requirements(tokens_[i + 1].text)) continue;
+      (tokens_[i].text == "event" ? events_ : values_).insert(tokens_[i + 1].text);
     }
+    for (std::size_t i = 0; i < tokens_.size();) i = statement(i);
   }
 
  private:
+  // What a parenthesis belongs to.
+  struct Open {
+    std::string_view of;    // the word before it; empty: it groups
+    bool in_where = false;  // of a source: its members can be asked for
+  };
+
+  void add_own(SymbolKind kind, std::size_t i, bool defines) {
+    add(kind, kind == SymbolKind::kRequirement ? tokens_[i].text : fmt::format("{}#{}", file_, tokens_[i].text),
+        places_[i], places_[i] + tokens_[i].text.size(), defines);
+  }
+
+  // Behind the statement that begins there.
+  std::size_t statement(std::size_t i) {
+    open_.clear();
+    parameters_.clear();
+    has_trigger_ = false;
+    if (begins_definition(i)) {
+      add_own(tokens_[i].text == "event" ? SymbolKind::kEvent : SymbolKind::kDefinition, i + 1, true);
+      i = behind_parameters(i + 2);
+    } else if (tokens_[i].starts_line && tokens_[i].kind == Kind::kName && colon_behind(i) != 0) {
+      add_own(SymbolKind::kRequirement, i, true);
+      i = colon_behind(i);
+    }
+    do look(i);
+    while (++i < tokens_.size() && !begins_statement(i));
+    return i;
+  }
+  std::size_t behind_parameters(std::size_t i) {
+    if (is(i, "(") && tokens_[i].adjacent) {
+      for (++i; tokens_[i].kind == Kind::kName || is(i, ","); ++i) parameters_.insert(tokens_[i].text);
+    }
+    if (is(i, ")")) ++i;
+    // A unit, until its bracket is closed.
+    if (is(i, "[")) {
+      while (i + 1 < tokens_.size() && !is(i, "]") && !tokens_[i + 1].starts_line) ++i;
+    }
+    return std::min(i, tokens_.size() - 1);
+  }
+
+  void look(std::size_t i) {
+    const Token& token = tokens_[i];
+    if (is(i, "(")) {
+      const bool is_call = i > 0 && tokens_[i - 1].kind == Kind::kName && takes_name(tokens_[i - 1].text);
+      open_.push_back({is_call ? std::string_view(tokens_[i - 1].text) : std::string_view(), in_where()});
+    } else if (is(i, ")") && !open_.empty()) {
+      open_.pop_back();
+    } else if (token.kind == Kind::kString) {
+      const std::size_t from = places_[i] + 1;
+      if (!named(i, from, from + token.text.size())) place(from, from + token.text.size());
+    } else if (token.kind == Kind::kName && !named(i, places_[i], places_[i] + token.text.size())) {
+      word(i);
+    }
+  }
+
+  // What an observation is called or a leaf, where one of them is to stand.
+  bool named(std::size_t i, std::size_t from, std::size_t to) {
+    if (is_word_before(i, 1, "from")) {
+      path(from, to, true);
+      return true;
+    }
+    if (open_.empty() || open_.back().of.empty() || !is(i - 1, "(")) return false;
+    if (open_.back().of == "node") {
+      path(from, to, false);
+    } else if (open_.back().of != "event" || !is(i + 1, "(") || !takes_name(tokens_[i].text)) {
+      if (open_.back().of == "event" && events_.contains(tokens_[i].text))
+        add_own(SymbolKind::kEvent, i, false);
+      else
+        dotted(from, to);
+    }
+    return true;
+  }
+
+  // A name in a condition: of a definition, or what stands for itself.
+  void word(std::size_t i) {
+    const Token& token = tokens_[i];
+    if (token.text == "where" && !open_.empty()) open_.back().in_where = true;
+    if (token.text == "whenever" || (token.text == "once" && may_begin_body(i))) {
+      has_trigger_ = true;
+      return;
+    }
+    if (is_of_grammar(i) || parameters_.contains(token.text)) return;
+    if (values_.contains(token.text)) {
+      if (!in_where() || !is_member(token.text)) add_own(SymbolKind::kDefinition, i, false);
+    } else if (names_.locations.contains(token.text)) {
+      if (!is_word_of_requirements(token.text) && (!in_where() || !is_member(token.text)))
+        add(SymbolKind::kLocation, token.text, places_[i], places_[i] + token.text.size());
+    } else if (token.text.find('.') != std::string::npos && !in_where()) {
+      dotted(places_[i], places_[i] + token.text.size());
+    }
+  }
+
+  // Where no name of a definition can stand: a member, a unit, a status, who shall, "at least", "at most".
+  [[nodiscard]] bool is_of_grammar(std::size_t i) const {
+    const Token& token = tokens_[i];
+    if (i == 0) return false;
+    const bool is_unit = tokens_[i - 1].kind == Kind::kNumber && !token.starts_line;
+    const bool is_ratio = i >= 3 && is(i - 1, "/") && token.adjacent && tokens_[i - 1].adjacent &&
+                          tokens_[i - 2].kind == Kind::kName && tokens_[i - 3].kind == Kind::kNumber;
+    if (is(i - 1, ".") || is_unit || is_ratio || is_word_before(i, 1, "in") || is_name(i + 1, "shall")) return true;
+    return (token.text == "at" && (is_name(i + 1, "least") || is_name(i + 1, "most"))) ||
+           (token.text == "every" && is_word_before(i, 1, "least"));
+  }
+  [[nodiscard]] bool may_begin_body(std::size_t i) const {
+    return i > 0 && !has_trigger_ && open_.empty() &&
+           (is(i - 1, ":") || is(i - 1, ",") || is_word_before(i, 1, "globally"));
+  }
+  // Of what is observed: whether `where` takes the name for one of its members.
+  static bool is_member(const std::string& name) {
+    return monitor::parse_requirements(fmt::format("r: always reply(a.b where {}).\n", name), {}).value.has_value();
+  }
+  static bool takes_name(std::string_view word) {
+    constexpr std::array<std::string_view, 7> kWords{"request",     "reply", "error", "late",
+                                                     "observation", "node",  "event"};
+    return std::find(kWords.begin(), kWords.end(), word) != kWords.end();
+  }
+  [[nodiscard]] bool in_where() const { return !open_.empty() && open_.back().in_where; }
+
+  [[nodiscard]] bool begins_statement(std::size_t i) const {
+    return begins_definition(i) || (tokens_[i].starts_line && tokens_[i].kind == Kind::kName && colon_behind(i) != 0);
+  }
   [[nodiscard]] bool begins_definition(std::size_t i) const {
     return tokens_[i].kind == Kind::kName && tokens_[i].starts_line &&
            (tokens_[i].text == "let" || tokens_[i].text == "event") && i + 1 < tokens_.size() &&
            tokens_[i + 1].kind == Kind::kName;
   }
-  // NAME [ "(" attributes ")" ] [ STRING ] ":"
-  [[nodiscard]] bool begins_requirement(std::size_t i) const {
+  // Of NAME [ "(" attributes ")" ] [ STRING ] ":"; 0: it is something else.
+  [[nodiscard]] std::size_t colon_behind(std::size_t i) const {
     std::size_t next = i + 1;
-    const auto is = [&](std::string_view symbol) {
-      return next < tokens_.size() && tokens_[next].kind == Kind::kSymbol && tokens_[next].text == symbol;
-    };
-    if (is("(")) {
-      while (next < tokens_.size() && !is(")") && !is(":")) ++next;
-      if (is(")")) ++next;
+    if (is(next, "(")) {
+      for (++next; is(next, ",") || (next < tokens_.size() && tokens_[next].kind == Kind::kName);) ++next;
+      if (is(next, ")")) ++next;
     }
     if (next < tokens_.size() && tokens_[next].kind == Kind::kString) ++next;
-    return is(":");
+    return is(next, ":") ? next : 0;
+  }
+  [[nodiscard]] bool is(std::size_t i, std::string_view symbol) const {
+    return i < tokens_.size() && tokens_[i].kind == Kind::kSymbol && tokens_[i].text == symbol;
+  }
+  [[nodiscard]] bool is_name(std::size_t i, std::string_view word) const {
+    return i < tokens_.size() && tokens_[i].kind == Kind::kName && tokens_[i].text == word;
   }
   [[nodiscard]] bool is_word_before(std::size_t i, std::size_t back, std::string_view word) const {
-    return i >= back && tokens_[i - back].kind == Kind::kName && tokens_[i - back].text == word;
-  }
-  [[nodiscard]] bool is_before(std::size_t i, std::string_view word) const { return is_word_before(i, 1, word); }
-  [[nodiscard]] bool is_symbol(std::size_t i, std::size_t back, std::string_view symbol) const {
-    return i >= back && tokens_[i - back].kind == Kind::kSymbol && tokens_[i - back].text == symbol;
+    return i >= back && is_name(i - back, word);
   }
 
   const std::string& file_;
   std::vector<Token> tokens_;
   std::vector<std::size_t> places_;
+  std::set<std::string, std::less<>> values_;  // what `let` defines
+  std::set<std::string, std::less<>> events_;  // what `event` does
+  // Of the statement that is looked at.
+  std::set<std::string, std::less<>> parameters_;
+  std::vector<Open> open_;
+  bool has_trigger_ = false;
 };
 
 // ---- YAML ----
 
 // Where a scalar's text stands; nothing where it is not written as it reads.
-std::optional<std::size_t> place_of(std::string_view text, const text::YamlNode& scalar) {
-  const std::size_t from = design::offset_of(text, scalar.span) + (scalar.quoted ? 1 : 0);
+std::optional<std::size_t> place_of(std::string_view text, const Offsets& offsets, const text::YamlNode& scalar) {
+  const std::size_t from = offsets.of(scalar.span) + (scalar.quoted ? 1 : 0);
   if (scalar.scalar.empty() || from > text.size() || text.substr(from, scalar.scalar.size()) != scalar.scalar)
     return std::nullopt;
   return from;
@@ -459,22 +595,21 @@ std::optional<std::size_t> place_of(std::string_view text, const text::YamlNode&
 class YamlCollector : public Collector {
  public:
   YamlCollector(std::string_view text, bool is_project, std::string folder, const Names& names)
-      : Collector(text, names), is_project_(is_project), folder_(std::move(folder)) {}
+      : Collector(text, names), is_project_(is_project), folder_(std::move(folder)), offsets_(text) {}
 
   // What calls, constants of skills and the blackboard are given, and where worlds begin.
   void places(const text::YamlNode& node, bool is_given = false, bool in_world = false) {
     static const std::set<std::string, std::less<>> kGiven{"args",  "data",       "blackboard",
                                                            "ports", "parameters", "value"};
-    if (const auto from = node.is_scalar() && is_given ? place_of(text_, node) : std::nullopt)
+    if (const auto from = node.is_scalar() && is_given ? place_of(node) : std::nullopt)
       place(*from, *from + node.scalar.size());
     for (const text::YamlNode& item : node.items) places(item, is_given, in_world);
     for (const auto& [key, value] : node.entries) {
       const std::string& name = key.scalar;
-      if (const auto from = place_of(text_, key); from && name.find('.') != std::string::npos)
-        place_in_path(*from, name);
+      if (const auto from = place_of(key); from && name.find('.') != std::string::npos) place_in_path(*from, name);
       if (in_world && (name == "locations" || name == "areas")) {
         for (const auto& [place_name, where] : value.entries) {
-          if (const auto from = place_of(text_, place_name)) place(*from, *from + place_name.scalar.size());
+          if (const auto from = place_of(place_name)) place(*from, *from + place_name.scalar.size());
         }
         continue;
       }
@@ -484,6 +619,9 @@ class YamlCollector : public Collector {
   }
 
   void section(const text::YamlNode& root) {
+    if (const text::YamlNode* const processes = root.find("processes")) {
+      for (const auto& [name, entry] : processes->entries) processes_.insert(name.scalar);
+    }
     for (const auto& [key, value] : root.entries) {
       if (key.scalar == "services" || key.scalar == "observe") {
         for (const auto& [name, entry] : value.entries) {
@@ -493,7 +631,7 @@ class YamlCollector : public Collector {
         }
       } else if (key.scalar == "skills") {
         for (const auto& [name, entry] : value.entries) {
-          if (const auto from = place_of(text_, name)) node(*from, *from + name.scalar.size());
+          if (const auto from = place_of(name)) path(*from, *from + name.scalar.size(), false);
           any(entry, {});
         }
       } else if (key.scalar == "monitors" && value.is_mapping()) {
@@ -522,13 +660,13 @@ class YamlCollector : public Collector {
   }
 
   void scalar(const text::YamlNode& node, SymbolKind kind, bool defines) {
-    if (const auto from = place_of(text_, node)) add(kind, node.scalar, *from, *from + node.scalar.size(), defines);
+    if (const auto from = place_of(node)) add(kind, node.scalar, *from, *from + node.scalar.size(), defines);
   }
 
   void interface(const text::YamlNode& entry) {
     const text::YamlNode* const written = entry.find("interface");
     if (written == nullptr) return;
-    const auto from = place_of(text_, *written);
+    const auto from = place_of(*written);
     const std::size_t slash = written->scalar.rfind('/');
     if (!from || slash == std::string::npos) return;
     for (const auto& [name, service] : names_.services) {
@@ -544,7 +682,7 @@ class YamlCollector : public Collector {
     if (service == names_.services.end() || !service->second.service) return;
     for (const auto& [method, rate] : publish.entries) {
       const idl::Method* const known = service->second.service->find(method.scalar);
-      const auto from = place_of(text_, method);
+      const auto from = place_of(method);
       if (known == nullptr || !from) continue;
       const Symbol symbol = method_symbol(*known, service->second.file);
       add(symbol.kind, symbol.name, *from, *from + method.scalar.size());
@@ -557,7 +695,7 @@ class YamlCollector : public Collector {
         file == nullptr ? "" : (std::filesystem::path(folder_) / file->scalar).lexically_normal().string();
     if (const text::YamlNode* states = entry.find("violated")) {
       const auto state = [&](const text::YamlNode& node) {
-        if (const auto from = place_of(text_, node))
+        if (const auto from = place_of(node))
           add(SymbolKind::kState, fmt::format("{}#{}", chart, node.scalar), *from, *from + node.scalar.size());
       };
       if (states->is_scalar()) state(*states);
@@ -568,7 +706,7 @@ class YamlCollector : public Collector {
       scalar(*name, SymbolKind::kRequirement, true);
     } else if (file != nullptr && chart.ends_with(".scxml")) {
       const std::string stem = std::filesystem::path(chart).stem().string();
-      if (const auto from = place_of(text_, *file)) {
+      if (const auto from = place_of(*file)) {
         const std::size_t in = file->scalar.rfind(stem);
         if (in != std::string::npos) add(SymbolKind::kRequirement, stem, *from + in, *from + in + stem.size(), true);
       }
@@ -580,30 +718,59 @@ class YamlCollector : public Collector {
 
   // Observations, services and nodes, wherever they are named; texts of other kinds are not looked into.
   void any(const text::YamlNode& node, std::string_view key) {
-    static constexpr std::array<std::string_view, 11> kOther{
-        "description", "file", "world", "at", "data", "args", "reason", "rate", "palette", "title", "plugins"};
-    if (std::find(kOther.begin(), kOther.end(), key) != kOther.end()) return;
+    static const std::set<std::string, std::less<>> kOther{
+        "description", "file",     "world",   "at",        "data",  "args",      "reason",  "rate",
+        "palette",     "title",    "plugins", "interface", "name",  "model",     "choices", "orders",
+        "loop",        "fair",     "value",   "status",    "clock", "component", "listen",  "path",
+        "by",          "protocol", "tree",    "number",    "count", "place",     "state",   "chart"};
+    if (kOther.contains(key)) return;
     if (node.is_scalar()) {
-      const auto from = place_of(text_, node);
+      const auto from = place_of(node);
       if (!from) return;
       const std::size_t to = *from + node.scalar.size();
-      if (!dotted(*from, to)) this->node(*from, to);
+      if (key == "node")
+        path(*from, to, false);
+      else if (key == "monitor")
+        scalar(node, SymbolKind::kRequirement, false);
+      else if ((key != "kill" && key != "restart") || !processes_.contains(node.scalar))
+        dotted(*from, to);
     }
     for (const text::YamlNode& item : node.items) any(item, key);
-    for (const auto& [name, value] : node.entries) {
-      if (name.scalar == "skill" || name.scalar == "kill") {
-        if (const auto from = value.is_scalar() ? place_of(text_, value) : std::nullopt)
-          this->node(*from, *from + value.scalar.size());
-      } else if (name.scalar == "monitor") {
-        if (value.is_scalar()) scalar(value, SymbolKind::kRequirement, false);
-      } else {
-        any(value, name.scalar);
-      }
+    for (const auto& [name, value] : node.entries) any(value, name.scalar);
+    if (node.is_mapping()) breakpoint(node);
+  }
+
+  // {chart: "skill:LEAF", state: ID} or {chart: "monitor:NAME", state: ID}.
+  void breakpoint(const text::YamlNode& node) {
+    const text::YamlNode* const written = node.find("chart");
+    const auto from = written != nullptr && written->is_scalar() ? place_of(*written) : std::nullopt;
+    if (!from) return;
+    const std::string_view chart = written->scalar;
+    const std::size_t to = *from + chart.size();
+    std::string file;
+    if (constexpr std::string_view kSkill = "skill:"; chart.starts_with(kSkill)) {
+      path(*from + kSkill.size(), to, true);
+      const std::size_t dot = chart.rfind('.');
+      const auto leaf = names_.leaves.find(chart.substr(dot == std::string_view::npos ? kSkill.size() : dot + 1));
+      if (leaf != names_.leaves.end()) file = leaf->second;
+    } else if (constexpr std::string_view kMonitor = "monitor:"; chart.starts_with(kMonitor)) {
+      const std::string name(chart.substr(kMonitor.size()));
+      add(SymbolKind::kRequirement, name, *from + kMonitor.size(), to);
+      if (const auto monitor = names_.monitors.find(name); monitor != names_.monitors.end()) file = monitor->second;
     }
+    const text::YamlNode* const state = node.find("state");
+    const auto at = state != nullptr && state->is_scalar() && !file.empty() ? place_of(*state) : std::nullopt;
+    if (at) add(SymbolKind::kState, fmt::format("{}#{}", file, state->scalar), *at, *at + state->scalar.size());
+  }
+
+  [[nodiscard]] std::optional<std::size_t> place_of(const text::YamlNode& scalar) const {
+    return lsp::place_of(text_, offsets_, scalar);
   }
 
   bool is_project_;
   std::string folder_;
+  Offsets offsets_;
+  std::set<std::string, std::less<>> processes_;  // of a scenario: what they are called is killed first
 };
 
 }  // namespace
@@ -611,10 +778,15 @@ class YamlCollector : public Collector {
 std::string written_name(const Symbol& symbol) {
   const bool has_file = symbol.kind == SymbolKind::kInterface || symbol.kind == SymbolKind::kMethod ||
                         symbol.kind == SymbolKind::kType || symbol.kind == SymbolKind::kState ||
-                        symbol.kind == SymbolKind::kData || symbol.kind == SymbolKind::kDefinition;
-  std::string name = has_file ? symbol.name.substr(symbol.name.find('#') + 1) : symbol.name;
+                        symbol.kind == SymbolKind::kData || symbol.kind == SymbolKind::kDefinition ||
+                        symbol.kind == SymbolKind::kEvent;
+  std::string name = has_file ? symbol.name.substr(symbol.name.rfind('#') + 1) : symbol.name;
   if (symbol.kind == SymbolKind::kMethod) name = name.substr(name.find('.') + 1);
   return name;
+}
+
+bool is_word_of_requirements(const std::string& name) {
+  return !monitor::parse_requirements(fmt::format("let {} = true\n", name), {}).value.has_value();
 }
 
 Symbol method_symbol(const idl::Method& method, const std::string& file) {
@@ -661,13 +833,14 @@ Occurrences occurrences_in_yaml(std::string_view text, const text::YamlNode& roo
 
 Occurrences occurrences_in_world(std::string_view text, const text::YamlNode& root) {
   Occurrences found;
+  const Offsets offsets(text);
   std::set<std::string, std::less<>> names;
   for (const char* section : {"locations", "areas"}) {
     const text::YamlNode* const places = root.find(section);
     if (places == nullptr) continue;
     for (const auto& [name, value] : places->entries) {
       names.insert(name.scalar);
-      if (const auto from = place_of(text, name))
+      if (const auto from = place_of(text, offsets, name))
         found.push_back({{SymbolKind::kLocation, name.scalar}, *from, *from + name.scalar.size(), true});
     }
   }
@@ -678,7 +851,7 @@ Occurrences occurrences_in_world(std::string_view text, const text::YamlNode& ro
       self(self, value);
       if ((key.scalar != "start" && key.scalar != "pose") || !value.is_scalar() || !names.contains(value.scalar))
         continue;
-      if (const auto from = place_of(text, value))
+      if (const auto from = place_of(text, offsets, value))
         found.push_back({{SymbolKind::kLocation, value.scalar}, *from, *from + value.scalar.size(), false});
     }
   };
@@ -688,8 +861,9 @@ Occurrences occurrences_in_world(std::string_view text, const text::YamlNode& ro
 
 Occurrences occurrences_in_interface(std::string_view text, const idl::Schema& schema, const std::string& file) {
   Occurrences found;
+  const Offsets offsets(text);
   const auto define = [&](SymbolKind kind, const std::string& name, const std::string& symbol, const SourceSpan& span) {
-    const std::size_t from = design::offset_of(text, span);
+    const std::size_t from = offsets.of(span);
     if (text.substr(from, name.size()) == name)
       found.push_back({{kind, fmt::format("{}#{}", file, symbol)}, from, from + name.size(), true});
   };

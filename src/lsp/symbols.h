@@ -24,9 +24,10 @@ enum class SymbolKind : std::uint8_t {
   kInterface,  ///< FILE#SERVICE; likewise the next three.
   kMethod,     ///< FILE#SERVICE.METHOD
   kType,
-  kState,        ///< Of a chart.
-  kData,         ///< A <data> of a chart.
-  kDefinition,   ///< let, event of a .req file.
+  kState,  ///< Of a chart: FILE#ID; likewise the next.
+  kData,
+  kDefinition,  ///< `let` of a .req file: FILE#NAME, which may have dots; likewise the next.
+  kEvent,
   kRequirement,  ///< A monitor, by its name.
   kLocation,     ///< Of the world, areas too.
 };
@@ -44,6 +45,7 @@ struct Occurrence {
   std::size_t from = 0;
   std::size_t to = 0;
   bool defines = false;
+  bool in_message = false;  ///< Of a node: written as `bt::event_name` makes it.
 };
 
 /// What a project's files call things: what a name in one of them means is told by the others.
@@ -57,11 +59,15 @@ struct Names {
   std::map<std::string, Service, std::less<>> services;
   std::set<std::string, std::less<>> skills;                 ///< IDs.
   std::set<std::string, std::less<>> nodes;                  ///< Names that nodes of trees are given.
+  std::map<std::string, std::string, std::less<>> spelled;   ///< Those that read otherwise in messages, by how.
+  std::set<std::string, std::less<>> trees;                  ///< IDs.
   std::set<std::string, std::less<>> builtins;               ///< IDs of nodes that every tree may use.
   std::map<std::string, std::string, std::less<>> charts;    ///< Absolute file of a skill's chart, and the skill.
+  std::map<std::string, std::string, std::less<>> leaves;    ///< Leaf, by name or ID, and the chart that it runs.
   std::map<std::string, std::string, std::less<>> monitors;  ///< Monitor, and the chart that it is; empty: none.
   std::set<std::string, std::less<>> locations;
-  std::set<std::string, std::less<>> members;  ///< Fields of messages and arguments of calls.
+  std::set<std::string, std::less<>> answering;  ///< States that a protocol of skills names.
+  std::set<std::string, std::less<>> members;    ///< Fields of messages and arguments of calls.
   friend bool operator==(const Names&, const Names&) = default;
 };
 
@@ -80,8 +86,11 @@ using Occurrences = std::vector<Occurrence>;
 [[nodiscard]] Occurrences occurrences_in_interface(std::string_view text, const idl::Schema& schema,
                                                    const std::string& file);
 
-/// The name as it is written at a place of the symbol.
+/// The name as it is written at a place of the symbol, but for `Occurrence::in_message`.
 [[nodiscard]] std::string written_name(const Symbol& symbol);
+
+/// Whether the language of requirements takes a name for one of its words.
+[[nodiscard]] bool is_word_of_requirements(const std::string& name);
 
 /// The symbol of a method: where it is declared, its base's file too.
 [[nodiscard]] Symbol method_symbol(const idl::Method& method, const std::string& file);
