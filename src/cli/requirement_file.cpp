@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sentree/monitor/requirement.h"
+#include "sentree/monitor/requirement_types.h"
 #include "sentree/project/plan.h"
 #include "sentree/text/file.h"
 
@@ -19,6 +20,7 @@ Loaded<std::vector<monitor::Model>> load_requirement_file(const std::string& fil
   auto parsed = monitor::parse_requirements(*source, file);
   loaded.diagnostics = std::move(parsed.diagnostics);
   if (!parsed.ok()) return loaded;
+  monitor::check_definitions(*parsed.value, vocabulary, loaded.diagnostics);
   std::vector<monitor::Model> models;
   for (const monitor::Requirement& requirement : parsed.value->requirements) {
     auto model = monitor::Model::make(requirement, vocabulary);

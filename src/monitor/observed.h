@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -7,6 +8,47 @@
 #include "sentree/monitor/requirement_types.h"
 
 namespace sentree::monitor {
+
+/// What an observation is about.
+struct Observed {
+  enum class Form : std::uint8_t {
+    kBare,  ///< Nothing but the facts of the message.
+    kMissionStatus,
+    kResumed,
+    kNodeStatus,
+    kLeafTick,
+    kLeafAnswer,
+    kLeafError,
+    kLog,
+    kGivenUp,
+    kTaken,
+    kDelayed,
+    kTimerTaken,
+    kTopicTaken,
+    kRequest,
+    kReply,
+    kError,
+    kLate,
+    kChoice,
+    kLost,
+    kProcess,
+    kInjection,
+    kBreakpoint,
+    kVerdict,
+    kMonitorGivenUp,
+  };
+  Form form = Form::kBare;
+  std::string source;  ///< Empty: some leaf, of calls; else not told.
+  std::string target;
+  const Vocabulary::Method* method = nullptr;  ///< Of calls; borrowed.
+};
+
+/// Of the outcome of a call that is an error: kind, message, exception, vetoed_by.
+[[nodiscard]] DataType data_of_error(const Vocabulary::Method& method);
+
+/// What `_event.data` holds of an observation of that name, whatever the project is: as far as the name tells, all that
+/// it can have. Unknown, with the members that are told: it can have others.
+[[nodiscard]] DataType data_of_any(std::string_view name);
 
 /// Every observation that a project can have (docs/observations.md), and what its data are.
 class Observations {
@@ -20,38 +62,11 @@ class Observations {
   [[nodiscard]] DataType data_of(std::string_view name) const;
 
  private:
-  enum class Form : std::uint8_t {
-    kTick,
-    kMissionStatus,
-    kNodeStatus,
-    kLeafTick,
-    kLeafAnswer,
-    kLeafError,
-    kLeafLog,
-    kLeafGivenUp,
-    kBare,
-    kRequest,
-    kReply,
-    kError,
-    kLate,
-    kLost,
-    kProcess,
-    kVerdict,
-    kMonitorGivenUp,
-    kOpen,
-  };
-  struct Entry {
-    Form form = Form::kOpen;
-    std::string source;  ///< Empty: some leaf, of calls; else not told.
-    std::string target;
-    const Vocabulary::Method* method = nullptr;
-  };
-  void add(std::string name, Entry entry);
-  [[nodiscard]] const Entry* find(std::string_view name) const;
+  void add(std::string name, Observed observed);
 
   const Vocabulary& vocabulary_;
   std::vector<std::string> names_;
-  std::vector<Entry> entries_;  // by place in names_
+  std::vector<Observed> observed_;  // by place in names_
 };
 
 }  // namespace sentree::monitor

@@ -189,8 +189,9 @@ struct Definition {
   std::string name;
   std::vector<std::string> parameters;
   bool is_event = false;
-  std::string unit;  ///< Declared; empty: none.
-  ConditionPtr content;
+  std::string unit;      ///< Declared; empty: none.
+  ConditionPtr content;  ///< With other definitions put in where there are no parameters.
+  bool is_used = false;  ///< By a requirement, or by a definition that is.
   SourceSpan span;
 };
 
@@ -202,8 +203,8 @@ struct RequirementFile {
 };
 
 /// Reads a requirement file; the grammar is in docs/requirements.md. All problems at once.
-/// Codes: requirement.syntax, requirement.unknown-name, requirement.duplicate, requirement.bound,
-/// requirement.momentary, requirement.too-large, requirement.too-deep.
+/// Codes: requirement.syntax, requirement.unknown-name, requirement.unknown-member, requirement.constant,
+/// requirement.duplicate, requirement.bound, requirement.momentary, requirement.too-large, requirement.too-deep.
 /// Cost: O(size).
 [[nodiscard]] Loaded<RequirementFile> parse_requirements(std::string_view source, const std::string& file = {});
 

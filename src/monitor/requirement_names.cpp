@@ -3,12 +3,14 @@
 #include <array>
 #include <cctype>
 #include <map>
+#include <set>
 #include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "sentree/base/told_once.h"
+#include "sentree/monitor/observed.h"
 #include "sentree/monitor/requirement_parser.h"
 #include "sentree/text/xml.h"
 
@@ -17,11 +19,6 @@ namespace sentree::monitor {
 namespace {
 
 using Kind = Condition::Kind;
-
-// What an observation's data can hold at its top: what where (…) can ask for.
-constexpr std::array<std::string_view, 19> kObservationMembers{
-    "source", "target",  "call", "tick", "time", "args", "result", "kind", "message",  "status",
-    "inputs", "outputs", "node", "from", "to",   "what", "label",  "text", "exception"};
 
 std::vector<std::string> split(std::string_view dotted) {
   std::vector<std::string> parts;
@@ -37,7 +34,15 @@ bool is_constant_case(std::string_view name) {
   return std::none_of(name.begin(), name.end(), [](unsigned char c) { return std::islower(c) != 0; });
 }
 
-bool is_comparison(Kind kind) { return kind == Kind::kEqual || kind == Kind::kNotEqual; }
+bool is_equality(Kind kind) { return kind == Kind::kEqual || kind == Kind::kNotEqual; }
+bool is_comparison(Kind kind) { return kind >= Kind::kEqual && kind <= Kind::kGreaterEqual; }
+
+// Whether no observation has a part in it.
+bool is_constant(const Condition& condition) {
+  if (condition.kind == Kind::kValue || condition.kind == Kind::kMember || condition.kind == Kind::kEvent) return false;
+  return std::all_of(condition.operands.begin(), condition.operands.end(),
+                     [](const ConditionPtr& operand) { return is_constant(*operand); });
+}
 
 class Resolver {
  public:
@@ -53,12 +58,16 @@ class Resolver {
     parts_ = 0;
     condition = visit(condition, {});
   }
+  // Those that were put in.
+  [[nodiscard]] std::set<const Definition*>& used() { return used_; }
 
  private:
   using Arguments = std::map<std::string, ConditionPtr>;
   struct Place {
-    bool compared = false;  // an operand of = or !=: a word stands for itself
-    bool in_where = false;
+    bool compared = false;           // an operand of = or !=: a word stands for itself
+    bool is_left = false;            // of a comparison
+    const Source* where = nullptr;   // whose observations it looks at
+    const DataType* data = nullptr;  // of these, as far as their name tells
   };
 
   void error(const SourceSpan& span, std::string code, std::string message) {
@@ -77,16 +86,18 @@ class Resolver {
     }
     if (condition->kind == Kind::kName) return name(*condition, arguments, place);
     auto copy = std::make_shared<Condition>(*condition);
-    const Place below{is_comparison(condition->kind), place.in_where};
-    for (ConditionPtr& operand : copy->operands) operand = visit(operand, arguments, below);
-    const auto is_bare = [](const ConditionPtr& operand) { return operand && operand->is_word; };
-    if (is_comparison(copy->kind) && std::all_of(copy->operands.begin(), copy->operands.end(), is_bare)) {
-      error(copy->span, "requirement.unknown-name",
-            fmt::format("\"{}\" and \"{}\" are words that stand for themselves; one of them should be defined by let",
-                        copy->operands[0]->text, copy->operands[1]->text));
+    const std::size_t mistakes = diagnostics_.size();
+    for (ConditionPtr& operand : copy->operands) {
+      Place below = place;
+      below.compared = is_equality(condition->kind);
+      below.is_left = is_comparison(condition->kind) && &operand == copy->operands.data();
+      operand = visit(operand, arguments, below);
     }
-    if (copy->source && copy->source->where)
-      copy->source->where = visit(copy->source->where, arguments, {.compared = false, .in_where = true});
+    if (is_comparison(copy->kind) && diagnostics_.size() == mistakes) check_compared(*copy, place);
+    if (copy->source && copy->source->where) {
+      const DataType data = data_of_any(copy->source->observation);
+      copy->source->where = visit(copy->source->where, arguments, {.where = &*copy->source, .data = &data});
+    }
     if ((copy->kind == Kind::kRises || copy->kind == Kind::kFalls) && is_momentary(*copy->operands[0])) {
       error(copy->span, "requirement.momentary",
             "rises and falls take a condition that lasts; an event is over at once, so use it as it is");
@@ -94,14 +105,48 @@ class Resolver {
     return copy;
   }
 
+  // Of two constants it is known before anything is observed.
+  void check_compared(const Condition& comparison, const Place& place) {
+    if (!is_constant(comparison)) return;
+    const Condition& left = *comparison.operands[0];
+    const Condition& right = *comparison.operands[1];
+    if (place.where != nullptr && (left.is_word || right.is_word)) {
+      no_member(left.is_word ? left : right, place);
+    } else if (left.is_word && right.is_word) {
+      error(comparison.span, "requirement.unknown-name",
+            fmt::format("\"{}\" and \"{}\" are words that stand for themselves; one of them should be defined by let",
+                        left.text, right.text));
+    } else {
+      error(comparison.span, "requirement.constant",
+            fmt::format("{} compares what never changes; compare with {}", to_text(comparison),
+                        place.where != nullptr ? "a member of " + place.where->observation
+                                               : "what observations set: let NAME = reply(…)"));
+    }
+  }
+
+  void no_member(const Condition& name, const Place& place) {
+    std::vector<std::string> known;
+    std::string all;
+    for (const DataMember& member : place.data->members) {
+      known.push_back(member.name);
+      all += (all.empty() ? "; it has " : ", ") + member.name;
+    }
+    const std::string near = did_you_mean(split(name.text)[0], known);
+    error(name.span, "requirement.unknown-member",
+          fmt::format("{} has no member \"{}\"{}", place.where->observation, name.text, near.empty() ? all : near));
+  }
+
   ConditionPtr name(const Condition& name, const Arguments& arguments, Place place) {
     const bool is_event = name.unit == "event";
     if (const auto argument = arguments.find(name.text); argument != arguments.end() && !is_event)
       return argument->second;
     const auto definition = definitions_.find({is_event, name.text});
-    if (place.in_where) {
+    if (place.where != nullptr && !is_event && name.operands.empty()) {
       const auto parts = split(name.text);
-      if (std::find(kObservationMembers.begin(), kObservationMembers.end(), parts[0]) != kObservationMembers.end()) {
+      const DataMembers& known = place.data->members;
+      const bool is_open = place.data->kind == DataType::Kind::kUnknown && definition == definitions_.end();
+      if ((is_open && (place.is_left || parts.size() > 1)) ||
+          std::any_of(known.begin(), known.end(), [&](const DataMember& member) { return member.name == parts[0]; })) {
         auto member = std::make_shared<Condition>();
         member->kind = Kind::kMember;
         member->path = parts;
@@ -115,7 +160,9 @@ class Resolver {
       return unknown(name, true);
     }
     if (!place.compared || !name.operands.empty() || name.text.find('.') != std::string::npos) {
-      return unknown(name, false);
+      if (place.where == nullptr || !name.operands.empty()) return unknown(name, false);
+      no_member(name, place);
+      return unknown_truth(name.span);
     }
     // A word that stands for itself; not one that is a slip of a definition's name.
     const std::string near = did_you_mean(name.text, names(false));
@@ -172,15 +219,17 @@ class Resolver {
     Arguments inner;
     std::string written = name.text;
     for (std::size_t i = 0; i < name.operands.size(); ++i) {
-      ConditionPtr argument = visit(name.operands[i], outer, {.compared = true, .in_where = place.in_where});
+      ConditionPtr argument =
+          visit(name.operands[i], outer, {.compared = true, .where = place.where, .data = place.data});
       written += (i == 0 ? "(" : ", ") + to_text(*argument);
       inner[definition.parameters[i]] = std::move(argument);
     }
     if (!name.operands.empty()) written += ")";
+    used_.insert(&definition);
     open_.push_back(&definition);
     ConditionPtr content = visit(definition.content, inner, Place());
     open_.pop_back();
-    if (place.in_where) return content;
+    if (place.where != nullptr) return content;
     auto result = std::make_shared<Condition>();
     result->kind = Kind::kDefined;
     result->text = definition.is_event ? fmt::format("event({})", written) : written;
@@ -203,6 +252,7 @@ class Resolver {
   std::array<std::vector<std::string>, 2> names_;                               // of values, of events
   Diagnostics& diagnostics_;
   std::vector<const Definition*> open_;
+  std::set<const Definition*> used_;
   std::size_t parts_ = 0;
 };
 
@@ -237,10 +287,12 @@ void resolve_names(RequirementFile& file, Diagnostics& diagnostics) {
   Resolver resolver(file, diagnostics);
   // Each definition by itself, so that a mistake is told where it is written, used or not. Those with parameters are
   // complete only where they are used.
+  std::vector<ConditionPtr> contents;
   for (const Definition& definition : file.definitions) {
-    ConditionPtr content = definition.content;
-    if (definition.parameters.empty()) resolver.resolve(content);
+    contents.push_back(definition.content);
+    if (definition.parameters.empty()) resolver.resolve(contents.back());
   }
+  resolver.used().clear();
   for (Requirement& requirement : file.requirements) {
     for (ConditionPtr* condition : {&requirement.scope.open, &requirement.scope.close, &requirement.p, &requirement.q,
                                     &requirement.r, &requirement.assuming}) {
@@ -255,6 +307,11 @@ void resolve_names(RequirementFile& file, Diagnostics& diagnostics) {
                        kCountedTimesMax),
            requirement.bound->span});
     }
+  }
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    Definition& definition = file.definitions[i];
+    definition.is_used = resolver.used().contains(&definition);
+    definition.content = std::move(contents[i]);
   }
   // The same mistake, reached through every use of its definition, is told once.
   const Diagnostics found(diagnostics.begin() + static_cast<std::ptrdiff_t>(before), diagnostics.end());

@@ -31,6 +31,18 @@ bool is_reserved(std::string_view name) {
   return std::find(keywords().begin(), keywords().end(), name) != keywords().end();
 }
 
+// Words that begin a condition only before "(", and one that members of observations are called too.
+bool is_also_a_name(std::string_view name) {
+  constexpr std::array<std::string_view, 8> kNames{"error", "event",       "from",  "late",
+                                                   "node",  "observation", "reply", "request"};
+  return std::find(kNames.begin(), kNames.end(), name) != kNames.end();
+}
+
+bool compares(const RequirementToken& token) {
+  constexpr std::array<std::string_view, 6> kSigns{"=", "!=", "<", "<=", ">", ">="};
+  return token.kind == TokenKind::kSymbol && std::find(kSigns.begin(), kSigns.end(), token.text) != kSigns.end();
+}
+
 std::string shown(const RequirementToken& token) {
   if (token.kind == TokenKind::kEnd) return "the end of the file";
   if (token.kind == TokenKind::kStop) return "\".\"";
@@ -551,6 +563,8 @@ ConditionPtr RequirementParser::primary() {
     made->number = take().text == "true" ? 1 : 0;
     return made;
   }
+  const bool is_operand = compares(peek(1)) || (at_ > 0 && compares(tokens_[at_ - 1]) && peek(1).text != "(");
+  if (token.kind == TokenKind::kName && is_operand && is_also_a_name(token.text)) return named(take());
   if (is_word("event")) return event();
   if (is_word("rises") || is_word("falls")) {
     const Token& name = take();

@@ -120,6 +120,8 @@ class Checker {
   void condition(const ConditionPtr& condition) {
     if (condition) visit(*condition, Type::kTruth);
   }
+  // A condition or a value.
+  void content(const Condition& content) { visit(content, Type::kUnknown); }
 
   Typing typing;
   bool last_pass = false;
@@ -222,12 +224,28 @@ class Checker {
   Found member(const Condition& c, Type expected) {
     const std::string key = to_text(c);
     if (where_ != nullptr) {
-      const DataType* root = nullptr;
-      if (c.path[0] == "args" || c.path[0] == "inputs") root = &where_->arguments;
-      if (c.path[0] == "result") root = &where_->result;
-      if (root != nullptr) know(where_key_ + key, *root, {c.path.begin() + 1, c.path.end()}, c);
+      if (is_of_message(c)) return {};
+      know(where_key_ + key, data_of(*where_), c.path, c);
     }
     return typed(where_key_ + key, c, expected);
+  }
+
+  // target.x where args.target.x is meant.
+  bool is_of_message(const Condition& c) {
+    const DataType& data = data_of(*where_);
+    const auto find = [](const DataType& record, const std::string& name) {
+      return std::find_if(record.members.begin(), record.members.end(), [&](const auto& m) { return m.name == name; });
+    };
+    const auto* const first = find(data, c.path[0]);
+    if (first == data.members.end() || c.path.size() < 2 || !first->type.members.empty()) return false;
+    for (const char* const part : {"args", "result", "inputs", "outputs"}) {
+      const auto* const record = find(data, part);
+      if (record == data.members.end() || find(record->type, c.path[0]) == record->type.members.end()) continue;
+      error(c.span, "requirement.unknown-member",
+            fmt::format("\"{}\" is that of the message; did you mean \"{}.{}\"?", c.path[0], part, to_text(c)));
+      return true;
+    }
+    return false;
   }
 
   void know(const std::string& key, const DataType& root, const std::vector<std::string>& path, const Condition& c) {
@@ -270,7 +288,7 @@ class Checker {
       if (source.kind == Source::Kind::kObservation) observation(source);
     }
     if (source.where) {
-      where_ = method;
+      where_ = &source;
       where_key_ = source.observation + " ";
       visit(*source.where, Type::kTruth);
       where_ = nullptr;
@@ -287,29 +305,22 @@ class Checker {
                           source.observation));
       }
     }
-    static const DataType kStatus{.kind = Type::kRecord,
-                                  .members = {{"to",
-                                               {.kind = Type::kText,
-                                                .name = "status",
-                                                .may_be_absent = false,
-                                                .words = {"IDLE", "RUNNING", "SUCCESS", "FAILURE", "SKIPPED"}}}}};
-    static const DataType kFailure{.kind = Type::kRecord,
-                                   .name = "an error",
-                                   .may_be_absent = false,
-                                   .members = {{"kind",
-                                                {.kind = Type::kText,
-                                                 .name = "kind",
-                                                 .words = {"exception", "unreachable", "late", "protocol", "vetoed"}}},
-                                               {"message", {.kind = Type::kText, .name = "string"}},
-                                               {"exception", {}}}};
-    if (source.kind == Source::Kind::kNode) return &kStatus;
-    if (source.kind == Source::Kind::kObservation && vocabulary_ != nullptr)
-      return &observed_.try_emplace(source.observation, Observations(*vocabulary_).data_of(source.observation))
-                  .first->second;
-    if (source.kind == Source::Kind::kError) return &kFailure;
-    if (method == nullptr) return nullptr;
-    if (source.kind == Source::Kind::kRequest) return &method->arguments;
-    return source.kind == Source::Kind::kReply ? &method->result : nullptr;
+    if (source.kind == Source::Kind::kRequest) return method == nullptr ? nullptr : &method->arguments;
+    if (source.kind == Source::Kind::kReply) return method == nullptr ? nullptr : &method->result;
+    return &data_of(source);
+  }
+
+  const DataType& data_of(const Source& source) {
+    const auto [data, is_new] = observed_.try_emplace(source.observation);
+    if (is_new)
+      data->second =
+          vocabulary_ != nullptr ? observations().data_of(source.observation) : data_of_any(source.observation);
+    return data->second;
+  }
+
+  const Observations& observations() {
+    if (!observations_) observations_.emplace(*vocabulary_);
+    return *observations_;
   }
 
   const Vocabulary::Method* find_method(const Source& source) {
@@ -345,8 +356,7 @@ class Checker {
 
   // A full name: of the mission, of a call or of a leaf.
   void observation(const Source& source) {
-    const Observations observations(*vocabulary_);
-    const std::vector<std::string>& names = observations.names();
+    const std::vector<std::string>& names = observations().names();
     if (std::find(names.begin(), names.end(), source.observation) != names.end()) return;
     error(source.span, "requirement.unknown-leaf",
           fmt::format("nothing in this project is observed as \"{}\"{}", source.observation,
@@ -476,7 +486,8 @@ class Checker {
 
   const Vocabulary* vocabulary_;
   Diagnostics& out_;
-  const Vocabulary::Method* where_ = nullptr;  // of the source whose where is being visited
+  std::optional<Observations> observations_;
+  const Source* where_ = nullptr;  // that whose where is being visited
   std::string where_key_;
   std::map<std::string, DataType> observed_;  // data of observations by their full name
 };
@@ -684,6 +695,23 @@ Typing check_requirement(const Requirement& requirement, const Vocabulary* vocab
   }
   find_vacuous(requirement, vocabulary, diagnostics);
   return checker.typing;
+}
+
+void check_definitions(const RequirementFile& file, const Vocabulary* vocabulary, Diagnostics& diagnostics) {
+  if (file.requirements.empty()) return;
+  for (const Definition& definition : file.definitions) {
+    if (definition.is_used) continue;
+    diagnostics.push_back(
+        {Severity::kWarning, "requirement.unused",
+         fmt::format("no requirement of this file uses {}\"{}\"", definition.is_event ? "event " : "", definition.name),
+         definition.span});
+    if (!definition.parameters.empty()) continue;
+    Checker checker(vocabulary, diagnostics);
+    for (const bool last : {false, false, true}) {
+      checker.last_pass = last;
+      checker.content(*definition.content);
+    }
+  }
 }
 
 }  // namespace sentree::monitor

@@ -73,12 +73,19 @@ struct Vocabulary {
     DataType result;
     bool oneway = false;     ///< A topic: published by anybody, answered by nobody.
     bool overheard = false;  ///< Others call it, and no leaf does.
+    DataType exceptions;     ///< kRecord of those that it declares by the names of their types; unknown: not told.
     friend bool operator==(const Method&, const Method&) = default;
   };
   std::map<std::string, std::map<std::string, Method>> services;
   std::vector<std::string> leaves;  ///< Names of leaves as observations have them.
-  std::vector<std::string> nodes;   ///< Paths of the tree's nodes.
-  std::vector<std::string> models;  ///< Names of charts that stand for components.
+  struct Ports {
+    DataType inputs;
+    DataType outputs;
+    friend bool operator==(const Ports&, const Ports&) = default;
+  };
+  std::map<std::string, Ports> ports;  ///< Of leaves of which they are known.
+  std::vector<std::string> nodes;      ///< Paths of the tree's nodes.
+  std::vector<std::string> models;     ///< Names of charts that stand for components.
   struct Call {
     std::string leaf;
     std::string service;
@@ -103,6 +110,10 @@ using Typing = std::map<std::string, DataType>;
 /// @param vocabulary  Null: nothing is known but the requirement itself.
 [[nodiscard]] Typing check_requirement(const Requirement& requirement, const Vocabulary* vocabulary,
                                        Diagnostics& diagnostics);
+
+/// The definitions that no requirement uses: that they are not, and what is wrong with those without parameters.
+/// Errors: as `check_requirement`. Warnings: likewise, and requirement.unused.
+void check_definitions(const RequirementFile& file, const Vocabulary* vocabulary, Diagnostics& diagnostics);
 
 /// True if no run, however it goes on, violates it: what it owes has no end.
 [[nodiscard]] bool can_be_violated(const Requirement& requirement);

@@ -1,7 +1,10 @@
 #include "sentree/monitor/requirement_types.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "sentree/monitor/monitor.h"
 
 namespace sentree::monitor {
 namespace {
@@ -36,8 +39,14 @@ Vocabulary vocabulary() {
   v.services["battery"]["getCharge"] = {none, number("%")};
   v.services["battery"]["isCharging"] = {none, {.kind = Kind::kTruth, .name = "bool"}};
   v.services["navigation"]["getState"] = {none, navigation};
+  const DataType blocked{.kind = Kind::kRecord, .name = "Blocked", .members = {{"door", {.kind = Kind::kText}}}};
   v.services["navigation"]["goTo"] = {going, {.kind = Kind::kTruth, .name = "bool"}};
+  v.services["navigation"]["goTo"].exceptions = {
+      .kind = Kind::kRecord, .name = "an exception of goTo", .members = {{"Blocked", blocked}}};
   v.leaves = {"GoToKitchen", "Look"};
+  v.models = {"hall"};
+  v.ports["Look"] = {.inputs = {.kind = Kind::kRecord, .name = "the input of Look", .members = {{"force", {}}}},
+                     .outputs = {.kind = Kind::kRecord, .name = "the output of Look", .members = {{"held", {}}}}};
   v.nodes = {"Main", "GoToKitchen", "Look"};
   v.calls = {{"GoToKitchen", "navigation", "goTo"},
              {"GoToKitchen", "navigation", "getState"},
@@ -122,6 +131,102 @@ TEST(Types, OfWhereAreThoseOfOneObservation) {
               ElementsAre(HasSubstr("is an event, and where wants what the members")));
   EXPECT_THAT(found("let to(place) = event(request(navigation.goTo where args.name = place))\nR: never to(kitchen)."),
               IsEmpty());
+}
+
+TEST(Where, AsksForEveryMemberOfItsObservation) {
+  for (const char* asked :
+       {"observation(hall.choice where name = \"grips\")", "observation(hall.choice where function = pick)",
+        "observation(node.status where node = 3 and from = IDLE and to = SUCCESS)",
+        "error(navigation.goTo where kind = late)", "error(navigation.goTo where kind = interrupted)",
+        "error(navigation.goTo where vetoed_by = \"shield\")",
+        "error(navigation.goTo where exception.Blocked.door = \"hall\")",
+        "observation(scenario.injection where what = drop and drop.message = \"x\")",
+        "observation(Look.tick.request where inputs.force = \"12\")", "observation(Look.tick.reply where outputs.held)",
+        "observation(process.exited where pid = 3 and how = \"killed\")",
+        "observation(monitor.violated where monitor = shield)", "observation(mission.resumed where lost_ns > 5)",
+        "observation(Look.timer.taken where number > 1)"}) {
+    EXPECT_THAT(found(fmt::format("R: never event({}).", asked)), IsEmpty()) << asked;
+  }
+  EXPECT_THAT(found("let kind = error(navigation.goTo).kind\nR: never kind = late or late = kind."), IsEmpty());
+}
+
+TEST(Where, RefusesWhatItsObservationDoesNotHave) {
+  const auto only = [](const std::string& asked, const std::string& what) {
+    EXPECT_THAT(found(fmt::format("R: never event({}).", asked)), ElementsAre(HasSubstr(what))) << asked;
+  };
+  only("observation(mission.tick where tik = 3)", "mission.tick has no member \"tik\"; did you mean \"tick\"?");
+  only("observation(mission.tick where tik > 3)", "did you mean \"tick\"?");
+  only("observation(mission.tick where tick = \"three\")", "they are never equal");
+  only("request(navigation.goTo where name = kitchen)", "; it has source, target, call, tick, time, args");
+  only("request(navigation.goTo where target.name = kitchen)", "has no member \"name\"");
+  only("request(navigation.goTo where source = Lok)", "\"Lok\" is no leaf of the mission; did you mean \"Look\"?");
+  only("error(navigation.goTo where kind = latte)", "\"latte\" is no kind of error; did you mean \"late\"?");
+  only("error(navigation.goTo where exception.Blocked.dor = \"x\")", "Blocked has no member \"dor\"");
+  only("error(navigation.goTo where exception.Jammed.why = \"x\")", "an exception of goTo has no member \"Jammed\"");
+  only("observation(Look.tick.reply where status = SUCESS)", "\"SUCESS\" is no status");
+  only("observation(node.status where to = FAILED)", "\"FAILED\" is no status");
+  only("observation(Look.tick.request where inputs.forc = 3)", "did you mean \"force\"?");
+  only("observation(Look.tick.reply where outputs.hled)", "did you mean \"held\"?");
+}
+
+TEST(Where, TellsArgumentsFromTheMessagesOwn) {
+  Vocabulary v = vocabulary();
+  v.services["navigation"]["goTo"].arguments.members.push_back(
+      {"target", {.kind = Kind::kRecord, .members = {{"mast", {.kind = Kind::kText}}}}});
+  const auto file = parse_requirements("R: never event(request(navigation.goTo where target.mast = north)).");
+  Diagnostics diagnostics;
+  (void)check_requirement(file.value->requirements.at(0), &v, diagnostics);
+  ASSERT_EQ(diagnostics.size(), 1u);
+  EXPECT_THAT(diagnostics[0].message, HasSubstr("did you mean \"args.target.mast\"?"));
+}
+
+TEST(Where, IsLookedAtInTheObservation) {
+  const auto file = parse_requirements("R: never event(observation(hall.choice where name = \"grips\")).");
+  const Vocabulary v = vocabulary();
+  const Model model = *Model::make(file.value->requirements.at(0), &v).value;
+  State state = start(model, {});
+  Message choice;
+  choice.name = "hall.choice";
+  choice.sequence = 1;
+  choice.data = Map{{"function", "pick"}, {"name", "doors"}, {"value", 1}};
+  EXPECT_THAT(observe(model, state, choice), IsEmpty());
+  choice.sequence = 2;
+  choice.data = Map{{"function", "pick"}, {"name", "grips"}, {"value", 1}};
+  EXPECT_EQ(observe(model, state, choice).size(), 1u);
+}
+
+TEST(Types, OfConstantsAreNotCompared) {
+  for (const char* compared : {"\"a\" = \"b\"", "3 > 4", "true != false", "not (1 + 1 = 2)"})
+    EXPECT_THAT(found(fmt::format("R: never {}.", compared)), ElementsAre(HasSubstr("compares what never changes")));
+  EXPECT_THAT(found("R: never event(request(navigation.goTo where \"a\" = \"b\"))."),
+              ElementsAre(HasSubstr("compare with a member of navigation.goTo.request")));
+  EXPECT_THAT(found("let over(x) = x > 3\nR: never over(4)."), ElementsAre(HasSubstr("compares what never changes")));
+}
+
+TEST(Types, OfErrorsAndChoicesAreKnown) {
+  EXPECT_THAT(found("R: never observation(Look.tick.request).inputs.forc = 3."), ElementsAre(HasSubstr("\"force\"?")));
+  EXPECT_THAT(found("R: never observation(hall.choice).valeu = 3."), ElementsAre(HasSubstr("\"value\"?")));
+  EXPECT_THAT(found("R: never error(navigation.goTo).exception.Blocked.dor = hall."),
+              ElementsAre(HasSubstr("Blocked has no member \"dor\"")));
+}
+
+TEST(Definitions, ThatNoRequirementUsesAreCheckedToo) {
+  const auto told = [](const std::string& text) {
+    const auto file = parse_requirements(text, "r.req");
+    const Vocabulary v = vocabulary();
+    Diagnostics diagnostics;
+    check_definitions(*file.value, &v, diagnostics);
+    std::vector<std::string> all;
+    for (const Diagnostic& diagnostic : diagnostics) all.push_back(to_string(diagnostic));
+    return all;
+  };
+  const std::string used = "R: never node(Look) in FAILURE and flag.\nlet flag = reply(battery.isCharging)\n";
+  EXPECT_THAT(told(used), IsEmpty());
+  EXPECT_THAT(told(used + "let v = reply(battery.getBatteryState).voltag\n"),
+              ElementsAre(HasSubstr("warning: no requirement of this file uses \"v\""), HasSubstr("\"voltage\"?")));
+  EXPECT_THAT(told(used + "event e = rises(flag)\nlet at(x) = x = flag\n"),
+              ElementsAre(HasSubstr("uses event \"e\""), HasSubstr("uses \"at\"")));
+  EXPECT_THAT(told("let v = reply(battery.getBatteryState).voltage\n"), IsEmpty());  // others may be still to come
 }
 
 TEST(Types, AreCompared) {

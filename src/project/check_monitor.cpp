@@ -321,14 +321,8 @@ void check_skill_events(const ChartFacts& facts, const std::map<std::string, Ser
     if (name.ends_with(".reply")) {
       data.members.push_back({"result", method->second.result});
     } else {
-      const DataType text{.kind = DataType::Kind::kText, .name = "string", .may_be_absent = false};
-      DataType kind = text;
-      kind.name = "kind of error";
-      kind.words = {"exception", "vetoed", "unreachable", "late", "protocol"};
-      data.members.push_back({"kind", std::move(kind)});
-      data.members.push_back({"message", text});
-      data.members.push_back({"exception", DataType()});
-      data.members.push_back({"vetoed_by", text});
+      for (const monitor::DataMember& member : monitor::data_of_error(method->second).members)
+        data.members.push_back(member);
     }
     return data;
   };

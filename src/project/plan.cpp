@@ -375,6 +375,7 @@ class Preparation {
       }
       slot = known_.requirements_of({full, shown, std::move(*source)});
       append(diagnostics, slot->parsed.diagnostics);
+      if (slot->parsed.value) monitor::check_definitions(*slot->parsed.value, vocabulary, diagnostics);
     }
     const std::shared_ptr<PartCache::Impl::Requirements> known = requirements_[entry.file.path];
     if (known == nullptr || !known->parsed.value) return std::nullopt;

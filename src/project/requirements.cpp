@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sentree/idl/schema.h"
+#include "sentree/scxml/model.h"
 #include "sentree/sim/world.h"
 #include "sentree/text/file.h"
 
@@ -81,6 +82,35 @@ std::optional<std::vector<monitor::Vocabulary::Call>> calls_of(const std::vector
     }
   }
   return calls;
+}
+
+// What a method throws, by the names of the types.
+DataType exceptions_of(const idl::Method& method, DataTypes& types) {
+  DataType exceptions{.kind = DataType::Kind::kRecord, .name = "an exception of " + method.name};
+  for (const idl::Field& field : method.exceptions)
+    exceptions.members.push_back({field.type->structure->name, types.record(*field.type->structure, true)});
+  return exceptions;
+}
+
+// What the ports of a leaf are called: those of the tree, and what its chart gives back.
+monitor::Vocabulary::Ports ports_of(const bt::Tree& tree, const LeafPlan& leaf) {
+  monitor::Vocabulary::Ports ports;
+  ports.inputs = {.kind = DataType::Kind::kRecord, .name = "the input of " + leaf.name, .may_be_absent = false};
+  for (const bt::PortFact& port : tree.ports(leaf.node)) {
+    if (port.input) ports.inputs.members.push_back({std::string(port.name), {}});
+  }
+  if (!leaf.chart || leaf.protocol) return ports;
+  std::set<std::string> given{"reason"};
+  const scxml::Chart& chart = *leaf.chart;
+  for (std::size_t s = 0; s < chart.states().size(); ++s) {
+    if (chart.states()[s].parent != 0) continue;
+    const auto& donedata = chart.model().state_code[s].donedata;
+    if (donedata && donedata->has_content) return ports;
+    given.insert(chart.states()[s].donedata.begin(), chart.states()[s].donedata.end());
+  }
+  ports.outputs = {.kind = DataType::Kind::kRecord, .name = "the output of " + leaf.name};
+  for (const std::string& name : given) ports.outputs.members.push_back({name, {}});
+  return ports;
 }
 
 // Names that the world's file gives to things.
@@ -214,12 +244,15 @@ monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& serv
       DataType arguments = types.record(method->arguments, false);
       arguments.name = fmt::format("{}.{}", name, method->name);
       methods[method->name] = {std::move(arguments), types.of(*method->result, method->unit, false), method->oneway,
-                               !service.observed.empty()};
+                               !service.observed.empty(), exceptions_of(*method, types)};
     }
   }
   if (tree == nullptr) return vocabulary;
   for (bt::NodeId node = 0; node < tree->size(); ++node) vocabulary.nodes.push_back(tree->path(node));
-  for (const LeafPlan& leaf : leaves) vocabulary.leaves.push_back(leaf.name);
+  for (const LeafPlan& leaf : leaves) {
+    vocabulary.leaves.push_back(leaf.name);
+    vocabulary.ports.emplace(leaf.name, ports_of(*tree, leaf));
+  }
   if (leaves.size() == tree->external_leaves().size()) vocabulary.calls = calls_of(leaves);
   add_samples(vocabulary, *tree, leaves, world, charts);
   return vocabulary;
