@@ -69,6 +69,12 @@ std::string_view type_name(Type type) {
   }
 }
 
+// Whether what stands there is of the type. A number that an enumeration does not name is one of its values as well.
+Js is_of(const std::string& place, const DataType& type) {
+  if (!type.words.empty()) return {fmt::format("typeof {0} === 'string' || typeof {0} === 'number'", place), kOr};
+  return {fmt::format("typeof {} === '{}'", place, type_name(type.kind)), kEquality};
+}
+
 }  // namespace
 
 bool is_true(const Js& js) { return js.text == "true"; }
@@ -198,16 +204,16 @@ std::string Script::raw(const Condition& value) {
 
 // Whether the observation has the value.
 Js Script::guard(const Condition& value) const {
-  std::string guard;
+  Js guard = js_true();
   std::string place = "_event.data";
   const std::vector<std::string> path = path_of(value);
   for (std::size_t i = 0; i < path.size(); ++i) {
     place += "." + path[i];
-    if (i + 1 < path.size()) guard += place + " && ";
+    if (i + 1 < path.size()) guard = js_and(guard, {place, kPrimary});
   }
-  const std::string_view type = type_name(type_of(value).kind);
-  guard += type.empty() ? place + " !== null" : fmt::format("typeof {} === '{}'", place, type);
-  return {std::move(guard), kAnd};
+  const DataType type = type_of(value);
+  guard = js_and(guard, type_name(type.kind).empty() ? Js{place + " !== null", kEquality} : is_of(place, type));
+  return {std::move(guard.text), guard.binding == kOr ? kOr : kAnd};
 }
 
 const Script::Variable& Script::variable(const Condition& value, std::string_view name) {
@@ -449,9 +455,10 @@ Js Script::equal(const Condition& c, bool wanted) {
     const bool literal_other = inside(side == &left ? right : left).kind != Kind::kValue &&
                                inside(side == &left ? right : left).kind != Kind::kMember;
     if (wanted && literal_other) continue;  // equal to a literal: it is set
-    const std::string_view name = type_name(type);
-    set = js_and(set, name.empty() ? Js{value(inner).text + " !== undefined", kEquality}
-                                   : Js{fmt::format("typeof {} === '{}'", value(inner).text, name), kEquality});
+    DataType one = type_of(inner);
+    one.kind = type;
+    set = js_and(set, type_name(type).empty() ? Js{value(inner).text + " !== undefined", kEquality}
+                                              : is_of(value(inner).text, one));
   }
   return js_and(set, infix(a, wanted ? "===" : "!==", b, kEquality));
 }

@@ -229,6 +229,25 @@ TEST(Definitions, ThatNoRequirementUsesAreCheckedToo) {
   EXPECT_THAT(told("let v = reply(battery.getBatteryState).voltage\n"), IsEmpty());  // others may be still to come
 }
 
+TEST(Types, OfEnumerationsHaveNumbersWithoutName) {
+  const auto violated = [](const std::string& required, const Value& status) {
+    const auto file = parse_requirements("let s = reply(navigation.getState).status\nR: " + required);
+    const Vocabulary v = vocabulary();
+    const Model model = *Model::make(file.value->requirements.at(0), &v).value;
+    State state = start(model, {});
+    Message reply;
+    reply.name = "navigation.getState.reply";
+    reply.sequence = 1;
+    reply.data = Map{{"args", Map()}, {"result", Map{{"status", status}}}};
+    return !observe(model, state, reply).empty();
+  };
+  EXPECT_TRUE(violated("always s = MOVING or s = IDLE.", 7));
+  EXPECT_TRUE(violated("never s != MOVING and s != IDLE.", 7));
+  EXPECT_FALSE(violated("always s != MOVING.", 7));
+  EXPECT_FALSE(violated("never s = MOVING.", 7));
+  EXPECT_FALSE(violated("always s = MOVING.", Value()));  // nothing is known
+}
+
 TEST(Types, AreCompared) {
   EXPECT_THAT(found("R: always reply(navigation.getState).status > 3."),
               ElementsAre(HasSubstr("expected a number, but reply(navigation.getState).status is a text")));
