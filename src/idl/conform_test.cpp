@@ -220,5 +220,20 @@ TEST(Ranges, MustBeNumbers) {
   EXPECT_THAT(schema.diagnostics[0].message, HasSubstr("min = \"low\" must be a number"));
 }
 
+TEST(Ranges, HaveAMinimumBelowTheirMaximum) {
+  const auto schema = Schema::load("struct S { 1: double x (min = \"50\", max = \"40\") }", "s.thrift");
+  ASSERT_FALSE(schema.ok());
+  EXPECT_THAT(schema.diagnostics[0].message, HasSubstr("no value of \"x\" is within its bounds: min = 50 is above"));
+  EXPECT_TRUE(Schema::load("struct S { 1: double x (min = \"5\", max = \"5\") }", "s.thrift").ok());
+}
+
+TEST(Enumerations, ThatGiveOneNumberTwiceArePointedOut) {
+  const auto schema = Schema::load("enum Mode { GROUND = 0, HOVER = 0, TRANSIT }", "s.thrift");
+  ASSERT_TRUE(schema.ok());
+  ASSERT_EQ(schema.diagnostics.size(), 1u);
+  EXPECT_THAT(to_string(schema.diagnostics[0]),
+              HasSubstr("warning: GROUND and HOVER of enum Mode have one number, 0: who reads it takes it for GROUND"));
+}
+
 }  // namespace
 }  // namespace sentree::idl

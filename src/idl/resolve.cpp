@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <unordered_map>
@@ -7,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "sentree/base/value.h"
 #include "sentree/idl/detail/program.h"
 
 namespace sentree::idl {
@@ -182,10 +184,16 @@ class Resolver {
   void define_enumerators(const Definition& d) {
     const Type* t = program_.type_names.at(d.name);
     std::unordered_set<std::string_view> names;
+    std::map<std::int64_t, std::string_view> numbers;
     for (const Enumerator& e : d.enumerators) {
       if (!names.insert(e.name).second) {
         error(e.span, "idl.duplicate", fmt::format("enum {} has \"{}\" already", d.name, e.name));
         continue;
+      }
+      if (const auto [other, is_new] = numbers.emplace(e.number, e.name); !is_new) {
+        warn(e.span, "idl.duplicate",
+             fmt::format("{} and {} of enum {} have one number, {}: who reads it takes it for {}", other->second,
+                         e.name, d.name, e.number, other->second));
       }
       const Constant& c =
           program_.enumerator_constants.emplace_back(Constant{e.name, t, Value(std::int64_t{e.number}), e.span});
@@ -206,6 +214,11 @@ class Resolver {
       const bool is_share = w.unit == "%" || w.unit == "ratio";
       f.min = w.min || !is_share ? w.min : std::optional<double>(0);
       f.max = w.max || !is_share ? w.max : std::optional<double>(w.unit == "%" ? 100 : 1);
+      if (f.min && f.max && *f.min > *f.max) {
+        error(w.span, "idl.annotation",
+              fmt::format("no value of \"{}\" is within its bounds: min = {} is above max = {}", w.name,
+                          plain_decimal(*f.min), plain_decimal(*f.max)));
+      }
       f.requiredness = w.requiredness;
       if (arguments && f.requiredness == Requiredness::kOptional) {
         f.requiredness = Requiredness::kDefault;
