@@ -78,6 +78,10 @@ bool waits_for_writes(Kind kind) {
   return nodes::of_kind(kind, []<class T>() { return T::kWaitsForWrites; });
 }
 
+bool starts_timers(Kind kind) {
+  return nodes::of_kind(kind, []<class T>() { return T::kStartsTimers; });
+}
+
 std::uint32_t memory_words(Kind kind, std::uint32_t child_count) {
   const std::uint32_t more = nodes::of_kind(kind, [&]<class T>() { return T::more_words(child_count); });
   return static_cast<std::uint32_t>(words(kind).size()) + more;

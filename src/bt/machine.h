@@ -117,6 +117,7 @@ class Machine {
   /// Ask for another tick at once.
   void wake() { effects_.wake = true; }
 
+  /// The node's struct says `kStartsTimers`.
   void start_timer(NodeId id, TimePoint due);
   void stop_timer(NodeId id);
   /// Due or not, a timer of that node exists.

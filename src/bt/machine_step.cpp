@@ -31,7 +31,10 @@ void Machine::notify(NodeId id, Status status) {
   if (status_[id] != status) observer_->status_changed(id, status_[id], status, now_);
 }
 
-void Machine::start_timer(NodeId id, TimePoint due) { state_.timers_.push_back({due, id}); }
+void Machine::start_timer(NodeId id, TimePoint due) {
+  SENTREE_ASSERT(starts_timers(nodes_[id].kind));  // otherwise the state could be saved, but not restored
+  state_.timers_.push_back({due, id});
+}
 
 void Machine::stop_timer(NodeId id) {
   std::erase_if(state_.timers_, [id](const State::Timer& timer) { return timer.node == id; });

@@ -271,6 +271,8 @@ struct Word {
 /// True for a node whose first two words are the number of the last write that it has seen of the entry of
 /// `Node::data`.
 [[nodiscard]] bool waits_for_writes(Kind kind);
+/// True for a node that may have a timer.
+[[nodiscard]] bool starts_timers(Kind kind);
 [[nodiscard]] inline std::uint64_t seen_of(const std::int32_t* words) {
   return static_cast<std::uint32_t>(words[0]) | std::uint64_t{static_cast<std::uint32_t>(words[1])} << 32;
 }

@@ -9,6 +9,7 @@
 
 #include "sentree/bt/hooks.h"
 #include "sentree/bt/load.h"
+#include "sentree/bt/machine.h"
 #include "sentree/bt/observer.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/test_support.h"
@@ -77,6 +78,20 @@ TEST(Sleep, RunsForItsTime) {
   EXPECT_EQ(r.tick(at(0ms)), Status::kRunning);
   EXPECT_EQ(r.tick(at(49ms)), Status::kRunning);
   EXPECT_EQ(r.tick(at(50ms)), Status::kSuccess);
+}
+
+// So that who adds a node finds out when it is first ticked, not when a saved state is refused.
+TEST(Timers, AreStartedOnlyByNodesWhoseStructSaysSo) {
+  const auto loaded = load(in_tree("<Sequence><Sleep msec=\"50\"/><AlwaysSuccess/></Sequence>"));
+  const Tree& tree = *loaded.value;
+  State state(tree);
+  Effects effects;
+  Machine machine(tree, state, at(0ms), effects);
+  machine.start_timer(1, at(50ms));
+  const auto saved = save(tree, state);
+  ASSERT_TRUE(saved) << to_string(saved.error());
+  EXPECT_TRUE(restore(tree, *saved));
+  EXPECT_DEATH(machine.start_timer(2, at(50ms)), "starts_timers");
 }
 
 TEST(Timeout, HaltsItsChildWhenTheTimerFiresAndFailsAtTheNextTick) {

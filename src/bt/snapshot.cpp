@@ -592,9 +592,7 @@ bool Snapshot::consistent(const Model& model, const State& state) {
     }
   }
   const auto is_timed = [&](const State::Timer& timer) {
-    if (!node_ok(timer.node)) return false;
-    const Kind kind = model.nodes[timer.node].kind;
-    return kind == Kind::kDelay || kind == Kind::kTimeout || kind == Kind::kSleep || kind == Kind::kTestNode;
+    return node_ok(timer.node) && starts_timers(model.nodes[timer.node].kind);
   };
   const auto is_external = [&](NodeId node) {
     return node_ok(node) &&

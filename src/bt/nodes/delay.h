@@ -8,6 +8,7 @@ namespace sentree::bt::nodes {
 
 /// Ticks its child only after the delay.
 struct Delay : AnyNode {
+  static constexpr bool kStartsTimers = true;
   static constexpr std::array kWords{Word{Word::Lives::kAlways}};
   static may::Mask may_return(const may::Asked& asked) { return asked.child() | may::kRunning; }
   static Manifests manifests() {

@@ -19,13 +19,15 @@ namespace sentree::bt::nodes {
 ///   may_return(asked)                    which statuses it may return
 /// and, by need,
 ///   child_done(m, n, id, [child,] status)  a child that it has ticked has returned
-///   fire(m, n, id)                       its timer is due
+///   fire(m, n, id)                       its timer is due (`kStartsTimers`)
 struct AnyNode {
   /// Its words in State::memory_, which its functions index; IDLE, all are 0. `more_words` follow.
   static constexpr std::array<Word, 0> kWords{};
   static std::uint32_t more_words(std::uint32_t /*children*/) { return 0; }
   /// The first two words are the number of the last write that it has seen of the entry of `Node::data`.
   static constexpr bool kWaitsForWrites = false;
+  /// Starts timers: a saved state may hold one of it.
+  static constexpr bool kStartsTimers = false;
   /// Of its own accord it may halt the children from this on.
   static constexpr std::uint32_t kHaltsFrom = 0xFFFFFFFFU;
   /// Ticks its child again after it completed.

@@ -6,6 +6,7 @@ namespace sentree::bt::nodes {
 
 /// RUNNING until the time is over, then SUCCESS.
 struct Sleep : AnyNode {
+  static constexpr bool kStartsTimers = true;
   static may::Mask may_return(const may::Asked& /*asked*/) { return may::kSuccess | may::kRunning; }
   static Manifests manifests() { return {format4(leaf("Sleep", Category::kAction, {input<std::uint32_t>("msec")}))}; }
   static std::optional<may::Failing> always_fails(const may::Given& given) { return given.lacks({0}); }

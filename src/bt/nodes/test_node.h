@@ -6,6 +6,7 @@ namespace sentree::bt::nodes {
 
 /// Stands in for another node: a given status, after a delay, with scripts.
 struct TestNode : AnyNode {
+  static constexpr bool kStartsTimers = true;
   static may::Mask may_return(const may::Asked& /*asked*/) { return may::kLeaf | may::kRunning; }
   static void halt(Machine& m, const Node& /*n*/, NodeId id) { m.stop_timer(id); }
 

@@ -8,6 +8,7 @@ namespace sentree::bt::nodes {
 
 /// Halts its child when the time is over, at once and not at the next tick, which then returns FAILURE.
 struct Timeout : AnyNode {
+  static constexpr bool kStartsTimers = true;
   static constexpr std::array kWords{Word{Word::Lives::kAlways}};
   static constexpr std::uint32_t kHaltsFrom = 0;
   static may::Mask may_return(const may::Asked& asked) { return asked.child() | may::kFailure; }
