@@ -51,6 +51,15 @@ std::vector<Include> includes_of(const SourceFile& file) {
 
 std::string library_of(std::string_view path) { return std::string(path.substr(0, path.find('/'))); }
 
+constexpr std::string_view kOurs = "sentree/";
+
+// As cmake/Install.cmake has it: headers of a library's folder, but no helpers of its tests, and none of folders
+// within.
+bool is_installed(std::string_view path) {
+  const std::size_t slash = path.find('/');
+  return slash == path.rfind('/') && !path.substr(slash + 1).starts_with("test_");
+}
+
 class Checker {
  public:
   explicit Checker(const std::vector<SourceFile>& files) {
@@ -73,16 +82,14 @@ class Checker {
   }
 
   void check(const std::string& path, const Include& include) {
-    const auto is_private = [](const std::string& p) { return p.find("/detail/") != std::string::npos; };
-    if (path.ends_with(".h") && !is_private(path)) {
-      if (is_private(include.path))
+    if (path.ends_with(".h") && is_installed(path)) {
+      if (include.path.starts_with(kOurs) && !is_installed(include.path.substr(kOurs.size())))
         report(path, include.line, "public header includes the private \"" + include.path + "\"");
       for (const std::string_view heavy : kHeavy) {
         if (include.path.starts_with(heavy))
           report(path, include.line, "public header includes <" + include.path + ">; keep it in a .cpp");
       }
     }
-    constexpr std::string_view kOurs = "sentree/";
     if (!include.path.starts_with(kOurs)) {
       const std::string beside = library_of(path) + "/" + include.path;
       // The command is a program of its own, not a library that others include.

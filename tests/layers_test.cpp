@@ -69,6 +69,12 @@ TEST(LayersChecker, KeepsHeavyHeadersOutOfPublicOnes) {
 TEST(LayersChecker, KeepsPrivateHeadersOutOfPublicOnes) {
   EXPECT_THAT(violations({{"idl/detail/a.h", ""}, {"idl/b.h", "#include \"sentree/idl/detail/a.h\"\n"}}),
               ElementsAre("src/idl/b.h:1: public header includes the private \"sentree/idl/detail/a.h\""));
+  for (const std::string header : {"idl/parts/a.h", "idl/test_a.h"}) {
+    const std::string include = "#include \"sentree/" + header + "\"\n";
+    EXPECT_THAT(violations({{header, ""}, {"idl/b.h", include}}),
+                ElementsAre("src/idl/b.h:1: public header includes the private \"sentree/" + header + "\""));
+    EXPECT_THAT(violations({{header, ""}, {"idl/parts/b.h", include}, {"idl/test_b.h", include}}), IsEmpty());
+  }
   EXPECT_THAT(violations({{"idl/detail/a.h", ""}, {"idl/b.cpp", "#include \"sentree/idl/detail/a.h\"\n"}}), IsEmpty());
 }
 

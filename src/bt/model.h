@@ -15,7 +15,7 @@
 #include "sentree/base/diagnostic.h"
 #include "sentree/bt/index.h"
 #include "sentree/bt/load.h"
-#include "sentree/bt/nodes/list.h"
+#include "sentree/bt/node_list.h"
 #include "sentree/bt/object.h"
 #include "sentree/bt/registry.h"
 #include "sentree/bt/script.h"

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <vector>
 
-#include "sentree/sim/memo_test_support.h"
+#include "sentree/sim/test_memo_support.h"
 
 namespace sentree::sim {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include "sentree/sim/memo_test_support.h"
+#include "sentree/sim/test_memo_support.h"
 
 namespace sentree::sim {
 namespace {

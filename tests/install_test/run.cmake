@@ -1,4 +1,4 @@
-# cmake -DBUILD_DIR=… -DSOURCE_DIR=… -DWORK_DIR=… -P run.cmake: installs BUILD_DIR, builds SOURCE_DIR against it, runs the program.
+# cmake -DBUILD_DIR=… -DSOURCE_DIR=… -DWORK_DIR=… -P run.cmake: installs BUILD_DIR, compiles its headers, builds SOURCE_DIR against it, runs the program.
 
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -11,6 +11,13 @@ endfunction()
 
 file(REMOVE_RECURSE ${WORK_DIR})
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/prefix)
+# Every header that is installed compiles with nothing but what is installed. One unit has them all: that each stands alone the
+# tree's own sources show, which include theirs first.
+file(GLOB_RECURSE headers RELATIVE ${WORK_DIR}/prefix/include ${WORK_DIR}/prefix/include/sentree/*.h)
+list(TRANSFORM headers REPLACE "(.+)" "#include \"\\1\"\n")
+list(JOIN headers "" headers)
+file(WRITE ${WORK_DIR}/headers.cpp "${headers}")
+run(${CXX} -std=c++20 -fsyntax-only -I${WORK_DIR}/prefix/include ${WORK_DIR}/headers.cpp)
 set(sanitize_flag)
 if(SANITIZE)
   set(sanitize_flag -fsanitize=${SANITIZE})

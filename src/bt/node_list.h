@@ -1,6 +1,6 @@
 #pragma once
 
-/// The kinds of nodes: a line for each, and a file of its own in this folder (the name in snake_case), from whose
+/// The kinds of nodes: a line for each, and a file of its own in `nodes` (the name in snake_case), from whose
 /// struct follow how it is ticked, what it remembers and which values a saved state may hold there, its entries in the
 /// palette, and what `sentree check` concludes about it. Saved trees have kinds by their place here: new ones come
 /// last.
