@@ -122,7 +122,7 @@ def check_names():
 
 # Several sources of a target are examined as one, because most of the time goes into the headers.
 BATCH = 24
-# Without a remote, what these last commits have changed comes first.
+# Where there is nothing to compare with, what these last commits have changed comes first.
 COMMITS = 20
 HANGS_AFTER_S = 900
 
@@ -177,8 +177,10 @@ def git(*arguments):
 
 
 def changed_files():
-    """Since the branch left origin/main; without that, in the last commits. What is not committed counts."""
-    base = git("merge-base", "HEAD", "origin/main") or git("rev-list", "-n", "1", f"--skip={COMMITS}", "HEAD")
+    """Since the branch left origin/main; without that, or where it has not left it, in the last commits. What is not committed counts."""
+    base = git("merge-base", "HEAD", "origin/main")
+    if not base or base == git("rev-parse", "HEAD"):
+        base = git("rev-list", "-n", "1", f"--skip={COMMITS}", "HEAD") or git("rev-list", "--max-parents=0", "HEAD")[:1]
     return set(git("diff", "--name-only", *base) + git("ls-files", "--others", "--exclude-standard"))
 
 
@@ -222,7 +224,8 @@ def examine(program, names, options):
     return done.stdout or done.stderr
 
 
-def check_tidy(build, folders, every, seconds):
+def check_tidy(build, folders, every, seconds, strict):
+    """`strict`: what has changed is examined however long it takes, or is a finding."""
     program, version = tool("clang-tidy")
     settings = (ROOT / ".clang-tidy").read_text()
     # Not tests: they do on purpose what is a mistake elsewhere, and the headers of GoogleTest take longest.
@@ -244,7 +247,8 @@ def check_tidy(build, folders, every, seconds):
     started, examined, findings = time.monotonic(), [], 0
 
     def work(batch):
-        if not every and time.monotonic() - started > seconds:
+        is_due = every or (strict and batch[0] in first)
+        if not is_due and time.monotonic() - started > seconds:
             return batch, None
         return batch, examine(program, batch, targets[batch[0]][1])
 
@@ -264,10 +268,10 @@ def check_tidy(build, folders, every, seconds):
     left = [name for name in first + rest if keys[name] not in record.known and name not in examined]
     print(f"{len(examined)} of {len(targets)} sources examined in {time.monotonic() - started:.0f} s: {len(set(examined) & set(first))} of {len(first)} that have changed; "
           f"{sum(keys[name] in record.known | record.good for name in targets)} are known to be good")
+    waiting = [name for name in left if name in first]
     if left:
-        waiting = [name for name in left if name in first]
         print(f"{len(left)} sources have not been examined; lint.py tidy BUILD --all does that" + ("; of those that have changed: " + " ".join(waiting) if waiting else ""))
-    return 1 if findings else 0
+    return 1 if findings or (strict and waiting) else 0
 
 
 def main():
@@ -276,10 +280,10 @@ def main():
     parser.add_argument("build", type=Path)
     parser.add_argument("folders", nargs="*", help="tidy: only these, all of them")
     parser.add_argument("--all", action="store_true", help="tidy: everything, however long it takes")
-    parser.add_argument("--seconds", type=float, default=60, help="tidy: after these no further sources are begun")
+    parser.add_argument("--seconds", type=float, default=60, help="tidy: after these no further sources are begun; with CI in the environment, none that have not changed")
     arguments = parser.parse_args()
     if arguments.what == "tidy":
-        return check_tidy(arguments.build.resolve(), arguments.folders, arguments.all or bool(arguments.folders), arguments.seconds)
+        return check_tidy(arguments.build.resolve(), arguments.folders, arguments.all or bool(arguments.folders), arguments.seconds, bool(os.environ.get("CI")))
     return check_names() if arguments.what == "names" else check_format(arguments.build)
 
 
