@@ -139,6 +139,14 @@ expect 3 'is there already' "$sentree" add skill Wave --project "$work/mine"
 expect 2 'no name' "$sentree" add skill '../Wave' --project "$work/mine"
 expect 0 'nothing to complain about' "$sentree" check "$work/mine"
 expect 0 'monitor quick: undecided \(holds' "$sentree" run "$work/mine" --scenario calm
+cp -r "$work/mine" "$work/unhalted"
+sed -i 's|<Sequence name="Visit">|&<Sleep msec="50000" _onHalted="tries += 1"/>|' "$work/unhalted/mission.xml"
+printf 'duration: 2 s\nexpect: {mission: RUNNING}\n' >"$work/unhalted/scenarios/halts.yaml"
+expect 1 'RUNNING as expected, but a script failed while it was halted: .*no entry "tries"' "$sentree" test "$work/unhalted" --scenario halts
+printf 'duration: 2 s\nexpect: {mission: RUNNING, reason: tries}\n' >"$work/unhalted/scenarios/halts.yaml"
+expect 0 '1 of 1 scenarios held' "$sentree" test "$work/unhalted" --scenario halts
+printf 'duration: 2 s\n' >"$work/unhalted/campaign.yaml"
+expect 0 '3 × .*no entry "tries"' "$sentree" campaign "$work/unhalted" -n 3
 sed -i 's|<BatteryAbove name="BatteryOk"|<Wave name="Wave"/>&|' "$work/mine/mission.xml"
 "$sentree" model "$work/mine" --into "$work/mine/mission.xml"
 expect 0 '3 of 3 scenarios held' "$sentree" test "$work/mine"

@@ -300,7 +300,11 @@ Row Runner::row(std::uint64_t run, std::uint64_t seed, const Executed& executed)
   row.outcome = report.mission == bt::Status::kSuccess   ? Outcome::kSuccess
                 : report.mission == bt::Status::kFailure ? Outcome::kFailure
                                                          : Outcome::kRunning;
-  if (row.outcome == Outcome::kSuccess) row.reason.clear();
+  // A script may fail while a mission is halted that did not fail; what a leaf said on the way is no reason for
+  // anything.
+  const bool is_problem = std::any_of(report.problems.begin(), report.problems.end(),
+                                      [&](const std::string& problem) { return problem.starts_with(row.reason); });
+  if (row.outcome != Outcome::kFailure && !is_problem) row.reason.clear();
   if (!report.error.empty() || !report.given_up.empty()) {
     row.outcome = Outcome::kInvalid;
     row.reason = report.given_up.empty() ? report.error : report.given_up.front();

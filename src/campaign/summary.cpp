@@ -82,8 +82,8 @@ void Summary::add(const Row& row, const std::vector<Level>& levels) {
     requirements_[i].untested += verdict == Verdict::kUntested ? 1 : 0;
     if (verdict == Verdict::kViolated) note_first(requirements_[i]);
   }
-  if (row.outcome == Outcome::kFailure) {
-    note_first(failing_);
+  if (row.outcome == Outcome::kFailure) note_first(failing_);
+  if (row.outcome == Outcome::kFailure || !row.reason.empty()) {
     if (reasons_.size() < kReasonsMax || reasons_.contains(row.reason)) ++reasons_[row.reason];
   }
   if (row.outcome == Outcome::kSuccess) time_.add(row.time_s);

@@ -246,6 +246,7 @@ class TreeMachine::Step {
     // Each answer known at once is the next input: a loop, so that a long tick does not recurse.
     std::optional<bt::Input> next = std::move(input);
     bool failed = false;
+    std::string told;  // why it failed
     bt::Effects& effects = machine_.effects_;
     while (next) {
       const bool halts = next->kind == bt::Input::Kind::kHalt;
@@ -269,11 +270,13 @@ class TreeMachine::Step {
         finish_tick(result.status);
       } else if (result.kind == bt::StepResult::Kind::kFailed) {
         const std::string why = effects.error ? to_string(*effects.error) : "the tree failed";
-        host_.problem(why);
+        // Halting executes the `_onHalted` once more that has failed the tick.
+        if (why != told) host_.problem(why);
         if (state_.reason.empty() || !failed) state_.reason = why;
         // A halt that fails has halted all the same; asking again would fail again.
         if (!halts && !state_.over) {
           failed = true;
+          told = why;
           next = bt::Input::halt();
         }
       }

@@ -225,6 +225,7 @@ TEST_P(FailingHook, IsOneProblemAndTheMissionEndsInOrder) {
         if (problem.find("tries") == std::string::npos) continue;
         ++failures;
         EXPECT_THAT(problem, HasSubstr("mission.xml:1:"));
+        EXPECT_EQ(std::count(p.problems.begin(), p.problems.end(), problem), 1) << problem;
       }
       EXPECT_LE(failures, 2U);
     }

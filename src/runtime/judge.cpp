@@ -14,6 +14,14 @@ bool was_violated(const MonitorReport& monitor) {
   return monitor.verdict == monitor::Verdict::kViolated || monitor.violations > 0;
 }
 
+// Why the mission's tree could not be executed, where its status does not tell: a script has failed while it was halted
+// at the end.
+bool hides_a_failure(const RunReport& report) {
+  return report.mission != bt::Status::kFailure && !report.reason.empty() &&
+         std::any_of(report.problems.begin(), report.problems.end(),
+                     [&](const std::string& problem) { return problem.starts_with(report.reason); });
+}
+
 }  // namespace
 
 bool RunReport::any_violated() const {
@@ -29,6 +37,10 @@ void judge(const project::Scenario& scenario, RunReport& report) {
   if (scenario.mission && *scenario.mission != to_string(report.mission)) {
     report.unmet.push_back(fmt::format("mission status {}, expected {}{}", to_string(report.mission), *scenario.mission,
                                        report.reason.empty() ? "" : fmt::format(" ({})", report.reason)));
+  } else if (scenario.mission && scenario.mission_reason.empty() && hides_a_failure(report)) {
+    report.unmet.push_back(fmt::format(
+        "mission status {} as expected, but a script failed while it was halted: {} (`reason: …` expects that)",
+        *scenario.mission, report.reason));
   }
   if (!scenario.mission_reason.empty() && report.reason.find(scenario.mission_reason) == std::string::npos) {
     report.unmet.push_back(fmt::format("reason \"{}\", expected \"{}\" in it", report.reason, scenario.mission_reason));
