@@ -295,6 +295,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
       return found.error().code == "journal.in-use" ? kEnvironment : kInvalidInput;
     }
     resumption = std::move(*found);
+    resumption->allow_plugins = command.allow_plugins;
   }
   const bool replaces = resumption && command.project != RunCommand().project;
   auto loaded = replaces     ? resumption->scenario_of(command.project)

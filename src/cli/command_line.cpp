@@ -16,9 +16,9 @@ void add_trees(CLI::App& sub, TreeOptions& options) {
       ->allow_extra_args(false);
 }
 
-void add_allow_plugins(CLI::App& sub, bool& allowed) {
-  sub.add_flag("--allow-plugins", allowed,
-               "Load the plug-ins that this recording brings: their code runs with your rights");
+CLI::Option* add_allow_plugins(CLI::App& sub, bool& allowed) {
+  return sub.add_flag("--allow-plugins", allowed,
+                      "Load the plug-ins that this recording brings: their code runs with your rights");
 }
 
 }  // namespace sentree::cli

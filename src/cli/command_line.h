@@ -6,7 +6,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace sentree::cli {
 
@@ -38,6 +39,6 @@ struct TreeOptions;
 /// What several commands have: where the types of a tree's nodes are looked for …
 void add_trees(CLI::App& sub, TreeOptions& options);
 /// … and whether code that a recording brings is loaded.
-void add_allow_plugins(CLI::App& sub, bool& allowed);
+CLI::Option* add_allow_plugins(CLI::App& sub, bool& allowed);
 
 }  // namespace sentree::cli

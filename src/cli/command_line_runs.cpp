@@ -96,6 +96,7 @@ void add_run(CLI::App& app, Commands& commands) {
           ->excludes(scenario)
           ->excludes(durable)
           ->excludes(unrecorded);
+  add_allow_plugins(*sub, command.allow_plugins)->needs(resume);
   sub->add_option_function<std::string>(
          "--project",
          // A folder that is named is another one than the folder that nobody named.

@@ -37,6 +37,7 @@ struct RunCommand {
   std::string durable;  ///< The run can be resumed: never, interval or each, when its journal reaches the disk; "true"
                         ///< for the usual way, empty as the project says.
   std::optional<std::string> resume;  ///< Go on with the run of this recording, or with the last one (empty).
+  bool allow_plugins = false;         ///< With `resume`.
   bool processes = false;             ///< Each skill and component in a process of its own.
   std::string studio;  ///< Where the web page is served, [HOST:]PORT, or "true" for the usual place; empty: nowhere.
   bool studio_exit = false;  ///< The page ends with the run.

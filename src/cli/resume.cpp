@@ -108,7 +108,7 @@ Result<Resumption> Resumption::find(const std::string& recording) {
 Loaded<project::Scenario> Resumption::scenario(bool from_recording) const {
   Loaded<project::Scenario> loaded;
   if (from_recording && recorded) {
-    loaded = recorded->scenario();
+    loaded = recorded->scenario(allow_plugins);
   } else {
     loaded.value = load_file(text_of(journaled.note, "source"));
   }

@@ -24,6 +24,7 @@ struct Resumption {
   runtime::Journaled journaled;
   std::shared_ptr<replay::RecordedRun> recorded;  ///< Null: nothing of the recording can be read.
   std::uint64_t known = 0;                        ///< The last observation in it.
+  bool allow_plugins = false;                     ///< Those of the recording.
 
   /// Of a recording, or the newest of the folder of recordings that can be resumed. Errors: journal.*; run.ended (it
   /// was killed when it had said how it ended: its journal goes).

@@ -266,12 +266,18 @@ Loaded<project::Scenario> RecordedRun::scenario(bool allow_plugins) {
   const auto file = extract();
   if (!file) return {.value = std::nullopt, .diagnostics = {file.error()}};
   auto loaded = load_either(*file, fact("source") == fact("project"));
-  if (!loaded.value) return loaded;
+  if (!loaded.value) {
+    loaded.diagnostics = errors_in(std::move(loaded.diagnostics));
+    return loaded;
+  }
   loaded.value->name = fact("scenario");
   apply_facts(*loaded.value);
   const project::Project& project = loaded.value->project;
-  for (const project::FileRef& plugin : project.plugins)
+  for (const project::FileRef& plugin : project.plugins) {
     loaded.diagnostics.push_back(told(plugin, project.folder / plugin.path, allow_plugins));
+    SourceSpan& where = loaded.diagnostics.back().span;
+    where.file = named(std::move(where.file));
+  }
   if (!allow_plugins && !project.plugins.empty()) loaded.value.reset();
   return loaded;
 }
