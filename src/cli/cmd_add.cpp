@@ -43,7 +43,12 @@ int add(const AddCommand& command) {
     return kInvalidInput;
   }
   if (!plan.ok()) say(plan.diagnostics);
-  const design::Part part = design::new_part(command.kind, command.name, plan.ok() ? &*plan.value : nullptr).value();
+  const auto made = design::new_part(command.kind, command.name, plan.ok() ? &*plan.value : nullptr);
+  if (!made) {
+    say(made.error().message);
+    return kInvalidInput;
+  }
+  const design::Part& part = *made;
   for (const auto& [file, content] : part.files) {
     std::error_code error;
     if (!fs::exists(project.folder / file, error)) continue;

@@ -159,11 +159,27 @@ bool is_part_name(const std::string& name) {
          std::all_of(name.begin(), name.end(), [&](unsigned char c) { return letter(c) || std::isdigit(c) != 0; });
 }
 
+// What the project has of that name, which no other part of the kind may have; empty: nothing.
+std::string bearer_of(const std::string& name, const std::string& kind, const project::Plan& plan) {
+  if (kind == "monitor" || kind == "requirement") {
+    const bool is_judged = std::any_of(plan.monitors.begin(), plan.monitors.end(),
+                                       [&](const monitor::Model& monitor) { return monitor.name() == name; });
+    return is_judged ? "a monitor or requirement" : "";
+  }
+  return kind == "component" && plan.services.contains(name) ? "a service" : "";
+}
+
 }  // namespace
 
 Result<Part> new_part(const std::string& kind, const std::string& name, const project::Plan* plan) {
   if (!is_part_name(name))
     return fail("design.bad-name", fmt::format("\"{}\" is no name: letters, digits and _, with a letter first", name));
+  if (const std::string taken = plan != nullptr ? bearer_of(name, kind, *plan) : std::string(); !taken.empty()) {
+    std::string free = name;
+    for (int number = 2; !bearer_of(free, kind, *plan).empty(); ++number) free = fmt::format("{}_{}", name, number);
+    return fail("design.name-taken",
+                fmt::format("there is {} {} already; choose another name, for example {}", taken, name, free));
+  }
   const auto call = plan != nullptr ? example_call(*plan) : std::nullopt;
   if (kind == "skill") return skill(name, call);
   if (kind == "monitor") return monitor(name, call);

@@ -21,7 +21,8 @@ inline constexpr const char* kPartKinds[] = {"skill", "monitor", "requirement", 
 
 /// A part that runs as it is, to begin with. What it calls, if anything, is a call of `plan` without arguments that
 /// answers; null: the project does not load.
-/// Errors: design.bad-name (letters, digits and _, with a letter first), design.no-such-part.
+/// Errors: design.bad-name (letters, digits and _, with a letter first), design.name-taken (in `plan`),
+/// design.no-such-part.
 [[nodiscard]] Result<Part> new_part(const std::string& kind, const std::string& name, const project::Plan* plan);
 
 /// Writes a small project that runs into a folder, which is made if it is missing; the files, inside the folder.
