@@ -150,6 +150,13 @@ printf 'duration: 2 s\nexpect: {mission: RUNNING, reason: tries}\n' >"$work/unha
 expect 0 '1 of 1 scenarios held' "$sentree" test "$work/unhalted" --scenario halts
 printf 'duration: 2 s\n' >"$work/unhalted/campaign.yaml"
 expect 0 '3 × .*no entry "tries"' "$sentree" campaign "$work/unhalted" -n 3
+# Numbers that are out of range.
+expect 2 'seed: -1 is no whole number from 0 to 9223372036854775807$' "$sentree" run "$work/mine" --seed -1
+expect 2 '18446744073709551615 is no whole number from 0' "$sentree" run "$work/mine" --seed 18446744073709551615
+expect 2 '99999999999999999999 is no whole number from 0' "$sentree" run "$work/mine" --seed 99999999999999999999
+expect 0 '"seed":9223372036854775807,' "$sentree" run "$work/mine" --json --seed 9223372036854775807
+expect 2 'runs: 0 is no whole number from 1' "$sentree" verify "$work/mine" --runs 0
+expect 2 'seed: .* to 9000000000000$' "$sentree" campaign "$work/mine" --seed 9223372036854775807
 sed -i 's|<BatteryAbove name="BatteryOk"|<Wave name="Wave"/>&|' "$work/mine/mission.xml"
 "$sentree" model "$work/mine" --into "$work/mine/mission.xml"
 expect 0 '3 of 3 scenarios held' "$sentree" test "$work/mine"

@@ -1,7 +1,11 @@
 #include "sentree/cli/command_line.h"
 
-#include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+#include "sentree/base/shown.h"
 #include "sentree/cli/commands.h"
 
 namespace sentree::cli {
@@ -19,6 +23,17 @@ void add_trees(CLI::App& sub, TreeOptions& options) {
 CLI::Option* add_allow_plugins(CLI::App& sub, bool& allowed) {
   return sub.add_flag("--allow-plugins", allowed,
                       "Load the plug-ins that this recording brings: their code runs with your rights");
+}
+
+CLI::Validator whole_number(std::int64_t least, std::int64_t most) {
+  const auto refusal = [least, most](std::string& text) {
+    std::int64_t number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stopped, error] = std::from_chars(text.data(), end, number);
+    if (error == std::errc() && stopped == end && number >= least && number <= most) return std::string();
+    return fmt::format("{} is no whole number from {} to {}", shown_in_short(text), least, most);
+  };
+  return {refusal, least > 0 ? "POSITIVE" : "NONNEGATIVE"};
 }
 
 }  // namespace sentree::cli

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
 namespace CLI {
 class App;
 class Option;
+class Validator;
 }  // namespace CLI
 
 namespace sentree::cli {
@@ -40,5 +43,10 @@ struct TreeOptions;
 void add_trees(CLI::App& sub, TreeOptions& options);
 /// … and whether code that a recording brings is loaded.
 CLI::Option* add_allow_plugins(CLI::App& sub, bool& allowed);
+
+/// For options that are whole numbers: what is none, or out of range, is refused with the range. A recording, a
+/// scenario and JSON hold numbers to 2^63 - 1.
+[[nodiscard]] CLI::Validator whole_number(std::int64_t least,
+                                          std::int64_t most = std::numeric_limits<std::int64_t>::max());
 
 }  // namespace sentree::cli

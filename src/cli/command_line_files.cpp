@@ -38,7 +38,7 @@ void add_graph(CLI::App& app, Commands& commands) {
       ->capture_default_str();
   sub->add_option("--goto", command.stops, "World: send a robot there first, PLACE or ROBOT=PLACE");
   sub->add_option("--after", command.after, "World: simulated time at which it is drawn, e.g. 20 s");
-  sub->add_option("--seed", command.seed, "World: of all that is random")->check(CLI::NonNegativeNumber);
+  sub->add_option("--seed", command.seed, "World: of all that is random")->check(whole_number(0));
 }
 
 void add_fmt(CLI::App& app, Commands& commands) {
@@ -107,7 +107,7 @@ void add_chart(CLI::App& app, Commands& commands) {
       "Type help for the commands. Exit code: 0, or 1 if a command of a script failed, 3 invalid chart.");
   sub->add_option("file", command.file, "State chart (.scxml)")->required();
   sub->add_option("--data,-d", command.data, "NAME=VALUE: initial value of a <data>");
-  sub->add_option("--seed", command.seed, "Of Math.random")->check(CLI::NonNegativeNumber)->capture_default_str();
+  sub->add_option("--seed", command.seed, "Of Math.random")->check(whole_number(0))->capture_default_str();
   sub->add_option("--script-max", command.script_max, "Processor time that one command may take")
       ->capture_default_str();
   sub->add_flag("--json", command.json, "Answer each command with one line of JSON");

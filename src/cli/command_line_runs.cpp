@@ -48,7 +48,7 @@ void add_run(CLI::App& app, Commands& commands) {
                   "Run seconds per wall second, with the real clock, --studio, --groot or --foxglove")
       ->check(CLI::Range(0.01, 1000.0));
   sub->add_option("--seed", command.seed, "Of all that is random; same seed, same run in virtual time")
-      ->check(CLI::NonNegativeNumber);
+      ->check(whole_number(0));
   sub->add_option(
          "--choose", command.choose,
          "What if: a model's choice comes out otherwise, MODEL#NUMBER=VALUE as `verify --explain` numbers them")
@@ -170,8 +170,8 @@ void add_verify(CLI::App& app, Commands& commands) {
                   "none: without the faults of `verify:`; FILE: with those of a file that is written as its `faults:`");
   sub->add_flag("--fair", command.fair,
                 "Each alternative of a model's choice that is offered again and again is taken again and again");
-  sub->add_option("--ticks", command.ticks, "Stop behind so many ticks")->check(CLI::PositiveNumber);
-  sub->add_option("--states", command.states, "Stop behind so many states")->check(CLI::PositiveNumber);
+  sub->add_option("--ticks", command.ticks, "Stop behind so many ticks")->check(whole_number(1));
+  sub->add_option("--states", command.states, "Stop behind so many states")->check(whole_number(1));
   sub->add_option("--memory", command.memory, "Stop when about so much is used, e.g. \"2 GB\"");
   sub->add_option("--time", command.time, "Stop after that time, e.g. \"30 s\"");
   sub->add_option("--out", command.out, "Folder of counterexamples (default: verify/ in the project)");
@@ -179,7 +179,7 @@ void add_verify(CLI::App& app, Commands& commands) {
       sub->add_option("--graph", command.graph, "Write the graph of the mission: FILE.aut (Aldebaran) or FILE.dot");
   CLI::Option* const runs =
       sub->add_option("--runs", command.runs, "Statistics: so many runs, drawn, instead of every behaviour")
-          ->check(CLI::PositiveNumber);
+          ->check(whole_number(1));
   sub->add_option("--confidence", command.confidence, "Of intervals and decisions")->capture_default_str();
   CLI::Option* const at_least = sub->add_option(
       "--at-least", command.at_least,
@@ -190,7 +190,7 @@ void add_verify(CLI::App& app, Commands& commands) {
              "Statistics of what is rare: runs in which MODEL.DATA is greatest are split (or \"owed\": in which "
              "a bound is nearest); --runs are those that begin")
           ->excludes(at_least);
-  sub->add_option("--seed", command.seed, "Of the runs")->check(CLI::NonNegativeNumber)->capture_default_str();
+  sub->add_option("--seed", command.seed, "Of the runs")->check(whole_number(0))->capture_default_str();
   sub->add_option("--threads", command.threads,
                   "Explore, judge requirements or make runs in so many threads; the result is the same")
       ->check(CLI::Range(1, 256))
@@ -243,7 +243,7 @@ void add_campaign(CLI::App& app, Commands& commands) {
   sub->add_option("--runs,-n", command.runs,
                   "Most runs (default: as the file says; else 1000, or 100000 that end early)");
   sub->add_option("--seed", command.seed, "Of everything that is drawn; run N has the seed S000000 + N")
-      ->check(CLI::NonNegativeNumber);
+      ->check(whole_number(0, 9'000'000'000'000));
   sub->add_option("--jobs,-j", command.jobs, "Processes at a time (default: one a core); the result is the same");
   auto* precision = sub->add_option("--precision", command.precision,
                                     "End when half of every rate's interval is at most this, e.g. 1%");

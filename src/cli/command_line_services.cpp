@@ -27,7 +27,7 @@ void add_call(CLI::App& app, Commands& commands) {
   sub->add_option("method", command.method);
   sub->add_option("arguments", command.arguments, "name=value …, or one JSON object");
   sub->add_option("--interface", command.interface, "FILE.thrift/SERVICE, when calling an address");
-  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
+  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(whole_number(1));
   sub->add_option("--deadline", command.deadline)->capture_default_str();
 }
 
@@ -40,7 +40,7 @@ void add_services(CLI::App& app, Commands& commands) {
       "  sentree services --on yarp:        the ports that the name server of YARP knows\n"
       "  sentree services --on ros:         topics, services and actions of ROS 2");
   sub->add_option("--on", command.on, "A network instead of a run: yarp: or ros:, or yarp:/robot for what is named so");
-  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
+  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(whole_number(1));
   sub->add_flag("--json", command.json, "Print the list as JSON");
 }
 
@@ -55,7 +55,7 @@ void add_ping(CLI::App& app, Commands& commands) {
       "  sentree ping yarp:/battery/rpc:i\n"
       "Exit code: 0 all answer, 4 one does not.");
   sub->add_option("target", command.target, "Service or address; default: all");
-  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
+  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(whole_number(1));
   sub->add_flag("--json", command.json, "Print the round trips as JSON");
 }
 
@@ -71,7 +71,7 @@ void add_echo(CLI::App& app, Commands& commands) {
       "  sentree echo '*.tick.reply' --json -n 10");
   sub->add_option("pattern", command.pattern, "Of names; * stands for any characters")->capture_default_str();
   sub->add_option("--count,-n", command.count, "End after so many");
-  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(CLI::PositiveNumber);
+  sub->add_option("--run", command.run, "Process id of the run, where several run")->check(whole_number(1));
   sub->add_flag("--json", command.json, "A line of JSON for each");
 }
 
@@ -90,7 +90,7 @@ void add_skill(CLI::App& app, Commands& commands) {
   sub->add_option("--observer", command.observer, "Where the run listens for what is observed here");
   sub->add_option("--at", command.at, "SERVICE=ADDRESS, instead of what sentree.yaml says");
   sub->add_option("--factor", command.factor, "Run seconds per wall second")->check(CLI::Range(0.01, 1000.0));
-  sub->add_option("--seed", command.seed)->check(CLI::NonNegativeNumber);
+  sub->add_option("--seed", command.seed)->check(whole_number(0));
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
 }
 
@@ -161,7 +161,7 @@ void add_component(CLI::App& app, Commands& commands) {
   sub->add_option("--of-run", command.of_run, "Given by durable runs: end when that run is not resumed in time")
       ->group("");
   sub->add_option("--factor", command.factor, "Run seconds per wall second")->check(CLI::Range(0.01, 1000.0));
-  sub->add_option("--seed", command.seed)->check(CLI::NonNegativeNumber);
+  sub->add_option("--seed", command.seed)->check(whole_number(0));
   sub->add_flag("--insecure", command.insecure, "Allow other machines to connect without TLS");
 }
 
@@ -189,7 +189,7 @@ void add_sim(CLI::App& app, Commands& commands) {
   sub->add_flag("--ros", command.ros, "Serve it as services of ROS 2, too");
   sub->add_option("--speed", command.speed, "Simulated seconds per second; 0: as fast as the machine allows")
       ->check(CLI::Range(0.0, 1000.0));
-  sub->add_option("--seed", command.seed, "Of all that is random")->check(CLI::NonNegativeNumber);
+  sub->add_option("--seed", command.seed, "Of all that is random")->check(whole_number(0));
   sub->add_option("--duration", command.duration, "Of simulated time, e.g. 90 s; else until Ctrl-C");
   sub->add_option("--goto", command.stops, "Send a robot there, PLACE or ROBOT=PLACE; several in their order");
   sub->add_flag("--json", command.json, "Print a line of JSON every simulated second");
