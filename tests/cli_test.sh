@@ -142,6 +142,10 @@ expect 3 'a monitor or requirement leaves_charged already; .* example leaves_cha
 expect 3 'a service gripper already; .* example gripper_2' "$sentree" add component gripper --project "$work/with-component"
 expect 0 'nothing to complain about' "$sentree" check "$work/mine"
 expect 0 'monitor quick: undecided \(holds' "$sentree" run "$work/mine" --scenario calm
+# What a run ended too early for, and a script that fails where the mission's status does not tell.
+printf 'timeline:\n  - {at: 1 s, restart: GoToDoor}\n  - {at: 900 s, kill: GoToDoor}\n' >"$work/mine/scenarios/late.yaml"
+expect 0 'ended before 1 of 2 entries of the timeline, the first of them at 900.000 s: kill GoToDoor' \
+  "$sentree" run "$work/mine" --scenario late
 cp -r "$work/mine" "$work/unhalted"
 sed -i 's|<Sequence name="Visit">|&<Sleep msec="50000" _onHalted="tries += 1"/>|' "$work/unhalted/mission.xml"
 printf 'duration: 2 s\nexpect: {mission: RUNNING}\n' >"$work/unhalted/scenarios/halts.yaml"

@@ -512,7 +512,7 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
         if (monitor.decision) print(story(monitor));
       }
     }
-    print(summary(report));
+    print(summary(report) + undone(plan.value->scenario, report));
   }
   if (!report.error.empty()) say(report.error);
   if (shown && !command.studio_exit && !report.interrupted && report.error.empty()) {

@@ -290,4 +290,20 @@ std::string summary(const runtime::RunReport& report) {
   return text;
 }
 
+std::string undone(const project::Scenario& scenario, const runtime::RunReport& report) {
+  const project::Injection* first = nullptr;
+  std::size_t count = 0;
+  std::size_t all = 0;
+  for (const project::Injection& entry : scenario.timeline) {
+    if (entry.again) continue;
+    ++all;
+    if (entry.at <= report.ended) continue;
+    ++count;
+    if (first == nullptr || entry.at < first->at) first = &entry;
+  }
+  if (first == nullptr) return {};
+  return fmt::format("  ended before {} of {} entries of the timeline, the first of them at {:.3f} s: {}\n", count, all,
+                     seconds(first->at), project::describe(first->what));
+}
+
 }  // namespace sentree::cli

@@ -14,6 +14,8 @@ namespace sentree::cli {
 
 /// The report as a few lines for people.
 [[nodiscard]] std::string summary(const runtime::RunReport& report);
+/// A line about the entries of the timeline for which the run ended too early; empty: there are none.
+[[nodiscard]] std::string undone(const project::Scenario& scenario, const runtime::RunReport& report);
 
 /// How a monitor stands, on one line; on a second one why it was given up.
 [[nodiscard]] std::string monitor_line(const runtime::MonitorReport& monitor);
