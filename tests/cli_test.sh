@@ -154,6 +154,9 @@ printf 'duration: 2 s\nexpect: {mission: RUNNING, reason: tries}\n' >"$work/unha
 expect 0 '1 of 1 scenarios held' "$sentree" test "$work/unhalted" --scenario halts
 printf 'duration: 2 s\n' >"$work/unhalted/campaign.yaml"
 expect 0 '3 × .*no entry "tries"' "$sentree" campaign "$work/unhalted" -n 3
+printf 'timeline:\n  - {at: 1 s, breakpoint: {node: Root.GoToDoor}}\n' >"$work/mine/scenarios/late.yaml"
+expect 3 'no node "Root.GoToDoor"; did you mean "GoToDoor"' "$sentree" check "$work/mine"
+rm "$work/mine/scenarios/late.yaml"
 # Numbers that are out of range.
 expect 2 'seed: -1 is no whole number from 0 to 9223372036854775807$' "$sentree" run "$work/mine" --seed -1
 expect 2 '18446744073709551615 is no whole number from 0' "$sentree" run "$work/mine" --seed 18446744073709551615
@@ -169,6 +172,7 @@ expect 130 '"ok":false.*"time":[1-9].*"interrupted":true' timeout --foreground -
 
 expect 0 '<svg' "$sentree" graph examples/recharge
 expect 0 'stateDiagram-v2' "$sentree" graph examples/recharge/skills/GoToLocation.scxml --to mermaid
+expect 2 'GoToLocation.scxml is a state chart' "$sentree" graph examples/recharge/skills/GoToLocation.scxml --tree Main
 # silent COMMAND…: the command succeeds and has nothing to say.
 silent() {
   "$@" >"$work/out" 2>&1 </dev/null && [[ ! -s $work/out ]] && echo "✓ $*" && return
@@ -227,7 +231,8 @@ expect 0 'text/link.xml' "$sentree" fmt "$work/text/link.xml"
 [[ -L $work/text/link.xml && $(stat -c %a "$work/text/other.xml") == 640 ]] || { echo "✗ fmt keeps links and permissions" && failures=$((failures + 1)); }
 silent "$sentree" fmt --check "$work/text"
 "$sentree" fmt - <examples/recharge/mission.xml | cmp - examples/recharge/mission.xml || failures=$((failures + 1))
-expect 3 'README.md:1:1: expected an element' "$sentree" fmt docs/README.md
+expect 3 'README.md: neither a Behavior Tree .<root>. nor a state chart .<scxml>.; nothing else is formatted' "$sentree" fmt docs/README.md
+expect 3 'sentree.yaml: neither a Behavior Tree' "$sentree" fmt examples/recharge/sentree.yaml
 printf '<a/>' >"$work/a.xml"
 expect 3 'neither a Behavior Tree .<root>. nor a state chart' "$sentree" fmt "$work/a.xml"
 silent "$sentree" diff examples/recharge/mission.xml "$work/text/mission.xml"

@@ -21,6 +21,9 @@ constexpr const char* kStandardInput = "<stdin>";
 
 /// Nothing for a document that is neither a tree nor a chart.
 std::optional<Result<std::string>> formatted(const std::string& source, const std::string& file) {
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  const std::size_t first = source.find_first_not_of(" \t\r\n", source.starts_with(kMark) ? kMark.size() : 0);
+  if (first == std::string::npos || source[first] != '<') return std::nullopt;
   const auto document = text::XmlDocument::parse(source, file, {.lenient = true});
   if (!document) return tl::unexpected(document.error());
   if (scxml::is_chart(document->root())) return scxml::format(source, file);
@@ -70,7 +73,8 @@ class FileFormatter {
     if (!result) {
       if (named) {
         complain({Severity::kError, "fmt.unknown-document",
-                  "neither a Behavior Tree (<root>) nor a state chart (<scxml>)", SourceSpan{file}});
+                  "neither a Behavior Tree (<root>) nor a state chart (<scxml>); nothing else is formatted",
+                  SourceSpan{file}});
       }
       return std::nullopt;
     }

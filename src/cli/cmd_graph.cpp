@@ -169,7 +169,12 @@ int graph(const GraphCommand& command) {
         command.output));
     return kUsage;
   }
+  const auto no_tree_in = [&](const std::string& file, const char* what) {
+    say(fmt::format("--tree {}: {} is {}; without --tree it is drawn", command.tree, file, what));
+    return kUsage;
+  };
   if (command.files.size() == 1 && is_world(command.files.front())) {
+    if (!command.tree.empty()) return no_tree_in(command.files.front(), "a world");
     if (format != "svg" && format != "png") {
       say("a world can be drawn as svg or png");
       return kUsage;
@@ -201,6 +206,7 @@ int graph(const GraphCommand& command) {
     source = std::move(*read);
     is_chart = document_kind(source) == "chart";
   }
+  if (is_chart && !command.tree.empty()) return no_tree_in(files.front().path.string(), "a state chart");
   if (!is_chart && format == "plantuml") {
     say("PlantUML is for state charts; a tree can be drawn as svg, png, dot or mermaid");
     return kUsage;

@@ -246,9 +246,21 @@ class Check {
   Result<void> at_node(const Breakpoint& what) const {
     if (scope_.tree == nullptr || scope_.tree->find(what.target) != bt::kNoNode) return {};
     Names paths;
-    for (bt::NodeId node = 0; node < scope_.tree->size(); ++node) paths.push_back(scope_.tree->path(node));
-    return refuse("steering.unknown-node",
-                  fmt::format("the tree has no node \"{}\"{}", what.target, did_you_mean(what.target, paths)));
+    Names names;
+    for (bt::NodeId node = 0; node < scope_.tree->size(); ++node) {
+      paths.push_back(scope_.tree->path(node));
+      names.push_back(paths.back().substr(paths.back().rfind('.') + 1));
+    }
+    std::string nearest = did_you_mean(what.target, paths);
+    if (nearest.empty()) {
+      // Right but for where it is: paths name the subtrees around a node, and nothing else.
+      const std::string name = what.target.substr(what.target.rfind('.') + 1);
+      const std::string near(closest(name, names));
+      const auto found = std::find(names.begin(), names.end(), near);
+      if (!near.empty() && found != names.end())
+        nearest = fmt::format("; did you mean \"{}\"?", paths[static_cast<std::size_t>(found - names.begin())]);
+    }
+    return refuse("steering.unknown-node", fmt::format("the tree has no node \"{}\"{}", what.target, nearest));
   }
 
   Result<void> at_state(const Breakpoint& what) const {
