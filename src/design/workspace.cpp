@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "sentree/base/shown.h"
 #include "sentree/base/value.h"
 #include "sentree/design/disk.h"
 #include "sentree/text/encoding.h"
@@ -228,6 +229,9 @@ Result<fs::path> Workspace::place_of(const std::string& file) const {
   const auto outside = [&](const char* why = "leads out of the project's folder") {
     return fail("design.outside", fmt::format("\"{}\" {}", file, why));
   };
+  if (std::any_of(file.begin(), file.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }))
+    return fail("design.bad-name", fmt::format("{} has a control character, which no name of a file may have",
+                                               "\"" + sentree::shown(file) + "\""));
   if (relative.empty() || relative.is_absolute() || !is_project_text(relative)) return outside();
   fs::path at = folder_;
   for (const fs::path& part : relative) {

@@ -178,6 +178,10 @@ TEST_F(WorkspaceTest, RefusesNamesThatAreTakenOrLeadOut) {
   for (const char* to :
        {"../mission.xml", "/tmp/mission.xml", "a/../../mission.xml", ".hidden.xml", "runs/a.xml", "a.txt"})
     EXPECT_EQ(code(to), "design.outside") << to;
+  for (const std::string& to : {std::string("a\0b.xml", 7), std::string("a\nb.xml"), std::string("in\x7f/b.xml")}) {
+    EXPECT_EQ(code(to), "design.bad-name");
+    EXPECT_EQ(workspace.put({{to, "<a/>"}}, "add").error().code, "design.bad-name");
+  }
   write("mission.xml", "<other/>");
   EXPECT_EQ(code("other.xml"), "design.conflict");
   EXPECT_EQ(workspace.remove("gone.xml").error().code, "design.no-such-file");
