@@ -21,9 +21,6 @@ struct TreeFile {
   std::vector<std::string> trees;  ///< IDs of its BehaviorTrees, in their order; "" for one without.
   std::string main_tree;           ///< Its main_tree_to_execute; empty: it has none.
   std::size_t models = 0;          ///< Nodes that its TreeNodesModel describes, SubTrees not counted.
-
-  /// It describes nodes and has no tree.
-  [[nodiscard]] bool is_palette() const { return trees.empty() && models > 0; }
 };
 
 /// Files of trees that belong together: each is read once to know what is in it, and a load takes from the others what

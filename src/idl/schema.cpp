@@ -36,7 +36,6 @@ class Loader {
     auto program = std::make_shared<Schema::Program>();
     program->file = file;
     program->prefix = prefix_of(file);
-    program->namespaces = parsed.namespaces;
     loading_.insert(file);
     bool good = true;
     for (const syntax::Include& line : parsed.includes) good = include(line, file, *program, depth) && good;
@@ -112,11 +111,6 @@ const Enumerator* Enum::find(std::int64_t number) const {
 
 const Field* Struct::find(std::string_view field) const { return find_named(fields, field); }
 
-const Field* Struct::find(std::int16_t id) const {
-  const auto found = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.id == id; });
-  return found == fields.end() ? nullptr : &*found;
-}
-
 std::vector<std::string> Struct::field_names() const {
   std::vector<std::string> out;
   for (const Field& f : fields) out.push_back(f.name);
@@ -165,7 +159,6 @@ const Constant* Schema::constant(std::string_view name) const { return program_-
 const std::deque<Service>& Schema::services() const { return program_->services; }
 const std::deque<Struct>& Schema::structures() const { return program_->structs; }
 const std::deque<Enum>& Schema::enumerations() const { return program_->enums; }
-const std::deque<Constant>& Schema::constants() const { return program_->constants; }
 const std::deque<Typedef>& Schema::typedefs() const { return program_->typedefs; }
 
 std::vector<std::string> Schema::service_names() const {
@@ -174,7 +167,6 @@ std::vector<std::string> Schema::service_names() const {
   return out;
 }
 
-const std::vector<std::pair<std::string, std::string>>& Schema::namespaces() const { return program_->namespaces; }
 const std::string& Schema::file() const { return program_->file; }
 
 std::vector<std::string> Schema::files() const {

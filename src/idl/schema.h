@@ -96,7 +96,6 @@ struct Struct {
   SourceSpan span;
 
   [[nodiscard]] const Field* find(std::string_view field) const;
-  [[nodiscard]] const Field* find(std::int16_t id) const;
   [[nodiscard]] std::vector<std::string> field_names() const;
 };
 
@@ -176,11 +175,8 @@ class Schema {
   [[nodiscard]] const std::deque<Service>& services() const;  ///< Of the file, not of its includes.
   [[nodiscard]] const std::deque<Struct>& structures() const;
   [[nodiscard]] const std::deque<Enum>& enumerations() const;
-  [[nodiscard]] const std::deque<Constant>& constants() const;
   [[nodiscard]] const std::deque<Typedef>& typedefs() const;
   [[nodiscard]] std::vector<std::string> service_names() const;
-  /// Language (or "*") and namespace, in the order written.
-  [[nodiscard]] const std::vector<std::pair<std::string, std::string>>& namespaces() const;
   [[nodiscard]] const std::string& file() const;
   /// The file and all it includes, as named by the reader.
   [[nodiscard]] std::vector<std::string> files() const;

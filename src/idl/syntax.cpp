@@ -137,12 +137,11 @@ class Parser {
   bool header() {
     if (is_word("namespace")) {
       if (!advance()) return false;
-      std::string language = "*";
+      // Of generated code, which there is none of.
+      std::string ignored;
       const bool any = is_symbol('*');
-      if (any ? !advance() : !identifier("a language or *", language)) return false;
-      std::string name;
-      if (!identifier("the namespace", name)) return false;
-      out_.namespaces.emplace_back(std::move(language), std::move(name));
+      if (any ? !advance() : !identifier("a language or *", ignored)) return false;
+      if (!identifier("the namespace", ignored)) return false;
       return any || annotations();
     }
     const bool cpp = is_word("cpp_include");

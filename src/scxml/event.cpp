@@ -11,13 +11,6 @@ std::string_view to_string(EventType type) {
   return "external";
 }
 
-std::uint64_t Event::hash() const {
-  std::uint64_t h = hash_combine(hash_bytes(name), static_cast<std::uint64_t>(type));
-  for (const std::string* part : {&sendid, &origin, &origintype, &invokeid, &raw})
-    h = hash_combine(h, hash_bytes(*part));
-  return data ? hash_combine(h, data->hash()) : h;
-}
-
 bool event_matches(std::string_view descriptor, std::string_view event_name) {
   if (descriptor == "*") return true;
   if (descriptor.ends_with(".*"))

@@ -31,7 +31,6 @@ struct Event {
   std::string raw = {};  ///< The message as it came, from processors that have one (BasicHTTP); for looking at only.
 
   friend bool operator==(const Event&, const Event&) = default;
-  [[nodiscard]] std::uint64_t hash() const;
 };
 
 /// SCXML 3.12.1: "a.b" matches "a.b" and "a.b.c", not "a.bc"; "a.b.*" is "a.b"; "*" matches all.

@@ -81,10 +81,4 @@ DistanceField::DistanceField(const GridMap& map)
   }
 }
 
-double DistanceField::metres(const GridMap& map, Vec2 point) const {
-  const Cell c = map.cell_at(point);
-  if (!map.contains(c)) return kCellsMax * map.resolution_m();
-  return std::sqrt(static_cast<double>(squared_cells(c))) * map.resolution_m();
-}
-
 }  // namespace sentree::sim

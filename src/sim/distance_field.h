@@ -26,8 +26,6 @@ class DistanceField {
     return squared_[static_cast<std::size_t>(c.y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(c.x)];
   }
   [[nodiscard]] const std::vector<std::uint16_t>& squared_cells() const { return squared_; }
-  /// Metres; 0 on an occupied cell, kCellsMax * resolution outside the map.
-  [[nodiscard]] double metres(const GridMap& map, Vec2 point) const;
 
   friend bool operator==(const DistanceField&, const DistanceField&) = default;
 

@@ -141,10 +141,6 @@ Result<Registration> NameClient::enter(const std::string& name, const HostPort& 
   return *made;
 }
 
-Result<Registration> NameClient::enter_unnamed(const HostPort& at, rpc::Deadline deadline) {
-  return enter("...", at, deadline);
-}
-
 Result<void> NameClient::remove(const std::string& name, rpc::Deadline deadline) {
   auto lines = ask({"unregister", name}, deadline);
   if (!lines) return tl::unexpected(std::move(lines.error()));

@@ -38,8 +38,6 @@ class NameClient {
   /// Makes the port known there, under that name.
   [[nodiscard]] Result<Registration> enter(const std::string& name, const HostPort& at, rpc::Deadline deadline);
   [[nodiscard]] Result<void> remove(const std::string& name, rpc::Deadline deadline);
-  /// The name that the server chooses.
-  [[nodiscard]] Result<Registration> enter_unnamed(const HostPort& at, rpc::Deadline deadline);
 
  private:
   /// The lines before the end line.

@@ -16,7 +16,6 @@ namespace sentree::idl {
 struct Schema::Program {
   std::string file;
   std::string prefix;  ///< The file's name without folder and ".thrift": how others name what is in it.
-  std::vector<std::pair<std::string, std::string>> namespaces;
   std::vector<std::pair<std::string, std::shared_ptr<const Program>>> includes;  ///< By prefix, in the order written.
 
   std::deque<Type> types;

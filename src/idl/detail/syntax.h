@@ -77,7 +77,6 @@ struct Include {
 
 struct File {
   std::vector<Include> includes;
-  std::vector<std::pair<std::string, std::string>> namespaces;
   std::vector<Definition> definitions;
 };
 
