@@ -46,8 +46,9 @@ def project(tree_file):
         mission = mission.read()
     with open(folder + "/mission.xml", "w") as out:
         out.write(mission.replace('SubTree ID="Navigate"', 'SubTree ID="%s"' % tree))
+    # Its model answers what its own tree asks.
     with open(folder + "/sentree.yaml") as file:
-        text = file.read()
+        text = re.sub(r"(?ms)^models:.*", "", file.read())
     with open(folder + "/sentree.yaml", "w") as out:
         out.write(text.replace("services:", "services:\n  localization: {interface: robot.thrift/Localization, at: sim}"))
     return folder

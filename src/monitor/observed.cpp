@@ -95,7 +95,7 @@ DataType data_of(const Observed& one, std::string_view name, const Vocabulary& v
   member("call", number());
   member("tick", number());
   member("time", number("s"));
-  const DataType anything;
+  DataType anything;
   const auto ports = [&](const std::string& leaf, bool are_inputs) {
     const auto found = vocabulary.ports.find(leaf);
     if (found == vocabulary.ports.end()) return anything;

@@ -103,6 +103,29 @@ void check_handled(const scxml::Chart& chart, const std::map<std::string, Servic
   }
 }
 
+// What is given back under a name that nearly is that of an output.
+void check_outputs(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& diagnostics) {
+  std::vector<std::string> outputs;
+  for (const bt::PortFact& port : tree.ports(leaf.node)) {
+    if (port.output) outputs.emplace_back(port.name);
+  }
+  for (const scxml::State& state : leaf.chart->states()) {
+    if (state.parent != 0 || leaf.protocol) continue;
+    std::vector<std::string> missing;
+    for (const std::string& output : outputs) {
+      if (std::find(state.donedata.begin(), state.donedata.end(), output) == state.donedata.end())
+        missing.push_back(output);
+    }
+    for (const std::string& given : state.donedata) {
+      if (given == "reason" || std::find(outputs.begin(), outputs.end(), given) != outputs.end()) continue;
+      const std::string near = did_you_mean(given, missing);
+      if (near.empty()) continue;
+      add(diagnostics, Severity::kWarning, "check.unknown-port",
+          fmt::format("{} has no output port \"{}\"{}", leaf.name, given, near), leaf.chart->span(state.place));
+    }
+  }
+}
+
 }  // namespace
 
 Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) {
@@ -140,6 +163,7 @@ void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, Se
 
 void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& diagnostics) {
   if (!leaf.chart) return;
+  check_outputs(tree, leaf, diagnostics);
   for (const bt::PortFact& port : tree.ports(leaf.node)) {
     if (!port.declared || port.text.empty()) continue;
     const std::string name(port.name);

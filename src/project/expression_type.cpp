@@ -119,7 +119,13 @@ class Reader {
         return result;
       }
       case Node::kList:
-        for (const std::uint32_t item : n.operands) visit(item);
+        for (const std::uint32_t item : n.operands) {
+          visit(item);
+          if (at(item).kind == Node::kNothing && at(item).text == "hole") {
+            add(Severity::kWarning, "check.hole", "a list has nothing between two commas, which is undefined");
+            break;
+          }
+        }
         return list();
       default:
         for (const std::uint32_t inner : n.operands) visit(inner);
@@ -243,7 +249,10 @@ class Reader {
   }
 
   static ExpressionType list() { return of(DataType{.kind = TypeKind::kOther, .name = "list"}); }
-  static bool is_list(const DataType& type) { return type.kind == TypeKind::kOther && type.name == "list"; }
+  static bool is_list(const DataType& type) {
+    return type.kind == TypeKind::kOther &&
+           (type.name == "list" || type.name.starts_with("list<") || type.name.starts_with("set<"));
+  }
 
   // ECMAScript 5.1, 15.4.4, and what the engine has of later editions.
   static const std::vector<std::string>& functions_of_lists() {

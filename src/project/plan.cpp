@@ -183,6 +183,9 @@ class Preparation {
             fmt::format("service \"{}\" is at: sim, but the project has no world: FILE", simulated->name),
             simulated->span);
       }
+      if (project_.world_overrides)
+        add("check.no-world", "override: {world: …} changes a world, and the project has none (world: FILE)",
+            project_.world_overrides->span);
       return;
     }
     auto loaded = load_world();

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -14,10 +15,22 @@ bool was_violated(const MonitorReport& monitor) {
   return monitor.verdict == monitor::Verdict::kViolated || monitor.violations > 0;
 }
 
+// "mission.xml:3:7: …": of the tree itself; what a leaf says begins with its name.
+bool has_place(std::string_view reason) {
+  const std::string_view before = reason.substr(0, reason.find(": "));
+  const std::size_t column = before.rfind(':');
+  const std::size_t line = column == std::string_view::npos || column == 0 ? column : before.rfind(':', column - 1);
+  if (line == std::string_view::npos || line == 0) return false;
+  const auto is_number = [](std::string_view text) {
+    return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+  };
+  return is_number(before.substr(line + 1, column - line - 1)) && is_number(before.substr(column + 1));
+}
+
 // Why the mission's tree could not be executed, where its status does not tell: a script has failed while it was halted
 // at the end.
 bool hides_a_failure(const RunReport& report) {
-  return report.mission != bt::Status::kFailure && !report.reason.empty() &&
+  return report.mission != bt::Status::kFailure && has_place(report.reason) &&
          std::any_of(report.problems.begin(), report.problems.end(),
                      [&](const std::string& problem) { return problem.starts_with(report.reason); });
 }

@@ -345,12 +345,12 @@ class Parser {
 
   Id list(int depth) {
     std::vector<Id> items;
-    if (!accept("]", true)) {
-      do {
-        items.push_back(assignment(depth + 1));
-      } while (ok_ && accept(","));
-      if (!ok_ || !accept("]", true)) return give_up();
+    while (ok_ && !is("]")) {
+      // Nothing between two commas is undefined.
+      items.push_back(is(",") ? add(Kind::kNothing, "hole", {}) : assignment(depth + 1));
+      if (!ok_ || (!is("]") && !accept(","))) return give_up();
     }
+    if (!ok_ || !accept("]", true)) return give_up();
     return add(Kind::kList, "[", std::move(items));
   }
 

@@ -21,7 +21,7 @@ struct ScriptNode {
     kNumber,
     kText,
     kTruth,        ///< `number` is 0 or 1.
-    kNothing,      ///< null, undefined.
+    kNothing,      ///< null, undefined; `text` is "hole" where a list says nothing between two commas.
     kName,         ///< `text`: an identifier.
     kMember,       ///< Member `text` of operand 0.
     kIndex,        ///< Operand 0 [operand 1].

@@ -44,6 +44,8 @@ TEST(ScriptSyntax, BindsAsTheStandardSays) {
 TEST(ScriptSyntax, ReadsCallsListsAndRecords) {
   EXPECT_EQ(read("['A', \"B\"].indexOf(_event.data.result.status) >= 0"),
             "(>= (( ([ 'A' 'B').indexOf _event.data.result.status) 0)");
+  EXPECT_EQ(read("[, 1, , 2,]"), "([ hole 1 hole 2)");
+  EXPECT_EQ(read("[]"), "([ )");
   EXPECT_EQ(read("{name: a, 'other': [1]}"), "({ name:a other:([ 1))");
   EXPECT_EQ(read("Math.min(a[0], f())"), "(( Math.min ([ a 0) (( f))");
   EXPECT_EQ(read("/a\\/[/]b/.test(x) / 2"), "(/ (( regex.test x) 2)");
