@@ -261,7 +261,7 @@ async function hold_answers(page) {
 test("who chooses something else while an edit is on its way keeps that; picture and choice change at once", async () => {
   const { page, close, program } = await open_chart();
   const { answered, release } = await hold_answers(page);
-  await page.locator('[data-file="skills/Own.scxml"]').click();
+  await page.locator('.file-row[data-file="skills/Own.scxml"]').click();
   await state_at(page, "idle").click();
   await page.locator("#design-state").fill("still");
   await page.locator("#design-state").press("Enter");
