@@ -168,8 +168,8 @@ async function hostile() {
   assert.equal((await answer()).error.code, -32700);
   server.stdin.write("Content-Length: 18446744073709551616\r\n\r\n");
   assert.equal((await answer()).error.code, -32700);
+  // No header either: passed over, up to the next one.
   server.stdin.write("Nothing: here\r\n\r\n");
-  assert.equal((await answer()).error.code, -32700);
   const large = 17 << 20;
   server.stdin.write(`Content-Length: ${large}\r\n\r\n`);
   assert.equal((await answer()).error.code, -32700);
