@@ -377,8 +377,10 @@ class Completer {
   void expression() {
     replace(offset_, offset_);
     replace_word();
-    const std::string event = event_around(file_, offset_);
-    const Observed handled = observed(event.substr(0, event.find(' ')), index_.names());
+    // What is observed borrows its name.
+    const std::string events = event_around(file_, offset_);
+    const std::string_view event = std::string_view(events).substr(0, events.find(' '));
+    const Observed handled = observed(event, index_.names());
     if (enumerators(handled)) return;
     if (out_.from >= 4 && text_.substr(out_.from - 4, 3) == "In(") return states();
     std::size_t begin = out_.from;
