@@ -107,8 +107,9 @@ int monitor_check(const MonitorCheckCommand& command) {
   }
 
   const Duration script_max = plan ? plan->scenario.project.deadlines.script : project::Deadlines().script;
-  return watched_work(models, script_max, command.json,
-                      [&] { return judge(command, *recorded, plan ? &*plan : nullptr, models); });
+  return watched_work(
+      models, script_max, command.json, [&] { return judge(command, *recorded, plan ? &*plan : nullptr, models); },
+      [&](Diagnostics found) { return recorded->errors_in(std::move(found)); });
 }
 
 }  // namespace sentree::cli

@@ -317,7 +317,9 @@ int report(const ReportCommand& command) {
     say(run->errors_in(plan.diagnostics));
     return kInvalidInput;
   }
-  return watched_work(*plan.value, false, [&] { return write_report(command, *run, *plan.value); });
+  return watched_work(
+      *plan.value, false, [&] { return write_report(command, *run, *plan.value); },
+      [&](Diagnostics found) { return run->errors_in(std::move(found)); });
 }
 
 }  // namespace sentree::cli

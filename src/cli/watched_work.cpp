@@ -102,7 +102,8 @@ WorkWatch* Watching::of_this_thread() { return watch_of_thread; }
 
 namespace {
 
-int watched_work(const Owners& owners, Duration script_max, bool json, const std::function<int()>& work) {
+int watched_work(const Owners& owners, Duration script_max, bool json, const std::function<int()>& work,
+                 const Shown& shown) {
   // Behind an endless script it is never destroyed.
   auto watch = std::make_unique<WorkWatch>(script_max);
   int code = kOk;
@@ -111,7 +112,8 @@ int watched_work(const Owners& owners, Duration script_max, bool json, const std
     code = work();
   });
   if (done) return code;
-  const Diagnostics errors{watch.release()->endless(owners)};
+  Diagnostics errors{watch.release()->endless(owners)};
+  if (shown) errors = shown(std::move(errors));
   show_status("");
   if (json) print(to_json(Value(Map{{"errors", to_value(errors)}})) + "\n");
   say(errors);
@@ -120,17 +122,17 @@ int watched_work(const Owners& owners, Duration script_max, bool json, const std
 
 }  // namespace
 
-int watched_work(const project::Plan& plan, bool json, const std::function<int()>& work) {
+int watched_work(const project::Plan& plan, bool json, const std::function<int()>& work, const Shown& shown) {
   Owners owners;
   owners.add(plan);
-  return watched_work(owners, plan.scenario.project.deadlines.script, json, work);
+  return watched_work(owners, plan.scenario.project.deadlines.script, json, work, shown);
 }
 
 int watched_work(const std::vector<monitor::Model>& monitors, Duration script_max, bool json,
-                 const std::function<int()>& work) {
+                 const std::function<int()>& work, const Shown& shown) {
   Owners owners;
   owners.add(monitors);
-  return watched_work(owners, script_max, json, work);
+  return watched_work(owners, script_max, json, work, shown);
 }
 
 }  // namespace sentree::cli

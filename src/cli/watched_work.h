@@ -9,6 +9,8 @@
 
 namespace sentree::cli {
 
+using Shown = std::function<Diagnostics(Diagnostics)>;
+
 /// Does `work`, which steps charts of a plan in this process, while a watchdog looks on: a script that does not end
 /// ends the command, with its place and whose it is, and nothing else can. Threads that `work` makes must be
 /// `Watching`.
@@ -17,10 +19,12 @@ namespace sentree::cli {
 /// @param json  What is wrong is printed as JSON too.
 /// @return  The exit code of `work`. Behind an endless script the process ends by kInvalidInput, right here: what the
 ///          script works on must not be destroyed.
-[[nodiscard]] int watched_work(const project::Plan& plan, bool json, const std::function<int()>& work);
+/// @param shown  Puts files of the message as the user knows them; empty: they are as the charts say.
+[[nodiscard]] int watched_work(const project::Plan& plan, bool json, const std::function<int()>& work,
+                               const Shown& shown = {});
 /// The same of monitors of whatever project. `script_max`: processor time of one step.
 [[nodiscard]] int watched_work(const std::vector<monitor::Model>& monitors, Duration script_max, bool json,
-                               const std::function<int()>& work);
+                               const std::function<int()>& work, const Shown& shown);
 
 class WorkWatch;
 
