@@ -7,6 +7,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/base/pattern.h"
+#include "sentree/monitor/observed.h"
 #include "sentree/scxml/check.h"
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/model.h"
@@ -16,8 +17,16 @@ namespace sentree::monitor {
 
 namespace {
 
-constexpr std::string_view kMembers[] = {"source", "target",  "call",   "tick",   "time",    "args",  "result",
-                                         "kind",   "message", "status", "inputs", "outputs", "value", "last"};
+// What the expressions of a renamed event look at of the observation, and of its data then and there.
+std::set<std::string> members_read(const Rename& rename) {
+  std::set<std::string> names = scxml::names_in_script(rename.when);
+  for (const auto& [name, expression] : rename.data) names.merge(scxml::names_in_script(expression));
+  std::erase_if(names, [](const std::string& name) {
+    const bool is_member = name == "value" || name == "last" || observed_members().contains(name);
+    return !is_member || scxml::is_reserved_word(name);
+  });
+  return names;
+}
 
 std::string xml_text(std::string_view text) {
   std::string out;
@@ -44,7 +53,9 @@ constexpr std::string_view kChanged = "changed";
 std::string renaming_chart(const std::vector<Rename>& renames) {
   std::string members;
   std::string assigned;
-  for (const std::string_view member : kMembers) {
+  std::set<std::string> read;
+  for (const Rename& rename : renames) read.merge(members_read(rename));
+  for (const std::string& member : read) {
     members += fmt::format("<data id=\"{}\"/>", member);
     assigned += fmt::format("<assign location=\"{}\" expr=\"_event.data.{}\"/>", member, member);
   }
@@ -66,15 +77,6 @@ std::string renaming_chart(const std::vector<Rename>& renames) {
         number, assigned, xml_text(renames[i].when));
   }
   return xml + "</state></scxml>";
-}
-
-// What the expressions of a renamed event look at of the observation.
-void add_members(const Rename& rename, Projection& projection) {
-  std::set<std::string> names = scxml::names_in_script(rename.when);
-  for (const auto& [name, expression] : rename.data) names.merge(scxml::names_in_script(expression));
-  for (const std::string_view member : kMembers) {
-    if (names.contains(std::string(member))) projection.add_member(member);
-  }
 }
 
 // Which events look back at what was observed last: those of which one source does.
@@ -211,7 +213,9 @@ Loaded<Model> Model::make(Spec spec) {
     if (renaming.ok()) {
       parts->renaming = std::move(renaming.value);
       parts->renamed.assign(parts->renaming->model().variables.size(), true);
-      for (const Rename& rename : parts->spec.renames) add_members(rename, parts->projection);
+      for (const Rename& rename : parts->spec.renames) {
+        for (const std::string& member : members_read(rename)) parts->projection.add_member(member);
+      }
       find_looking_back(*parts);
       check_renames(*parts, made.diagnostics);
     } else {

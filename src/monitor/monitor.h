@@ -29,8 +29,8 @@ struct Rename {
   std::string event;
   std::vector<std::string> on;         ///< Names of observations; '*' stands for any text.
   std::vector<std::string> from = {};  ///< Whose they must be, likewise; empty: anybody's.
-  /// Member of the event's data and ECMAScript expression; names in it are members of the observation's data (source,
-  /// target, call, tick, time, args, result, kind, message, status, inputs, outputs).
+  /// Member of the event's data and ECMAScript expression; names in it are members of the observation's data
+  /// (docs/observations.md).
   std::vector<std::pair<std::string, std::string>> data = {};
   /// Whether the event comes: "changed", its data are not those of the observation before; an expression over `value`
   /// and `last`, which are its data then and there (of a single member, its value; `last` is undefined at first), and

@@ -206,6 +206,22 @@ TEST(Witness, RemembersAsMuchAsItSays) {
   EXPECT_LE(cut->witness.size(), kHistoryMax);
 }
 
+TEST(Monitor, RenamedEventsHaveEveryMemberOfTheirObservation) {
+  const Model m = model(
+      "<state id='ok'><transition event='refused' cond=\"_event.data.what === 'door by gate'\" target='bad'/></state>"
+      "<state id='bad'/>",
+      {"bad"},
+      {{.event = "refused",
+        .on = {"door.open.error"},
+        .data = {{"what", "exception.Shut.door + ' by ' + vetoed_by"}}}});
+  State state = start(m, TimePoint{});
+  const auto error = [](const char* by) {
+    return Map{{"kind", "exception"}, {"exception", Map{{"Shut", Map{{"door", "door"}}}}}, {"vetoed_by", by}};
+  };
+  EXPECT_FALSE(see(m, state, message("door.open.error", 1, error("lock"))));
+  EXPECT_TRUE(see(m, state, message("door.open.error", 2, error("gate"))));
+}
+
 TEST(Monitor, AChartWrittenElsewhereSeesRenamedEventsOnly) {
   Rename rename{.event = "batteryLevelChanged",
                 .on = {"battery.getBatteryState.reply"},

@@ -236,6 +236,25 @@ DataType data_of_any(std::string_view name) {
   return data;
 }
 
+const std::set<std::string>& observed_members() {
+  static const std::set<std::string> kMembers = [] {
+    const Vocabulary nothing;
+    std::set<std::string> members;
+    const auto add = [&](const auto& all) {
+      for (const auto& [name, form] : all) {
+        for (const DataMember& member : data_of(Observed{.form = form}, name, nothing).members)
+          members.insert(member.name);
+      }
+    };
+    add(kOfLeaf);
+    add(kOfCall);
+    add(kOfModel);
+    add(kOfRun);
+    return members;
+  }();
+  return kMembers;
+}
+
 Observations::Observations(const Vocabulary& vocabulary) : vocabulary_(vocabulary) {
   for (const auto& [service, methods] : vocabulary.services) {
     for (const auto& [method, types] : methods) {

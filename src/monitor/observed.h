@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,6 +50,9 @@ struct Observed {
 /// What `_event.data` holds of an observation of that name, whatever the project is: as far as the name tells, all that
 /// it can have. Unknown, with the members that are told: it can have others.
 [[nodiscard]] DataType data_of_any(std::string_view name);
+
+/// Each member that data of some observation have, as far as its form tells.
+[[nodiscard]] const std::set<std::string>& observed_members();
 
 /// Every observation that a project can have (docs/observations.md), and what its data are.
 class Observations {
