@@ -1,9 +1,11 @@
 #include "sentree/monitor/explanation.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "sentree/monitor/monitor_set.h"
+#include "sentree/scxml/loader.h"
 
 namespace sentree::monitor {
 namespace {
@@ -185,6 +187,30 @@ TEST(MonitorSet, DecidesInOrderOfTimeForAllMonitors) {
   std::vector<std::size_t> order;
   for (const auto& one : decided) order.push_back(one.monitor);
   EXPECT_THAT(order, ElementsAre(2U, 1U, 0U));
+}
+
+TEST(MonitorSet, GivesUpAMonitorWhoseTimersSwarm) {
+  const auto every = [](const char* delay) {
+    return scxml::load(
+        fmt::format("<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='a'><onentry>"
+                    "<send event='z' delay='{}'/></onentry><transition event='z' target='a'/>"
+                    "<transition event='e' target='violated'/></state><final id='violated'/></scxml>",
+                    delay),
+        "swarm.scxml");
+  };
+  std::vector<Model> models;
+  for (const char* delay : {"0.000001ms", "1ms"}) {
+    auto chart = every(delay);
+    ASSERT_TRUE(chart.ok());
+    models.push_back(*Model::make({.name = delay, .chart = *chart.value}).value);
+  }
+  MonitorSet set(models, TimePoint{});
+  std::vector<MonitorSet::Decided> decided;
+  set.advance(TimePoint(std::chrono::seconds(3)), decided);
+  ASSERT_TRUE(set.state(0).failure());
+  EXPECT_THAT(to_string(*set.state(0).failure()), HasSubstr("swarm.scxml: its timers ring more than 1000000 times"));
+  EXPECT_FALSE(set.state(1).failure());
+  EXPECT_EQ(set.next_timer(), TimePoint(milliseconds(3001)));
 }
 
 TEST(MonitorSet, HearsNamesBeyondThoseItRemembers) {

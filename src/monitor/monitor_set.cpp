@@ -1,10 +1,14 @@
 #include "sentree/monitor/monitor_set.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <set>
 
+#include <fmt/format.h>
+
 #include "sentree/monitor/model.h"
+#include "sentree/scxml/step.h"
 
 namespace sentree::monitor {
 
@@ -144,7 +148,11 @@ class Collector final : public MonitorSet::Listener {
 }  // namespace
 
 MonitorSet::MonitorSet(std::vector<Model> models)
-    : models_(std::move(models)), states_(models_.size()), dispatch_(models_), timers_(models_.size(), kNever) {}
+    : models_(std::move(models)),
+      states_(models_.size()),
+      dispatch_(models_),
+      rung_(models_.size()),
+      timers_(models_.size(), kNever) {}
 
 MonitorSet::MonitorSet(std::vector<Model> models, TimePoint begin) : MonitorSet(std::move(models)) {
   Collector nothing(*this, nullptr);
@@ -217,6 +225,14 @@ void MonitorSet::advance(TimePoint now, Listener& listener) {
       continue;
     }
     Decisions decisions = monitor::advance(models_[i], states_[i], due, listener.watch(i));
+    if (due - rung_[i].since >= std::chrono::seconds(1)) rung_[i] = {.since = due};
+    if (++rung_[i].times > kRungMax) {
+      scxml::give_up(
+          states_[i].session,
+          {Severity::kError, "monitor.too-many-timers",
+           fmt::format("its timers ring more than {} times within a second, the last at {} s", kRungMax, seconds(due)),
+           SourceSpan{models_[i].chart().file()}});
+    }
     note_timer(i);
     listener.stepped(i, std::move(decisions));
   }

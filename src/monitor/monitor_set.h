@@ -96,6 +96,8 @@ class Dispatch {
 /// Cost: an observation costs a look-up and a step of each monitor that listens to it; the others cost nothing.
 class MonitorSet {
  public:
+  static constexpr std::size_t kRungMax = 1'000'000;
+
   struct Decided {
     std::size_t monitor;  ///< Index.
     Decision decision;
@@ -124,7 +126,8 @@ class MonitorSet {
   void start(TimePoint begin, Listener& listener);
   /// Observations in the order of the stream. Time passes first, up to just before them.
   void observe(const Observation& observation, Listener& listener);
-  /// Time passes in silence up to and including `now`.
+  /// Time passes in silence up to and including `now`. A monitor whose timers ring more than kRungMax times within a
+  /// second of it fails: it could not keep up with a run.
   void advance(TimePoint now, Listener& listener);
 
   /// As above; decisions are appended to `out`, in order of time. `message` must outlive the set.
@@ -164,6 +167,12 @@ class MonitorSet {
   std::vector<State> states_;
   Dispatch dispatch_;
   LeafTracker leaves_;
+  // Times that timers of a monitor rang, since when: no part of its memory, since it only bounds them.
+  struct Rung {
+    TimePoint since{};
+    std::size_t times = 0;
+  };
+  std::vector<Rung> rung_;
   std::vector<TimePoint> timers_;                      // when silence next matters to each
   std::set<std::pair<TimePoint, std::size_t>> wakes_;  // the same of those to which it does
   // How far the call that hung has come.

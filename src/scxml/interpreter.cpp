@@ -7,6 +7,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/scxml/guards.h"
+#include "sentree/scxml/step.h"
 
 namespace sentree::scxml {
 namespace {
@@ -209,11 +210,7 @@ void Interpreter::fail_endless(const StateSet& lately, const Event& last) {
 }
 
 void Interpreter::fail_session(std::string code, std::string message, const Place& place) {
-  session_.failure_.edit() = Diagnostic{Severity::kError, std::move(code), std::move(message), chart_.span(place)};
-  session_.status_ = SessionStatus::kFailed;
-  session_.internal_.clear();
-  session_.external_.clear();
-  session_.timers_.reset();
+  give_up(session_, {Severity::kError, std::move(code), std::move(message), chart_.span(place)});
 }
 
 void Interpreter::select_eventless_transitions() {

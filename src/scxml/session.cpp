@@ -8,6 +8,7 @@
 #include "sentree/scxml/interpreter.h"
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/script_heap.h"
+#include "sentree/scxml/step.h"
 
 namespace sentree::scxml {
 
@@ -83,6 +84,14 @@ std::optional<Diagnostic> Session::unsaveable() const {
     if (invocation.child && invocation.child->unsaveable()) return invocation.child->unsaveable();
   }
   return std::nullopt;
+}
+
+void give_up(Session& session, Diagnostic why) {
+  session.failure_.edit() = std::move(why);
+  session.status_ = SessionStatus::kFailed;
+  session.internal_.clear();
+  session.external_.clear();
+  session.timers_.reset();
 }
 
 void reset_session(const Chart& chart, Session& session, std::string id, std::uint64_t seed) {

@@ -259,6 +259,7 @@ class Session {
   friend struct SessionSnapshot;
   friend class SessionEncoder;
   friend class PlainStep;
+  friend void give_up(Session& session, Diagnostic why);
   friend void reset_session(const Chart& chart, Session& session, std::string id, std::uint64_t seed);
 
   using HistoryValues = std::vector<std::pair<StateIndex, std::vector<StateIndex>>>;

@@ -36,15 +36,11 @@ struct SessionAccess {
     if (!session.running()) return false;
     SENTREE_ASSERT(session.fingerprint_ == chart.fingerprint());
     if (!session.heap_.data_lost) return true;
-    fail(session,
-         session.heap_.unsaveable->value_or(Diagnostic{
-             Severity::kError, "scxml.no-value-form", "the session is a copy of one whose data cannot be copied", {}}));
+    give_up(
+        session,
+        session.heap_.unsaveable->value_or(Diagnostic{
+            Severity::kError, "scxml.no-value-form", "the session is a copy of one whose data cannot be copied", {}}));
     return false;
-  }
-
-  static void fail(Session& session, Diagnostic why) {
-    session.failure_.edit() = std::move(why);
-    session.status_ = SessionStatus::kFailed;
   }
 
   static void settle(Run& run, const Chart& chart, Session& session) {
@@ -76,7 +72,7 @@ StepInfo start(const Chart& chart, Session& session, StartOptions options, TimeP
   reset_session(chart, session, std::move(options.session_id), options.seed);
   Run run{session, now, effects, host, {}};
   if (chart.obstacle()) {
-    SessionAccess::fail(session, *chart.obstacle());
+    give_up(session, *chart.obstacle());
     return run.info;
   }
   {

@@ -41,6 +41,10 @@ StepInfo step_timers(const Chart& chart, Session& session, TimePoint now, Effect
 /// Ends the session as SCXML ends an invocation: the <onexit> of all active states run, invocations are cancelled.
 StepInfo cancel(const Chart& chart, Session& session, TimePoint now, Effects& effects, const Host& host = {});
 
+/// Ends the session at once, as one of which a bound was exceeded: `Session::failure` is `why` from then on. For bounds
+/// that only its surroundings can know of.
+void give_up(Session& session, Diagnostic why);
+
 /// The value of an expression in a stable configuration, for people and tools that look at a session; nothing:
 /// undefined. The session stays as it is, whatever the expression does. Errors: scxml.script (it fails or does not
 /// parse), scxml.no-data (null data model), scxml.no-value-form.
