@@ -25,7 +25,8 @@ void each_word(std::string_view text, std::size_t from, std::size_t to, Visit&& 
   }
 }
 
-const text::XmlAttributePlace* place_of(const XmlElement& element, std::string_view name, const std::string& source) {
+const text::XmlAttributePlace* attribute_place(const XmlElement& element, std::string_view name,
+                                               const std::string& source) {
   for (const text::XmlAttributePlace& place : element.attribute_places()) {
     if (std::string_view(source).substr(place.name_begin, place.name_end - place.name_begin) == name) return &place;
   }
@@ -49,7 +50,7 @@ class TreeCollector : public Collector {
         for (XmlElement model = child.first_child(); model; model = model.next_sibling()) {
           attribute(model, "ID", model.local_name() == "SubTree" ? SymbolKind::kTree : SymbolKind::kSkill, false);
           text::for_each_element(model, [&](const XmlElement& part) {
-            if (const auto* const value = place_of(part, "default", source_))
+            if (const auto* const value = attribute_place(part, "default", source_))
               place(value->value_begin, value->value_end);
           });
         }
@@ -60,7 +61,7 @@ class TreeCollector : public Collector {
 
  private:
   void attribute(const XmlElement& element, std::string_view name, SymbolKind kind, bool defines) {
-    const auto* const place = place_of(element, name, source_);
+    const auto* const place = attribute_place(element, name, source_);
     if (place == nullptr) return;
     std::string value = at(place->value_begin, place->value_end);
     if (kind == SymbolKind::kSkill && names_.builtins.contains(value)) return;
@@ -107,7 +108,7 @@ class ChartCollector : public Collector {
       : Collector(document.source(), names), source_(document.source()), file_(file) {
     const auto skill = names.charts.find(file);
     if (skill != names.charts.end()) {
-      const auto* const place = place_of(document.root(), "name", source_);
+      const auto* const place = attribute_place(document.root(), "name", source_);
       if (place != nullptr && at(place->value_begin, place->value_end) == skill->second) {
         add(SymbolKind::kSkill, skill->second, place->value_begin, place->value_end, true);
       } else {
