@@ -35,6 +35,17 @@ std::string environment(const char* name) {
   return value != nullptr ? value : "";
 }
 
+std::vector<std::string> hosts_in(std::string_view text, char between) {
+  std::vector<std::string> out;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(between), text.size());
+    const std::string_view host = text.substr(0, end);
+    if (!host.empty()) out.emplace_back(host);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return out;
+}
+
 std::optional<Release> release_named(std::string_view name) {
   if (name == "humble") return Release::kHumble;
   for (const char* const later : {"iron", "jazzy", "kilted", "lyrical", "rolling"}) {
@@ -75,6 +86,9 @@ Result<GraphAddress> GraphAddress::parse(std::string_view text) {
         return wrong_address(text, fmt::format("has a domain that is no number from 0 to {}", kDomainMax));
     } else if (option == "range=localhost" || option == "range=subnet") {
       out.localhost = value == "localhost";
+    } else if (option.starts_with("peers=")) {
+      out.peers = hosts_in(value, ',');
+      if (out.peers.empty()) return wrong_address(text, "has peers= without a host");
     } else if (option.starts_with("release=")) {
       out.release = release_named(value);
       if (!out.release)
@@ -82,7 +96,8 @@ Result<GraphAddress> GraphAddress::parse(std::string_view text) {
     } else {
       return wrong_address(text, fmt::format("has the unknown option \"{}\" (there is publish, requests, "
                                              "qos=default|sensor_data|transient_local|best_effort, domain=N, "
-                                             "range=localhost|subnet, release=humble|iron|jazzy|kilted)",
+                                             "range=localhost|subnet, peers=HOST,HOST, "
+                                             "release=humble|iron|jazzy|kilted)",
                                              option));
     }
   }
@@ -135,6 +150,10 @@ bool GraphAddress::localhost_or_environment() const {
   if (localhost) return *localhost;
   const std::string range = environment("ROS_AUTOMATIC_DISCOVERY_RANGE");
   return !(range == "SUBNET" || (range.empty() && environment("ROS_LOCALHOST_ONLY") == "0"));
+}
+
+std::vector<std::string> GraphAddress::peers_or_environment() const {
+  return peers.empty() ? hosts_in(environment("ROS_STATIC_PEERS"), ';') : peers;
 }
 
 Release GraphAddress::release_or_environment() const {

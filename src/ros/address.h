@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "sentree/base/result.h"
 #include "sentree/ros/dds.h"
@@ -21,8 +22,8 @@ enum class Release : std::uint8_t { kHumble, kIron };
 /// Behind that `?` and, joined by `&`: `publish` (a topic that is ours; else it is read), `requests` (what is overheard
 /// has requests too), `qos=default|sensor_data|
 /// transient_local|best_effort`, `domain=N` (else ROS_DOMAIN_ID, else 0), `range=localhost|subnet` (else
-/// ROS_AUTOMATIC_DISCOVERY_RANGE or ROS_LOCALHOST_ONLY=0, else localhost), `release=humble|iron|jazzy|kilted` (else
-/// ROS_DISTRO, else humble).
+/// ROS_AUTOMATIC_DISCOVERY_RANGE or ROS_LOCALHOST_ONLY=0, else localhost), `peers=HOST,HOST` (else ROS_STATIC_PEERS,
+/// where a semicolon is between them), `release=humble|iron|jazzy|kilted` (else ROS_DISTRO, else humble).
 struct GraphAddress {
   std::string name;  ///< With its slash. One at its end: what names begin with.
   bool publish = false;
@@ -30,6 +31,7 @@ struct GraphAddress {
   std::string qos;  ///< Empty: read best effort, write reliable.
   std::optional<std::uint32_t> domain;
   std::optional<bool> localhost;
+  std::vector<std::string> peers;  ///< Hosts beyond that range whose nodes are looked for.
   std::optional<Release> release;
 
   /// @param text  What stands behind "ros:". Error: rpc.address.
@@ -47,6 +49,12 @@ struct GraphAddress {
   // With the environment taken for what is not said.
   [[nodiscard]] std::uint32_t domain_or_environment() const;
   [[nodiscard]] bool localhost_or_environment() const;
+  [[nodiscard]] std::vector<std::string> peers_or_environment() const;
+  /// One participant is what all addresses with the same of these are reached by.
+  [[nodiscard]] dds::ParticipantOptions participant() const {
+    return {
+        .domain = domain_or_environment(), .localhost = localhost_or_environment(), .peers = peers_or_environment()};
+  }
   [[nodiscard]] Release release_or_environment() const;
 };
 

@@ -97,12 +97,17 @@ class Participant {
 
 struct ParticipantOptions {
   std::uint32_t domain = 0;
-  bool localhost = true;  ///< Only 127.0.0.1; else all interfaces, with multicast.
+  /// Only who is on this machine; else who is on the network, by multicast.
+  bool localhost = true;
+  /// Hosts whose participants are looked for besides, by name or address. With any, all interfaces are listened on.
+  std::vector<std::string> peers;
   std::string enclave = "/";
+
+  friend auto operator<=>(const ParticipantOptions&, const ParticipantOptions&) = default;
 };
 
 /// The one function of the shared object, "sentree_ros_dds". Null: `error` says why.
 using Open = Participant* (*)(const ParticipantOptions& options, std::string& error);
-inline constexpr const char* kOpenName = "sentree_ros_dds_2";
+inline constexpr const char* kOpenName = "sentree_ros_dds_3";
 
 }  // namespace sentree::ros::dds

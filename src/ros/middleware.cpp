@@ -557,6 +557,13 @@ class Watching final : public rpc::Opened {
   std::thread thread_;
 };
 
+// With peers every interface is listened on: other machines are not looked for, but can reach us.
+std::string who_reaches(const dds::ParticipantOptions& opened) {
+  if (opened.peers.empty()) return opened.localhost ? "all programs of this machine" : "all machines of the network";
+  return fmt::format("all machines of the network (looked for: {} and {})", opened.localhost ? "this one" : "all",
+                     fmt::join(opened.peers, ", "));
+}
+
 class Ros final : public rpc::Middleware {
  public:
   explicit Ros(Options options) : options_(std::move(options)) {}
@@ -568,7 +575,7 @@ class Ros final : public rpc::Middleware {
     if (std::string missing = lacks(); !missing.empty()) return missing;
     const GraphAddress here = *GraphAddress::parse("");
     return fmt::format("ROS 2 by Fast DDS, without authentication; domain {}{}{}", here.domain_or_environment(),
-                       here.localhost_or_environment() ? ", this machine only" : ", all machines of the network",
+                       ", " + who_reaches(here.participant()),
                        here.release_or_environment() == Release::kHumble ? ", messages between nodes as in Humble"
                                                                          : ", messages between nodes as from Iron on");
   }
@@ -589,8 +596,7 @@ class Ros final : public rpc::Middleware {
   Result<void> check_beside(const Address& address, const Address& other) const override {
     const auto one = GraphAddress::parse(address.path);
     const auto two = GraphAddress::parse(other.path);
-    if (!one || !two || one->domain_or_environment() != two->domain_or_environment() ||
-        one->localhost_or_environment() != two->localhost_or_environment() ||
+    if (!one || !two || one->participant() != two->participant() ||
         one->release_or_environment() == two->release_or_environment())
       return {};
     const auto said = [](const GraphAddress& each) { return std::string(release_of(each)); };
@@ -736,29 +742,23 @@ class Ros final : public rpc::Middleware {
     if (!node) return node;
     const Problem& tell = problem ? problem : options_.warn;
     if (!tell) return node;
-    const bool local = address.localhost_or_environment();
-    const char* const peers = std::getenv("ROS_STATIC_PEERS");
-    bool has_peers = peers != nullptr && *peers != '\0';
-    bool is_news = !local || serves;
+    const dds::ParticipantOptions opened = address.participant();
+    bool is_news = !opened.localhost || !opened.peers.empty() || serves;
     {
       const std::lock_guard lock(mutex_);
-      if (has_peers) has_peers = !std::exchange(peers_told_, true);
-      is_news = is_news && opened_.insert({(*node)->domain(), local}).second;
+      is_news = is_news && opened_.insert(opened).second;
     }
-    if (has_peers)
-      tell("ROS_STATIC_PEERS is ignored; nodes beyond this machine are found by ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET");
     if (is_news) {
       tell(
-          fmt::format("domain {} of ROS 2 is open to all {}; whoever reaches it can do everything, DDS is used without "
+          fmt::format("domain {} of ROS 2 is open to {}; whoever reaches it can do everything, DDS is used without "
                       "authentication",
-                      (*node)->domain(), local ? "programs of this machine" : "machines of the network"));
+                      opened.domain, who_reaches(opened)));
     }
     return node;
   }
 
   std::mutex mutex_;
-  std::set<std::pair<std::uint32_t, bool>> opened_;  // domains, and whether to this machine only
-  bool peers_told_ = false;
+  std::set<dds::ParticipantOptions> opened_;
   const Options options_;
 };
 

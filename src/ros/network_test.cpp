@@ -96,6 +96,17 @@ TEST(GraphAddress, HasWhatItDoesNotSayFromTheVariablesOfRos) {
   EXPECT_FALSE(plain.localhost_or_environment());
 }
 
+TEST(GraphAddress, HasPeersOfItsOwnOrThoseOfTheVariable) {
+  const auto plain = *GraphAddress::parse("/scan");
+  const auto own = *GraphAddress::parse("/scan?peers=robot.local,10.0.0.6");
+  const Environment none({{"ROS_STATIC_PEERS", nullptr}, {"ROS_LOCALHOST_ONLY", nullptr}});
+  EXPECT_THAT(plain.participant().peers, ElementsAre());
+  const Environment two({{"ROS_STATIC_PEERS", "10.0.0.5;;robot.local"}, {"ROS_LOCALHOST_ONLY", nullptr}});
+  EXPECT_THAT(plain.participant().peers, ElementsAre("10.0.0.5", "robot.local"));
+  EXPECT_THAT(own.participant().peers, ElementsAre("robot.local", "10.0.0.6"));
+  EXPECT_EQ(GraphAddress::parse("/scan?peers=").error().code, "rpc.address");
+}
+
 TEST(GraphAddress, RefusesVariablesOfRosThatMeanNothing) {
   const auto told = [](const char* address, const char* domain, const char* range) {
     const Environment given({{"ROS_DOMAIN_ID", domain}, {"ROS_AUTOMATIC_DISCOVERY_RANGE", range}});
@@ -281,8 +292,27 @@ TEST_F(RosServices, BeyondThisMachineAreOpenedWithAWarning) {
                                             "do everything, DDS is used without authentication"));
 }
 
+TEST_F(RosServices, AreReachedWithPeersBesideThisMachine) {
+  Heard<std::string> told;
+  const auto ros = make_middleware({.find = load, .warn = [&](const std::string& what) { told.add(what); }});
+  const auto set_bool = interface("std_srvs/srv/SetBool");
+  const auto served = rpc::serve(
+      at("/lamp", "&peers=127.0.0.1"),
+      {{"lamp", std::make_shared<rpc::FunctionService>(
+                    set_bool, [](const idl::Method&, const Value&) -> rpc::Outcome { return Value(Map{}); })}},
+      {});
+  ASSERT_TRUE(served) << served.error().message;
+  const auto lamp = ros->connect(at("/lamp", "&peers=127.0.0.1"), set_bool, {});
+  ASSERT_TRUE(lamp) << lamp.error().message;
+  EXPECT_TRUE(rpc::call_and_wait(**lamp, "call", Map{{"data", true}}, patience()).has_value());
+  const auto nowhere = ros->connect(at("/lamp", "&peers=no.such.host.invalid"), set_bool, {});
+  ASSERT_FALSE(nowhere);
+  EXPECT_THAT(nowhere.error().message, HasSubstr("no machine is known by the name \"no.such.host.invalid\""));
+  EXPECT_THAT(told.wait_for(1),
+              ElementsAre(HasSubstr("all machines of the network (looked for: this one and 127.0.0.1)")));
+}
+
 TEST_F(RosServices, AreServedWithAWarningOnThisMachineToo) {
-  const Environment peers({{"ROS_STATIC_PEERS", "10.0.0.5"}, {"ROS_LOCALHOST_ONLY", nullptr}});
   Heard<std::string> told;
   const auto ros = make_middleware({.find = load});
   const auto trigger = interface("std_srvs/srv/Trigger");
@@ -296,10 +326,9 @@ TEST_F(RosServices, AreServedWithAWarningOnThisMachineToo) {
     ASSERT_TRUE(opened) << opened.error().message;
     served.push_back(std::move(*opened));
   }
-  EXPECT_THAT(told.wait_for(2), ElementsAre(HasSubstr("ROS_STATIC_PEERS is ignored"),
-                                            "domain " + domain_ +
-                                                " of ROS 2 is open to all programs of this machine; whoever reaches it "
-                                                "can do everything, DDS is used without authentication"));
+  EXPECT_THAT(told.wait_for(1), ElementsAre("domain " + domain_ +
+                                            " of ROS 2 is open to all programs of this machine; whoever reaches it can "
+                                            "do everything, DDS is used without authentication"));
 }
 
 TEST_F(RosServices, AreWatchedByTheirReplies) {

@@ -96,24 +96,23 @@ Result<dds::Open> load_dds() {
 
 Result<std::shared_ptr<Node>> Node::of(const GraphAddress& address) {
   static std::mutex mutex;
-  static std::map<std::pair<std::uint32_t, bool>, std::weak_ptr<Node>> nodes;
+  static std::map<dds::ParticipantOptions, std::weak_ptr<Node>> nodes;
   if (auto can_be_meant = address.check_environment(); !can_be_meant)
     return tl::unexpected(std::move(can_be_meant.error()));
   const auto open = load_dds();
   if (!open) return tl::unexpected(open.error());
-  const std::pair key{address.domain_or_environment(), address.localhost_or_environment()};
+  const dds::ParticipantOptions key = address.participant();
   const std::lock_guard lock(mutex);
   if (auto known = nodes[key].lock()) {
     if (known->release_ == address.release_or_environment()) return known;
     return fail("rpc.address", fmt::format("\"ros:{}\" is of another release than what is open in domain {} already, "
                                            "and all of that is one node; write the same release= everywhere",
-                                           address.name, key.first));
+                                           address.name, key.domain));
   }
   std::string error;
-  std::unique_ptr<dds::Participant> participant(
-      (*open)({.domain = key.first, .localhost = key.second, .enclave = "/"}, error));
+  std::unique_ptr<dds::Participant> participant((*open)(key, error));
   if (participant == nullptr) return fail("rpc.exhausted", "ROS 2: " + error);
-  auto made = std::make_shared<Node>(std::move(participant), address.release_or_environment(), key.first);
+  auto made = std::make_shared<Node>(std::move(participant), address.release_or_environment(), key.domain);
   nodes[key] = made;
   return made;
 }

@@ -538,6 +538,31 @@ class FastWriter final : public Writer, fast::DataWriterListener {
   fast::DataWriter* writer_ = nullptr;
 };
 
+// With peers of its own a participant does not look by multicast, unless that is among them.
+bool look_for_peers(const ParticipantOptions& options, rtps::BuiltinAttributes& builtin, std::string& error) {
+  if (!options.localhost && options.peers.empty()) return true;
+  const auto look_at = [&](const std::string& address, std::uint32_t port) {
+    rtps::Locator_t peer(LOCATOR_KIND_UDPv4, port);  // port 0: those of the domain
+    rtps::IPLocator::setIPv4(peer, address);
+    builtin.initialPeersList.push_back(peer);
+  };
+  if (options.localhost) {
+    look_at("127.0.0.1", 0);
+    builtin.metatrafficUnicastLocatorList.push_back(rtps::Locator_t());  // else it would listen to multicast
+  } else {
+    look_at("239.255.0.1", rtps::PortParameters().getMulticastPort(options.domain));
+  }
+  for (const std::string& host : options.peers) {
+    const auto addresses = rtps::IPLocator::resolveNameDNS(host).first;
+    if (addresses.empty()) {
+      error = fmt::format("no machine is known by the name \"{}\"", host);
+      return false;
+    }
+    for (const std::string& address : addresses) look_at(address, 0);
+  }
+  return true;
+}
+
 class FastParticipant final : public Participant, fast::DomainParticipantListener {
  public:
   ~FastParticipant() override {
@@ -567,14 +592,9 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
     // A burst of fragments of one large message fits.
     udp->sendBufferSize = 4U << 20U;
     udp->receiveBufferSize = 4U << 20U;
-    if (options.localhost) {
-      udp->interfaceWhiteList = {"127.0.0.1"};
-      udp->maxInitialPeersRange = kLocalPeersMax;
-      rtps::Locator_t peer;
-      peer.kind = LOCATOR_KIND_UDPv4;
-      rtps::IPLocator::setIPv4(peer, 127, 0, 0, 1);
-      qos.wire_protocol().builtin.initialPeersList.push_back(peer);
-    }
+    udp->maxInitialPeersRange = kLocalPeersMax;
+    if (options.localhost && options.peers.empty()) udp->interfaceWhiteList = {"127.0.0.1"};
+    if (!look_for_peers(options, qos.wire_protocol().builtin, error)) return false;
     qos.transport().user_transports.push_back(std::make_shared<Ear::Descriptor>(
         udp, [weak = std::weak_ptr(core_)](const Guid& reader, const Guid& writer, bool has_seen) {
           if (const auto core = weak.lock()) core->acknowledged(reader, writer, has_seen);
@@ -645,7 +665,7 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
 }  // namespace
 }  // namespace sentree::ros::dds
 
-extern "C" __attribute__((visibility("default"))) sentree::ros::dds::Participant* sentree_ros_dds_2(
+extern "C" __attribute__((visibility("default"))) sentree::ros::dds::Participant* sentree_ros_dds_3(
     const sentree::ros::dds::ParticipantOptions& options, std::string& error) {
   auto made = std::make_unique<sentree::ros::dds::FastParticipant>();
   return made->open(options, error) ? made.release() : nullptr;
