@@ -36,6 +36,7 @@ struct Call {
   std::string method;
   Value args;  ///< As the IDL has them.
   std::string sendid;
+  std::string session;  ///< The invoked chart that makes it (`scxml::Event::session`); empty: the skill's own.
   friend bool operator==(const Call&, const Call&) = default;
 };
 

@@ -152,6 +152,7 @@ class Writer {
     // Ids that the engine makes up matter to a chart that asks for them.
     const bool asks = leaf >= parts_.skills() || asks_for_ids(parts_.skill(leaf).model().chart);
     out_.text(asks ? call.sendid : "");
+    out_.text(call.session);
   }
   void write(const CallOutcome& outcome) {
     flag(outcome.ok);

@@ -336,7 +336,8 @@ Result<std::optional<Delivery>> call_from_outside(const Parts& parts, const std:
             .service = name,
             .method = (*method)->name,
             .args = *std::move(args),
-            .sendid = {}};
+            .sendid = {},
+            .session = {}};
   return Delivery{*model, ModelDelivery(ServeCall{ServeCall::kOutside, "scenario", Shared<Call>(std::move(call))})};
 }
 

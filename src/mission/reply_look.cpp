@@ -27,7 +27,7 @@ ReplyLook::ReplyLook(const scxml::Chart& chart)
 
 std::optional<std::vector<scxml::TransitionIndex>> ReplyLook::enabled(const Call& call, Value& result,
                                                                       const scxml::Session& session, TimePoint now) {
-  if (reads_.elsewhere()) return std::nullopt;
+  if (reads_.elsewhere() || !call.session.empty()) return std::nullopt;
   auto found = plainly(of(call), result, session);
   if (!found) {
     scxml::Event event{.name = reply_name(call)};

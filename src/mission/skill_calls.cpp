@@ -126,6 +126,7 @@ bool SkillMachine::Step::finish_with(const Call& call, const std::string& name, 
   event.name = name;
   event.type = type;
   event.sendid = call.sendid;
+  event.session = call.session;
   event.origintype = "thrift";
   event.data = idl::for_script(std::move(data));
   step(event);
@@ -182,7 +183,8 @@ void SkillMachine::Step::abandon_goals() {
           .service = goal.service,
           .method = "cancel_goal",
           .args = Value(Map{{"goal_id", goal.id}}),
-          .sendid = {}});
+          .sendid = {},
+          .session = {}});
   }
   state_.goals = std::move(left);
 }
@@ -200,7 +202,11 @@ void SkillMachine::Step::call(scxml::OutgoingSend& send) {
             .service = std::move(send.target),
             .method = method.name,
             .args = send.data ? std::move(*send.data) : Value(Map()),
-            .sendid = std::move(send.sendid)};
+            .sendid = std::move(send.sendid),
+            .session = {}};
+  // By what is behind "SESSION." of an invoked chart's name.
+  if (const std::string& own = state_.session.id(); send.session != own)
+    call.session = send.session.substr(own.size() + 1);
   if (!idl::conforms_arguments(method, call.args)) call.args = *idl::conform_arguments(method, std::move(call.args));
   if (call.method == kSendGoal || call.method == "cancel_goal") note_sent(call, service);
   make(std::move(call));

@@ -239,6 +239,14 @@ void check_monitor(const MonitorEntry& entry, const ChartFacts& facts, const mon
   const scxml::Chart& chart = facts.chart();
   check_verdicts(entry, chart, diagnostics);
   check_idle_transitions(chart, false, diagnostics);
+  for (const scxml::SendInfo& send : chart.sends()) {
+    if (!send.type || scxml::is_scxml_processor(*send.type)) continue;
+    error(diagnostics, "check.unknown-receiver",
+          fmt::format("a monitor only watches: nobody receives its <send type=\"{}\">; \"gate\" in sentree.yaml lets a "
+                      "monitor refuse requests, and skills call services",
+                      *send.type),
+          chart.span(send.place));
+  }
   std::optional<monitor::Observations> observations;
   if (vocabulary != nullptr) observations.emplace(*vocabulary);
   ChartEvents events;

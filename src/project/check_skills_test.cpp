@@ -71,6 +71,36 @@ TEST(CheckSkills, KnowsWhatListsAndExceptionsHave) {
       Not(Contains(HasSubstr("interrupted"))));
 }
 
+TEST(CheckSkills, LooksIntoInvokedCharts) {
+  const auto told_of_child = [](const std::string& child) {
+    return told_of("pick-and-place",
+                   {{"skills/Find.scxml", "  <final id=\"success\"",
+                     "  <state id=\"unused\"><invoke src=\"../Child.scxml\"/></state>\n  <final id=\"success\""},
+                    {"Child.scxml", nullptr, child.c_str()}});
+  };
+  EXPECT_THAT(told_of_child("<scxml version=\"1.0\"><state id=\"a\"><onentry><send type=\"thrift\" target=\"camra\" "
+                            "event=\"findPart\"/></onentry></state></scxml>"),
+              Contains(HasSubstr("service \"camra\" is not in sentree.yaml; did you mean \"camera\"?")));
+  EXPECT_THAT(told_of_child("<scxml version=\"1.0\"><state id=\"a\"><transition target=\"b\"/></state></scxml>"),
+              Contains(HasSubstr("the invoked chart cannot be loaded")));
+  EXPECT_THAT(
+      told_of("pick-and-place", {{"skills/Find.scxml", "  <final id=\"success\"",
+                                  "  <state id=\"s\"><invoke src=\"Gone.scxml\"/></state>\n  <final id=\"success\""}}),
+      Contains(HasSubstr("\"Gone.scxml\" cannot be invoked")));
+}
+
+TEST(CheckSkills, TellsOfAnOutcomeThatEndsNothing) {
+  EXPECT_THAT(told_of("pick-and-place", {{"skills/Find.scxml", "<final id=\"failure\"/>", "<state id=\"failure\"/>"}}),
+              Contains(HasSubstr("state \"failure\" has no way out and ends nothing: write <final id=\"failure\"/>")));
+}
+
+TEST(CheckMonitors, TellsOfSendsThatNobodyReceives) {
+  EXPECT_THAT(told_of("recharge", {{"monitors/battery.scxml", "<state id=\"failure\"/>",
+                                    "<state id=\"s\"><onentry><send type=\"thrift\" target=\"navigation\" "
+                                    "event=\"stopNavigation\"/></onentry></state>\n  <state id=\"failure\"/>"}}),
+              Contains(HasSubstr("a monitor only watches: nobody receives its <send type=\"thrift\">")));
+}
+
 TEST(CheckSkills, TellsOfAListWithAHole) {
   EXPECT_THAT(told_of("porter", {{"models/porter.scxml", "expr=\"[0, 1, 2]\"", "expr=\"[, 1, 2]\""}}),
               Contains(HasSubstr("nothing between two commas")));

@@ -136,15 +136,41 @@ Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) 
   return why;
 }
 
+namespace {
+
+bool has_no_way_out(const scxml::Chart& chart, const scxml::State& state) {
+  for (const scxml::State* one = &state;; one = &chart.states()[one->parent]) {
+    if (!one->transitions.empty()) return false;
+    if (one->parent == scxml::kNoState) return true;
+  }
+}
+
+}  // namespace
+
 void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics) {
+  static const std::vector<std::string> kOutcomes{"success", "failure", "halted"};
   for (const scxml::State& state : chart.states()) {
-    if (state.kind != scxml::StateKind::kFinal || state.parent != 0) continue;
-    if (state.id == "success" || state.id == "failure" || state.id == "halted") continue;
-    static const std::vector<std::string> kOutcomes{"success", "failure", "halted"};
+    const bool is_outcome = std::find(kOutcomes.begin(), kOutcomes.end(), state.id) != kOutcomes.end();
+    if (is_outcome && state.kind == scxml::StateKind::kAtomic && has_no_way_out(chart, state)) {
+      add(diagnostics, Severity::kError, "check.outcome",
+          fmt::format("state \"{}\" has no way out and ends nothing: write <final id=\"{}\"/>", state.id, state.id),
+          chart.span(state.place));
+    }
+    if (state.kind != scxml::StateKind::kFinal || state.parent != 0 || is_outcome) continue;
     add(diagnostics, Severity::kError, "check.outcome",
         fmt::format("top-level <final id=\"{}\"> is no outcome of a skill; use success, failure or halted{}", state.id,
                     did_you_mean(state.id, kOutcomes)),
         chart.span(state.place));
+  }
+}
+
+void check_calls(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services, const Project& project,
+                 Diagnostics& diagnostics) {
+  for (const scxml::SendInfo& send : chart.sends()) {
+    if (send.type == "thrift") check_call(chart, send, services, project, diagnostics);
+  }
+  for (const scxml::Invoke& invoke : chart.model().invokes) {
+    if (invoke.child) check_calls(*invoke.child, services, project, diagnostics);
   }
 }
 
@@ -159,6 +185,9 @@ void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, Se
     if (send.target && send.event) called.insert(fmt::format("{}.{}", *send.target, *send.event));
   }
   if (all_known) check_handled(chart, services, called, topics, diagnostics);
+  for (const scxml::Invoke& invoke : chart.model().invokes) {
+    if (invoke.child) check_calls(*invoke.child, services, project, diagnostics);
+  }
 }
 
 void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& diagnostics) {

@@ -106,6 +106,22 @@ TEST_F(Ports, AreOpenedBeforeTheFirstTick) {
   EXPECT_EQ(std::count(told_.all.begin(), told_.all.end(), "open s"), 1);
 }
 
+TEST_F(Ports, AnswerTheInvokedChartThatAsks) {
+  put("skills/Ask.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">
+  <state id="asking"><invoke id="child" src="file:Child.scxml"/>
+    <transition event="done.invoke.child" target="success"/><transition event="error" target="failure"/>
+  </state>
+  <final id="success"/>
+  <final id="failure"/>
+</scxml>)");
+  put("skills/Child.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">
+  <state id="asking"><onentry><send type="thrift" target="s" event="ask"/></onentry>
+    <transition event="s.ask.reply error.communication" target="answered"/></state>
+  <final id="answered"/>
+</scxml>)");
+  for (const bool is_there : {true, false}) EXPECT_EQ(run(is_there).mission, bt::Status::kSuccess) << is_there;
+}
+
 TEST_F(Ports, WhoIsAwayIsOneProblemHoweverOftenItIsAsked) {
   const RunReport report = run(false);
   EXPECT_EQ(report.mission, bt::Status::kFailure);

@@ -195,8 +195,13 @@ mission::CallOutcome Run::Impl::call_service(const std::string& name, const std:
   }
   if (at == "sim") return sim_->call(interface->name, method, *args, controlled ? *controlled : service->second.robot);
   if (at == "model") {
-    mission::Call call{
-        .run = 0, .id = publisher_.next_call(), .service = name, .method = method, .args = *args, .sendid = {}};
+    mission::Call call{.run = 0,
+                       .id = publisher_.next_call(),
+                       .service = name,
+                       .method = method,
+                       .args = *args,
+                       .sendid = {},
+                       .session = {}};
     return model_of(name)->call(std::move(call), "scenario", kCallPatience);
   }
   // It has left the run already.

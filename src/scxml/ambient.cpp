@@ -166,6 +166,12 @@ void Loader::find_ambient() {
     if (invoke.child) {
       const auto inner = invoke.child->ambient();
       model_->ambient.insert(model_->ambient.end(), inner.begin(), inner.end());
+      // What answers them finds its way back by the session's name.
+      const auto sends_outside = [](const SendInfo& send) { return !send.type || !is_scxml_processor(*send.type); };
+      const auto& sends = invoke.child->sends();
+      if (const auto send = std::find_if(sends.begin(), sends.end(), sends_outside); send != sends.end())
+        model_->ambient.push_back(
+            {Ambient::kSessionId, "answers to a chart that it invokes", invoke.child->span(send->place)});
     } else if (invoke.src.expr != kNoExpression || invoke.payload.content_expr != kNoExpression ||
                invoke.type.expr != kNoExpression) {
       add(Ambient::kAnything, "<invoke>", invoke.place);

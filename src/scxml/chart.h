@@ -91,7 +91,7 @@ struct SendInfo {
 /// What scripts can ask for that is neither data nor an event. A chart that does behaves differently from one run, or
 /// one session, to the next.
 enum class Ambient : std::uint8_t {
-  kSessionId,  ///< What the session is called: `_sessionid`, `_ioprocessors`.
+  kSessionId,  ///< What the session is called: `_sessionid`, `_ioprocessors`; <send>s to services in invoked charts.
   kClock,      ///< `Date`.
   kRandom,     ///< `Math.random`.
   kIds,        ///< Ids that the engine makes up: idlocation, `_event.sendid`, `.origin`, `.invokeid`, all of `_event`.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <string_view>
 #include <unordered_set>
@@ -13,6 +14,7 @@
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/reach.h"
 #include "sentree/scxml/script_heap.h"
+#include "sentree/scxml/script_syntax.h"
 
 namespace sentree::scxml {
 namespace {
@@ -23,6 +25,7 @@ class Checker {
 
   Diagnostics run() {
     if (model_.data_model != DataModelKind::kForeign) expressions();
+    if (model_.data_model == DataModelKind::kEcmaScript) names_of_hosts();
     transitions();
     // What has been passed over may send, use and lead to anything.
     if (!model_.passed_over) {
@@ -103,8 +106,32 @@ class Checker {
         report(syntax, "scxml.expression-syntax",
                (expression.use == ExpressionUse::kScript ? "the script does not parse: "
                                                          : fmt::format("\"{}\" does not parse: ", shown)) +
-                   message,
+                   message + newer_language(expression.text),
                place);
+      }
+    }
+  }
+
+  // What a syntax error may come from.
+  static std::string newer_language(const std::string& text) {
+    const bool is_newer = text.find("=>") != std::string::npos || text.find('`') != std::string::npos ||
+                          names_in_script(text).contains("let") || names_in_script(text).contains("class");
+    return is_newer ? "; scripts are ECMAScript 5.1, without let, class, arrow functions and templates" : "";
+  }
+
+  // What browsers and Node.js have, and charts have not, unless they define it.
+  void names_of_hosts() {
+    static constexpr std::array kOfHosts{"console", "window", "require", "alert", "setTimeout", "setInterval"};
+    for (const Expression& expression : model_.expressions) {
+      for (const char* const name : kOfHosts) {
+        if (expression.text.find(name) == std::string::npos) continue;
+        const auto names = names_in_script(expression.text);
+        const bool may_be_own = names.contains("typeof") || names.contains("function") || names.contains("var") ||
+                                std::any_of(model_.variables.begin(), model_.variables.end(),
+                                            [&](const Variable& variable) { return variable.id == name; });
+        if (!names.contains(name) || may_be_own) continue;
+        warn("scxml.unknown-name",
+             fmt::format("charts have no \"{}\": write <log> to print, <send delay> to wait", name), expression.place);
       }
     }
   }
@@ -132,6 +159,17 @@ class Checker {
   void transitions() {
     for (StateIndex s = 0; s < model_.states.size(); ++s) {
       const auto& list = model_.states[s].transitions;
+      for (const TransitionIndex t : list) {
+        const Transition& transition = model_.transitions[t];
+        const bool stays = std::all_of(transition.targets.begin(), transition.targets.end(),
+                                       [&](StateIndex target) { return target == s; });
+        if (!stays || !transition.events.empty() || !transition.condition.empty()) continue;
+        warn("scxml.endless-transition",
+             fmt::format("this transition of state {} has neither an event nor a condition and leads back to it: it is "
+                         "taken for ever",
+                         name(s)),
+             transition.place);
+      }
       // Transitions of one state are few; a state with thousands would only be slow to check, so it is looked at in
       // part.
       for (std::size_t i = 1; i < std::min<std::size_t>(list.size(), 500); ++i) {
@@ -156,6 +194,30 @@ class Checker {
                        [&](const std::string& descriptor) { return event_matches(descriptor, event); });
   }
 
+  // What a <send> of the SCXML processor names (SCXML C.1): another target is one that nobody is.
+  void receivers() {
+    std::vector<std::string> known{"#_internal", "#_parent"};
+    bool all_known = true;
+    for (const Invoke& invoke : model_.invokes) {
+      all_known = all_known && !invoke.id.empty();
+      if (!invoke.id.empty()) known.push_back("#_" + invoke.id);
+    }
+    for (const SendInfo& send : model_.sends) {
+      if (!send.type || !is_scxml_processor(*send.type) || !send.target || send.target->empty()) continue;
+      const std::string& target = *send.target;
+      const bool may_be = std::find(known.begin(), known.end(), target) != known.end() ||
+                          target.starts_with("#_scxml_") || (target.starts_with("#_") && !all_known) ||
+                          target.find(':') != std::string::npos;
+      if (may_be) continue;
+      warn("scxml.unknown-target",
+           fmt::format(
+               "nobody is \"{}\": write #_internal, #_parent, #_ and the id of an <invoke>, or no target for the "
+               "chart itself{}",
+               target, did_you_mean(target, known)),
+           send.target_place);
+    }
+  }
+
   void events() {
     std::vector<std::string> inside;
     const std::vector<std::string> handled_names = chart_.events_handled();
@@ -176,6 +238,7 @@ class Checker {
           send.target && (send.target->empty() || *send.target == "#_internal");
       if (to_self && send.event && !send.event->empty()) sent(*send.event, send.event_place);
     }
+    receivers();
     for (const StateCode& code : model_.state_code) inside.push_back(code.done_event);
     for (TransitionIndex t = 0; t < model_.transitions.size(); ++t) {
       const Transition& transition = model_.transitions[t];
@@ -226,6 +289,9 @@ class Checker {
       }
     }
     for (const Variable& variable : model_.variables) {
+      if (!variable.failure.empty())
+        warn("scxml.unreadable-data", fmt::format("data \"{}\" cannot be read: {}", variable.id, variable.failure),
+             variable.place);
       if (!used.contains(variable.id))
         warn("scxml.unused-data", fmt::format("data \"{}\" is never used", variable.id), variable.place);
     }
@@ -237,14 +303,21 @@ class Checker {
         for (Diagnostic& diagnostic : check(*invoke.child)) diagnostics_.push_back(std::move(diagnostic));
         continue;
       }
-      const bool inline_chart =
-          invoke.payload.content && invoke.payload.content_expr == kNoExpression && invoke.type.expr == kNoExpression &&
-          (invoke.type.constant.empty() || invoke.type.constant.starts_with("http://www.w3.org/TR/scxml"));
-      if (!inline_chart) continue;
+      const bool is_chart =
+          invoke.type.expr == kNoExpression && (invoke.type.constant.empty() || invoke.type.constant == "scxml" ||
+                                                invoke.type.constant.starts_with("http://www.w3.org/TR/scxml"));
+      if (is_chart && !invoke.src_missing.empty()) {
+        warn("scxml.unreadable-chart",
+             fmt::format("\"{}\" cannot be invoked: {}", invoke.src.constant, invoke.src_missing), invoke.place);
+      }
+      const bool is_inline = invoke.payload.content && invoke.payload.content_expr == kNoExpression;
+      const std::string& source = is_inline ? invoke.payload.content_source : invoke.src_text;
+      if (!is_chart || source.empty()) continue;
       for (const Diagnostic& diagnostic :
-           load(invoke.payload.content_source, {}, {.to_run = !model_.obstacle}).diagnostics) {
+           load(source, is_inline ? std::string() : invoke.src.constant, {.to_run = !model_.obstacle}).diagnostics) {
         if (diagnostic.severity != Severity::kError) continue;
-        report(Severity::kError, diagnostic.code, "the invoked chart cannot be loaded: " + diagnostic.message,
+        report(Severity::kError, diagnostic.code,
+               "the invoked chart cannot be loaded: " + (is_inline ? diagnostic.message : to_string(diagnostic)),
                invoke.place);
       }
     }

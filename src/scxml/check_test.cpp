@@ -111,6 +111,57 @@ TEST(Check, FindsDataThatNobodyUses) {
       ElementsAre(HasSubstr("data \"x\" is never used")));
 }
 
+TEST(Check, FindsTransitionsThatAreTakenForEver) {
+  EXPECT_THAT(
+      check_messages("<state id=\"a\"><transition/></state>"),
+      ElementsAre(HasSubstr("door.scxml:2:15: warning: this transition of state \"a\" has neither an event nor a "
+                            "condition and leads back to it")));
+  EXPECT_THAT(check_messages("<state id=\"a\"><transition target=\"a\"/></state>"),
+              ElementsAre(HasSubstr("is taken for ever")));
+  EXPECT_THAT(check_messages("<state id=\"a\"><transition target=\"b\"/></state><final id=\"b\"/>"), IsEmpty());
+}
+
+TEST(Check, FindsSendsToNobody) {
+  const auto sent_to = [](const std::string& target) {
+    return check_messages(
+        "<state id=\"a\"><onentry><send event=\"e\" target=\"" + target +
+        "\"/></onentry><invoke id=\"child\"><content><scxml version=\"1.0\"><final/></scxml></content>"
+        "</invoke><transition event=\"e\" target=\"b\"/></state><final id=\"b\"/>");
+  };
+  EXPECT_THAT(sent_to("_self"), ElementsAre(HasSubstr("nobody is \"_self\": write #_internal")));
+  EXPECT_THAT(sent_to("#_chlid"), ElementsAre(HasSubstr("did you mean \"#_child\"?")));
+  for (const char* there : {"#_child", "#_parent", "#_internal", "#_scxml_1", "scxml:other"})
+    EXPECT_THAT(sent_to(there), IsEmpty()) << there;
+}
+
+TEST(Check, FindsWhatOnlyBrowsersHaveAndNewerLanguage) {
+  const auto script = [](const std::string& text) {
+    return check_messages("<state id=\"a\"><onentry><script>" + text + "</script></onentry></state>");
+  };
+  EXPECT_THAT(script("console.log('x')"), ElementsAre(HasSubstr("charts have no \"console\": write <log> to print")));
+  EXPECT_THAT(script("var console = 1; console + 1"), IsEmpty());
+  EXPECT_THAT(script("var f = x =&gt; x"), ElementsAre(HasSubstr("scripts are ECMAScript 5.1")));
+}
+
+TEST(Check, FindsFilesOfDataAndChartsThatCannotBeRead) {
+  LoadOptions options;
+  options.read = [](std::string_view uri) -> Result<std::string> {
+    if (uri == "Child.scxml") return checked_document("<state id=\"a\"><transition target=\"nowhere\"/></state>");
+    return fail("file.missing", "no such file");
+  };
+  const auto told = [&](const std::string& body) {
+    const auto loaded = load(checked_document(body), "door.scxml", options);
+    return loaded.ok() ? texts(check(*loaded.value)) : texts(loaded.diagnostics);
+  };
+  EXPECT_THAT(told("<datamodel><data id=\"d\" src=\"d.json\"/></datamodel><state id=\"a\"><onentry><log expr=\"d\"/>"
+                   "</onentry></state>"),
+              ElementsAre(HasSubstr("data \"d\" cannot be read: \"d.json\": no such file")));
+  EXPECT_THAT(told("<state id=\"a\"><invoke src=\"Gone.scxml\"/></state>"),
+              ElementsAre(HasSubstr("\"Gone.scxml\" cannot be invoked: no such file")));
+  EXPECT_THAT(told("<state id=\"a\"><invoke src=\"file:Child.scxml\"/></state>"),
+              ElementsAre(HasSubstr("the invoked chart cannot be loaded: file:Child.scxml:2:")));
+}
+
 TEST(Check, FindsInOfAStateThatIsNotThere) {
   EXPECT_THAT(check_messages(R"xml(<state id="open"><transition event="e" cond="In('opn')"/></state>)xml"),
               ElementsAre(HasSubstr("In('opn') is never true: there is no such state; did you mean \"open\"?")));

@@ -29,6 +29,9 @@ struct Event {
   std::optional<Value> data = {};  ///< Nothing: `undefined`.
 
   std::string raw = {};  ///< The message as it came, from processors that have one (BasicHTTP); for looking at only.
+  /// To `step`: the invoked chart that it is for, by what its _sessionid has behind "SESSION."; empty: the session
+  /// itself. No chart sees it.
+  std::string session = {};
 
   friend bool operator==(const Event&, const Event&) = default;
 };

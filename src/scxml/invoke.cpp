@@ -117,6 +117,8 @@ Result<Chart> Interpreter::child_chart(const Invoke& invoke, const std::string& 
   if (!src.empty()) {
     if (invoke.src.expr == kNoExpression && !invoke.src_text.empty()) {
       source = invoke.src_text;
+    } else if (!invoke.src_missing.empty()) {
+      return fail("scxml.unreadable", fmt::format("\"{}\" cannot be read: {}", src, invoke.src_missing));
     } else if (!run_.host.read) {
       return fail("scxml.unreadable", fmt::format("\"{}\" cannot be read: no other documents are available here", src));
     } else {

@@ -403,7 +403,7 @@ void Loader::load_datamodel(const Element& element, StateIndex state) {
         if (text)
           variable.content = value_of_text(*text);
         else
-          variable.failure = text.error().message;
+          variable.failure = fmt::format("\"{}\": {}", *src, text.error().message);
       } else {
         variable.content = inline_content(child);
       }
@@ -441,7 +441,11 @@ void Loader::load_invoke(const Element& element, StateIndex state) {
   invoke.autoforward = element.attribute("autoforward").value_or("false") == "true";
   invoke.payload = load_payload(element, true, nullptr);
   if (!invoke.src.constant.empty()) {
-    if (auto text = read(invoke.src.constant)) invoke.src_text = *std::move(text);
+    if (auto text = read(invoke.src.constant)) {
+      invoke.src_text = *std::move(text);
+    } else if (options_.read) {
+      invoke.src_missing = std::move(text.error().message);
+    }
   }
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
     if (!is_scxml(child)) continue;

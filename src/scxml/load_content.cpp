@@ -73,7 +73,9 @@ std::optional<Value> Loader::inline_content(const Element& element) {
 Result<std::string> Loader::read(std::string_view uri) const {
   if (!options_.read)
     return fail("scxml.unreadable", fmt::format("\"{}\" cannot be read: no other documents are available here", uri));
-  return options_.read(uri);
+  // A relative reference, though with a scheme: as W3C's tests and Qt's charts write it.
+  constexpr std::string_view kFile = "file:";
+  return options_.read(uri.starts_with(kFile) ? uri.substr(kFile.size()) : uri);
 }
 
 ExpressionId Loader::add_expression(std::string_view text, ExpressionUse use, const Place& place) {

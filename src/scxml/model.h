@@ -141,6 +141,7 @@ struct Invoke {
   Block finalize;
   bool has_finalize = false;
   std::string src_text;        ///< What a constant src names, read when the chart was loaded.
+  std::string src_missing;     ///< Why it could not be read.
   std::optional<Chart> child;  ///< The chart, if it is known and could be loaded.
   Place place;
 };

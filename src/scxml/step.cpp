@@ -48,12 +48,13 @@ struct SessionAccess {
     Interpreter::run_family(run, chart, session, nullptr);
   }
 
-  // The session of the family whose timer is due first, at `now` at the latest; with its chart and parent.
+  // A session of the family, with its chart and parent.
   struct Owner {
     Session* session = nullptr;
     const Chart* chart = nullptr;
     Session* parent = nullptr;
   };
+  // The one whose timer is due first, at `now` at the latest.
   static void find_due(Session& session, const Chart& chart, Session* parent, TimePoint now, Owner& best) {
     if (session.running() && !session.timers_->empty() && session.timers_->front().due <= now &&
         (!best.session || session.timers_->front().due < best.session->timers_->front().due)) {
@@ -62,6 +63,15 @@ struct SessionAccess {
     for (Invocation& invocation : session.invocations_) {
       if (invocation.child) find_due(*invocation.child, invocation.child.chart(), &session, now, best);
     }
+  }
+  // Below `session`; none, if it has gone.
+  static Owner find(Session& session, std::string_view id) {
+    for (Invocation& invocation : session.invocations_) {
+      if (!invocation.child) continue;
+      if (invocation.child->id() == id) return {invocation.child.get(), &invocation.child.chart(), &session};
+      if (const Owner found = find(*invocation.child, id); found.session != nullptr) return found;
+    }
+    return {};
   }
   static Timer take_timer(Session& session) { return session.timers_.edit().pop(); }
 };
@@ -88,12 +98,21 @@ StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoin
   const Watched watched(host.watch);
   Run run{session, now, effects, host, {}};
   if (!SessionAccess::ready(chart, session)) return run.info;
-  {
-    Interpreter interpreter(run, chart, session, nullptr);
-    if (event.type == EventType::kExternal)
-      interpreter.process_external_event(event);
+  const auto deliver = [&](const Chart& to_chart, Session& to, Session* parent, const Event& what) {
+    Interpreter interpreter(run, to_chart, to, parent);
+    if (what.type == EventType::kExternal)
+      interpreter.process_external_event(what);
     else
-      interpreter.process_platform_event(event);
+      interpreter.process_platform_event(what);
+  };
+  if (event.session.empty()) {
+    deliver(chart, session, nullptr, event);
+  } else if (const auto child = SessionAccess::find(session, session.id() + "." + event.session);
+             child.session != nullptr && child.session->running()) {
+    Event what = event;
+    what.session.clear();
+    const Chart held = *child.chart;  // the delivery may end the invocation whose chart this is
+    deliver(held, *child.session, child.parent, what);
   }
   // What follows, events that the session sends to itself, was not enabled by this event.
   const bool enabled = run.info.enabled;

@@ -31,7 +31,8 @@ StepInfo start(const Chart& chart, Session& session, StartOptions options, TimeP
 
 /// Delivers one event. Events of type kPlatform and kInternal go the way of the internal queue (error.communication of
 /// a send that the host could not deliver), others are external events. An event from a service that `StartInvoke`
-/// started carries its invokeid; its end is the event done.invoke.<id>.
+/// started carries its invokeid; its end is the event done.invoke.<id>. What is for an invoked chart (`Event::session`)
+/// that has gone does nothing.
 StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoint now, Effects& effects,
               const Host& host = {});
 

@@ -97,6 +97,34 @@ TEST(Step, SendToAnOfferedTypeLeavesAsAnEffectWithItsData) {
   EXPECT_EQ(sends[0].span.line, 1);
 }
 
+TEST(Step, GivesAnInvokedChartWhatIsForIt) {
+  Player p(R"xml(<state id="a"><invoke id="child"><content><scxml version="1.0" datamodel="ecmascript">
+      <state id="asks"><onentry><send type="thrift" target="battery" event="level"/></onentry>
+        <transition event="battery.level.reply" cond="_event.data.n === 3" target="knows"/>
+        <transition event="error.communication" target="knows"/></state>
+      <final id="knows"/></scxml></content></invoke>
+    <transition event="battery error" target="wrong"/><transition event="done.invoke.child" target="right"/></state>
+    <state id="wrong"/><state id="right"/>)xml");
+  p.host.processors.push_back({"thrift", ""});
+  EXPECT_EQ(p.chart.ambient().size(), 1U) << "whom answers find is known by the session's name";
+  for (const auto& [name, type] : {std::pair("battery.level.reply", EventType::kExternal),
+                                   std::pair("error.communication", EventType::kPlatform)}) {
+    p.effects.clear();
+    p.begin();
+    const auto sends = p.all<OutgoingSend>();
+    ASSERT_EQ(sends.size(), 1U);
+    ASSERT_EQ(sends[0].session, p.session.id() + ".child");
+    Event answer{.name = name, .type = type, .data = Value(Map{{"n", 3}}), .session = "other"};
+    step(p.chart, p.session, answer, p.now, p.effects, p.host);
+    EXPECT_THAT(p.configuration(), ElementsAre("a"));
+    answer.session = "child";
+    step(p.chart, p.session, answer, p.now, p.effects, p.host);
+    EXPECT_THAT(p.configuration(), ElementsAre("right"));
+    step(p.chart, p.session, answer, p.now, p.effects, p.host);
+    EXPECT_THAT(p.configuration(), ElementsAre("right")) << "it has gone";
+  }
+}
+
 TEST(Step, ARefusedSendRaisesErrorExecutionWithSendidAndMessage) {
   Player p(R"xml(<state id="a"><onentry><send id="s1" type="thrift" target="n" event="go"/></onentry>
     <transition event="error.execution" cond="_event.sendid === 's1' &amp;&amp; _event.data.message === 'no such method'" target="b"/></state><state id="b"/>)xml");

@@ -156,7 +156,8 @@ class Follower final : public mission::ModelHost {
                        .service = message.target,
                        .method = name.substr(message.target.size() + 1),
                        .args = args != nullptr ? *args : Value(Map()),
-                       .sendid = {}};
+                       .sendid = {},
+                       .session = {}};
     if (Map* const members = call.args.as_map()) {
       for (auto& [member, value] : *members) {
         const auto meant = find_meant(one, member, value);

@@ -151,6 +151,7 @@ void visit_members(S& s, V&& visit) {
   visit("method", s.method);
   visit("args", s.args);
   visit("sendid", s.sendid);
+  visit("session", s.session);
 }
 template <class S, class V>
 requires archive::MaybeConst<S, CallOutcome>

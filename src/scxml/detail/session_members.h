@@ -17,6 +17,7 @@ void visit_members(S& s, V&& visit) {
   visit("invokeid", s.invokeid);
   visit("data", s.data);
   visit("raw", s.raw);
+  visit("session", s.session);
 }
 template <class S, class V>
 requires archive::MaybeConst<S, Place>
