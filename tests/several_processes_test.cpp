@@ -35,6 +35,8 @@
 namespace sentree::runtime {
 namespace {
 
+using namespace project::intervention;
+
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using testing::Each;
@@ -370,16 +372,16 @@ TEST(Processes, AreUsedAgainOnceAPersonHasRestartedThem) {
                  {"sim", "navigation.getNavigationState.reply", true}};
     for (const auto& one : cases) {
       await(one.used, now());
-      const auto untimely = steering.restart(one.process);
+      const auto untimely = steering.apply(Restart{one.process});
       EXPECT_EQ(untimely ? "" : untimely.error().code, "steering.part-state");
       const std::size_t before = now();
-      EXPECT_TRUE(steering.kill(one.process));
+      EXPECT_TRUE(steering.apply(Kill{one.process}));
       if (!one.asks_at_once) await("process.exited " + one.process, before);
-      EXPECT_TRUE(steering.restart(one.process));
+      EXPECT_TRUE(steering.apply(Restart{one.process}));
       await("process.restarted " + one.process, before);
       await(one.used, now());
     }
-    EXPECT_TRUE(steering.stop());
+    EXPECT_TRUE(steering.apply(Stop{}));
   });
   const Ran ran = run(*plan.value, std::move(options));
   person.join();

@@ -14,6 +14,7 @@
 #include "sentree/lsp/describe.h"
 #include "sentree/lsp/xml_cursor.h"
 #include "sentree/monitor/requirement.h"
+#include "sentree/project/intervention.h"
 #include "sentree/project/plan.h"
 
 namespace sentree::lsp {
@@ -498,10 +499,20 @@ class Completer {
       } else if (path.size() > 1 && path[path.size() - 2] == "observe") {
         keys({"interface", "at"});
       } else if (path.back() == "timeline") {
-        keys({"at", "call", "args", "stop", "kill", "restart", "delay", "falsify", "force", "breakpoint", "clear"});
+        keys({"at", "args"});
+        for (const project::Intervention& kind : project::every_kind()) {
+          const project::intervention::Kind& of = project::kind_of(kind);
+          add(std::string(of.word), ItemKind::kProperty, std::string(of.does), {}, fmt::format("{}: ", of.word));
+        }
+      } else if (const project::Intervention* const kind = kind_called(path.back())) {
+        for (const std::string& name : project::keys_of(*kind)) keys({name.c_str()});
       }
       return;
     }
+    // {kill: PART} and {unreachable: CALL} say what they are about in their value.
+    const project::Intervention* const kind = kind_called(key);
+    const std::vector<std::string> members = kind != nullptr ? project::keys_of(*kind) : std::vector<std::string>();
+    const std::string about = members.size() == 1 ? members.front() : key;
     if (key == "interface") {
       interfaces();
     } else if (key == "at" && is_project) {
@@ -512,11 +523,12 @@ class Completer {
       add_all({"true", "false", "never", "interval", "each"}, ItemKind::kValue);
     } else if (key == "serves") {
       services();
-    } else if (key == "kill" || key == "skill") {
+    } else if (about == "part" || about == "leaf" || key == "skill") {
       nodes_and_skills();
     } else if (key == "mission" && !is_project) {
       add_all({"SUCCESS", "FAILURE", "RUNNING"}, ItemKind::kEnumMember);
-    } else if (key == "call" || key == "gate" || key == "subscribe" || key == "latest" || key == "delay") {
+    } else if (about == "call" || about == "message" || key == "gate" || key == "subscribe" || key == "latest" ||
+               key == "delay") {
       for (const auto& [name, service] : index_.names().services) methods(service, name + ".");
       if (key == "call") test_control();
     } else if (key == "on") {
@@ -535,6 +547,12 @@ class Completer {
     }
   }
 
+  static const project::Intervention* kind_called(std::string_view word) {
+    const auto& every = project::every_kind();
+    const auto kind =
+        std::find_if(every.begin(), every.end(), [&](const auto& k) { return project::word_of(k) == word; });
+    return kind != every.end() ? &*kind : nullptr;
+  }
   void keys(std::initializer_list<const char*> names) {
     for (const char* name : names) add(name, ItemKind::kProperty, {}, {}, fmt::format("{}: ", name));
   }

@@ -12,6 +12,7 @@
 #include "sentree/lsp/lines.h"
 #include "sentree/lsp/rename.h"
 #include "sentree/lsp/test_project.h"
+#include "sentree/project/intervention.h"
 #include "sentree/record/observation.h"
 #include "sentree/record/recorder.h"
 #include "sentree/record/sink.h"
@@ -322,6 +323,15 @@ TEST(Completion, OffersWhatSentreeYamlAndScenariosName) {
               IsSupersetOf({"simulation.setBatteryCharge", "battery.getBatteryState"}));
   EXPECT_THAT(labels(editor.ask("completion", scenario, "battery: violated", 9)),
               IsSupersetOf({"violated", "undecided"}));
+  editor.replace(scenario, "call: simulation.setBatteryCharge, args: {percent: 10}", "late: b");
+  EXPECT_THAT(labels(editor.ask("completion", scenario, "late: b", 7)), Contains("battery.getBatteryState"));
+  editor.replace(scenario, "late: b", "la");
+  const std::vector<std::string> words = labels(editor.ask("completion", scenario, "20 s, la", 8));
+  for (const project::Intervention& kind : project::every_kind())
+    EXPECT_THAT(words, Contains(std::string(project::word_of(kind))));
+  editor.replace(scenario, "{at: 20 s, la}", "{at: 20 s, falsify: {pa}}");
+  EXPECT_THAT(labels(editor.ask("completion", scenario, "falsify: {pa", 12)),
+              IsSupersetOf({"call", "path", "value", "count"}));
 }
 
 TEST(Completion, GoesOnWhileTheFileCannotBeRead) {

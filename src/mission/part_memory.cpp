@@ -168,7 +168,7 @@ void PartMemory::take(std::uint32_t part, std::uint32_t what) {
     tables.steps.try_emplace(key, place = new_node());
   }
   script_.clear();
-  const bool only_observed = !steps_one_ && !tables.parts.has_topics();
+  const bool only_observed = !steps_one_ && tables.parts.subscriptions().empty();
   for (;;) {
     // Nothing that is done makes nodes.
     const Node& node = tables.nodes[place];
@@ -239,16 +239,19 @@ Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Out
                                 std::optional<std::uint64_t> number) {
   run_ = &run;
   outside_ = &outside;
-  if (const auto* const call = std::get_if<project::intervention::Call>(&what)) {
-    auto done = call_from_outside(*call);
-    if (missed_) run.queue.clear();
-    run_ = nullptr;
-    return done;
-  }
-  const auto is_dead = [&](std::size_t leaf) { return is_killed(run, leaf); };
+  auto done = inject(what, number);
+  if (missed_) run.queue.clear();
+  run_ = nullptr;
+  return done;
+}
+
+Result<void> PartMemory::inject(const project::Intervention& what, std::optional<std::uint64_t> number) {
+  const auto is_dead = [this](std::size_t leaf) { return is_killed(*run_, leaf); };
+  // A call changes nothing of what stands, so it is remembered as a step of its model.
+  const bool is_call = std::holds_alternative<project::intervention::Call>(what);
   std::string key;
   Encoder to(key);
-  to.number(run.standing);
+  to.number(run_->standing);
   to.text(to_json(Value(project::to_entry(what))));
   to.number(number.value_or(0));
   for (std::size_t leaf = 0; leaf < tables_->parts.skills(); ++leaf) {
@@ -257,48 +260,29 @@ Result<void> PartMemory::inject(Run& run, const project::Intervention& what, Out
   if (const auto known = tables_->injections.find(key); known != tables_->injections.end()) {
     const std::uint32_t node = known->second;
     for (std::size_t i = 0; i < tables_->nodes[node].ops.size(); ++i) perform(tables_->nodes[node].ops[i]);
-    run.standing = tables_->nodes[node].result;
-    run_ = nullptr;
+    run_->standing = tables_->nodes[node].result;
     return {};
   }
-  if (reads_) {
-    (void)miss();
-    run.queue.clear();
-    run_ = nullptr;
-    return {};
-  }
-  frame_ = run.now;
-  node_ = new_node();
-  const std::uint32_t node = node_;
-  script_.clear();
-  replayed_ = 0;
-  Stands stands = *tables_->standing[run.standing];
-  auto done = mission::inject(tables_->parts, stands.faults, stands.down, is_dead, what, *this, number);
-  node_ = kNone;
-  if (!done) {
-    tables_->nodes.pop_back();
-  } else {
-    run.standing = tables_->nodes[node].result = intern_standing(std::move(stands));
-    tables_->injections.emplace(std::move(key), node);
-  }
-  run_ = nullptr;
-  return done;
-}
-
-// It changes nothing of what stands, so it is remembered as a step of its model.
-Result<void> PartMemory::call_from_outside(const project::intervention::Call& call) {
   if (reads_) {
     (void)miss();
     return {};
   }
   frame_ = run_->now;
-  node_ = kNone;
+  node_ = is_call ? kNone : new_node();
+  const std::uint32_t node = node_;
   script_.clear();
   replayed_ = 0;
-  const auto serve = mission::call_from_outside(tables_->parts, tables_->standing[run_->standing]->down, call, *this);
-  if (!serve) return tl::unexpected(serve.error());
-  if (*serve) take(part_of(**serve), intern(**serve, run_->now));
-  return {};
+  Stands stands = *tables_->standing[run_->standing];
+  auto done = mission::inject(tables_->parts, stands.faults, stands.down, is_dead, what, *this, number);
+  node_ = kNone;
+  if (is_call) return done;
+  if (!done) {
+    tables_->nodes.pop_back();
+  } else {
+    run_->standing = tables_->nodes[node].result = intern_standing(std::move(stands));
+    tables_->injections.emplace(std::move(key), node);
+  }
+  return done;
 }
 
 bool PartMemory::has_effect(const Run& run, const Run::Waiting& waiting) const {
@@ -444,6 +428,11 @@ void PartMemory::call(std::size_t leaf, const Shared<Call>& call) {
   add(op);
 }
 
+void PartMemory::serve(std::size_t model, ServeCall what) {
+  const Delivery delivery{model, ModelDelivery(std::move(what))};
+  take(part_of(delivery), intern(delivery, run_->now));
+}
+
 void PartMemory::taken(std::size_t leaf, scxml::TransitionIndex transition) {
   if (is_told()) return;
   add({.kind = Op::Kind::kTaken, .a = static_cast<std::uint32_t>(leaf), .b = static_cast<std::uint32_t>(transition)});
@@ -553,7 +542,7 @@ void PartMemory::perform(const Op& op) {
     case Op::Kind::kObserve: {
       outside_->observed(op.a, now, tables_->messages[op.a].message);
       if (steps_one_) trace_->observed.push_back(op.a);
-      if (tables_->parts.has_topics() && tables_->messages[op.a].message.kind == MessageKind::kRequest)
+      if (!tables_->parts.subscriptions().empty() && tables_->messages[op.a].message.kind == MessageKind::kRequest)
         deliver_topic(op.a);
       return;
     }
@@ -673,14 +662,14 @@ void PartMemory::deliver_topic(std::uint32_t message) {
   if (!tables_->messages[message].told) {
     if (reads_) return void(miss());
     tables_->messages[message].told = true;
-    const Parts::Told told = tables_->parts.told_of(tables_->messages[message].message);
+    const Subscriptions::Told told = tables_->parts.subscriptions().told_of(tables_->messages[message].message);
     if (!told.problem.empty()) {
       tables_->messages[message].told = false;  // it is said each time
       return outside_->problem(told.problem);
     }
     if (told.takers != nullptr) {
       tables_->messages[message].topic = intern_text(told.topic);
-      for (const Parts::Taker& taker : *told.takers) {
+      for (const auto& taker : *told.takers) {
         const Delivery what = taker.is_model ? Delivery{taker.index, ModelDelivery(Published{told.what})}
                                              : Delivery{taker.index, SkillDelivery(Published{told.what})};
         tables_->messages[message].takers.emplace_back(taker, intern(what, frame_));
@@ -695,8 +684,7 @@ void PartMemory::deliver_topic(std::uint32_t message) {
   for (const auto& [taker, what] : known.takers) {
     TimePoint& not_before =
         run_->not_before[tables_->parts.skills() + (taker.is_model ? tables_->parts.skills() : 0) + taker.index];
-    not_before = std::max(not_before, add_saturating(run_->now, delay));
-    insert(not_before, Rank::kMessage, what, true);
+    insert(Subscriptions::time_of(not_before, run_->now, delay), Rank::kMessage, what, true);
   }
 }
 

@@ -207,7 +207,7 @@ class PartMemory final : private Ground {
     Message message;
     bool is_answer = false;  // it tells the result of a call
     bool told = false;       // `what` and `takers` are known
-    std::vector<std::pair<Parts::Taker, std::uint32_t>> takers;
+    std::vector<std::pair<Subscriptions::Taker, std::uint32_t>> takers;
     std::uint32_t topic = kNone;
   };
   struct Asked {
@@ -256,6 +256,7 @@ class PartMemory final : private Ground {
   void put(TimePoint when, Rank rank, Delivery what) override;
   void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) override;
   void call(std::size_t leaf, const Shared<Call>& call) override;
+  void serve(std::size_t model, ServeCall what) override;
   void taken(std::size_t leaf, scxml::TransitionIndex transition) override;
   void met(const Met& what) override {
     if (outside_ != nullptr) outside_->met(what);
@@ -275,6 +276,7 @@ class PartMemory final : private Ground {
   [[nodiscard]] bool is_told() const { return replayed_ < script_.size(); }
   void add(Op op);
   std::int64_t answer(Query query);
+  Result<void> inject(const project::Intervention& what, std::optional<std::uint64_t> number);
   void take(std::uint32_t part, std::uint32_t what);
   void execute(std::uint32_t state, std::uint32_t what, std::uint32_t node);
   void perform(const Op& op);
@@ -284,7 +286,6 @@ class PartMemory final : private Ground {
   [[nodiscard]] std::uint64_t unused_run(std::size_t leaf) const;
   void insert(TimePoint when, Rank rank, std::uint32_t what, bool is_topic = false);
   void deliver_topic(std::uint32_t message);
-  Result<void> call_from_outside(const project::intervention::Call& call);
   template <class Change>
   auto change_standing(const Change& change);
 

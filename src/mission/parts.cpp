@@ -1,11 +1,13 @@
 #include "sentree/mission/parts.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
+#include "sentree/mission/apply.h"
 #include "sentree/project/intervention.h"
 
 namespace sentree::mission {
@@ -176,16 +178,12 @@ class Parts::ModelSide final : public ModelHost {
   std::size_t index_;
 };
 
-Parts::Parts(const project::Plan& plan) : plan_(plan) {
-  for (std::size_t i = 0; i < plan.leaves.size(); ++i) {
+Parts::Parts(const project::Plan& plan) : plan_(plan), subscriptions_(plan) {
+  for (std::size_t i = 0; i < plan.leaves.size(); ++i)
     skills_.push_back(std::make_unique<SkillSide>(*this, i, skill_model(plan, i)));
-    for (const std::string& topic : plan.leaves[i].subscribes)
-      takers_[topic].push_back({.is_model = false, .index = i});
-  }
   for (std::size_t i = 0; i < plan.models.size(); ++i) {
     models_.push_back(std::make_unique<ModelSide>(i, component_model(plan, i)));
     for (const std::string& service : plan.models[i].serves) model_of_[service] = i;
-    for (const std::string& topic : plan.models[i].subscribes) takers_[topic].push_back({.is_model = true, .index = i});
   }
   tree_ = std::make_unique<TreeSide>(plan);
 }
@@ -235,110 +233,101 @@ SkillDelivery Parts::unreachable(const Shared<Call>& call) {
                   .message = fmt::format("service {} was killed", call->service)}};
 }
 
-Parts::Told Parts::told_of(const Message& request) const {
-  Told told;
-  if (takers_.empty() || request.kind != MessageKind::kRequest) return told;
-  std::string_view topic = request.name;
-  topic.remove_suffix(std::string_view(".request").size());
-  const auto takers = takers_.find(topic);
-  if (takers == takers_.end()) return told;
-  const idl::Method* const method =
-      plan_.services.at(request.target).service->find(topic.substr(request.target.size() + 1));
-  const Value* const args = request.data.find("args");
-  auto conforming = idl::conform_arguments(*method, args != nullptr ? *args : Value(Map()));
-  if (!conforming) {
-    told.problem = fmt::format("{} of {} reaches nobody: {}", topic, request.source, conforming.error().message);
-    return told;
+namespace {
+
+// A mission on a ground, as interventions find it.
+class OnGround final : public Intervened {
+ public:
+  OnGround(const Parts& parts, Faults& faults, std::set<std::string>& down,
+           const std::function<bool(std::size_t leaf)>& is_killed, Ground& ground, std::optional<std::uint64_t> number)
+      : parts_(parts), faults_(faults), down_(down), is_killed_(is_killed), ground_(ground), number_(number) {}
+
+ private:
+  TimePoint now() const override { return ground_.now(); }
+  void publish(Message message) override { ground_.publish(std::move(message)); }
+  void stop_mission() override { post({Delivery::kTree, TreeDelivery(mission::Stop{})}); }
+
+  Result<std::uint64_t> next_id() override {
+    auto next = faults_.next_id();
+    if (next) *next = number_.value_or(*next);
+    return next;
   }
-  told.topic = topic;
-  told.takers = &takers->second;
-  told.what = Shared<Publication>(Publication{std::string(topic), request.source, std::move(*conforming)});
-  return told;
-}
+  void stand(std::uint64_t id, const project::Intervention& what) override { faults_.add(id, what); }
+  Result<void> end_standing(std::uint64_t id) override { return faults_.clear(id); }
+
+  std::optional<bool> is_killed(const std::string& part) const override {
+    if (const auto leaf = leaf_of(part)) return is_killed_(*leaf);
+    return parts_.model_of(part) ? std::optional(down_.contains(part)) : std::nullopt;
+  }
+  void kill_part(const std::string& part, TimePoint /*asked*/) override {
+    if (const auto leaf = leaf_of(part))
+      post({*leaf, SkillDelivery(KillSkill{})});
+    else
+      down_.insert(part);
+  }
+  void restart_part(const std::string& part, TimePoint /*asked*/) override {
+    if (const auto leaf = leaf_of(part))
+      post({*leaf, SkillDelivery(RestartSkill{})});
+    else
+      down_.erase(part);
+  }
+
+  Result<CallOutcome> call_service(const project::intervention::Call& what) override {
+    const auto dot = what.method.rfind('.');
+    const std::string name = what.method.substr(0, dot);
+    const auto model = parts_.model_of(name);
+    const auto service = parts_.plan().services.find(name);
+    if (!model || service == parts_.plan().services.end())
+      return fail("verify.fault", fmt::format("no model of the mission serves {}", name));
+    const auto method = idl::find_method(*service->second.service, what.method.substr(dot + 1), name);
+    if (!method) return fail("verify.fault", method.error().message);
+    auto args = idl::conform_arguments(**method, what.args);
+    if (!args) return fail("verify.fault", args.error().message);
+    if (down_.contains(name)) return CallOutcome{};
+    if ((*method)->oneway) {
+      Message request;
+      request.kind = MessageKind::kRequest;
+      request.source = "scenario";
+      request.target = name;
+      request.name = what.method + ".request";
+      request.call = ground_.next_call();
+      request.data = Map{{"args", *args}};
+      ground_.publish(std::move(request));
+    }
+    Call call{.run = 0,
+              .id = ground_.next_call(),
+              .service = name,
+              .method = (*method)->name,
+              .args = *std::move(args),
+              .sendid = {}};
+    ground_.serve(*model, {ServeCall::kOutside, "scenario", Shared<Call>(std::move(call))});
+    return CallOutcome{};
+  }
+
+  void post(Delivery delivery) { ground_.put(ground_.now(), Rank::kMessage, std::move(delivery)); }
+  std::optional<std::size_t> leaf_of(const std::string& part) const {
+    const auto& leaves = parts_.plan().leaves;
+    const auto found = std::find_if(leaves.begin(), leaves.end(), [&](const auto& leaf) { return leaf.name == part; });
+    return found != leaves.end() ? std::optional(static_cast<std::size_t>(found - leaves.begin())) : std::nullopt;
+  }
+
+  const Parts& parts_;
+  Faults& faults_;
+  std::set<std::string>& down_;
+  const std::function<bool(std::size_t leaf)>& is_killed_;
+  Ground& ground_;
+  std::optional<std::uint64_t> number_;
+};
+
+}  // namespace
 
 Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& down,
                     const std::function<bool(std::size_t leaf)>& is_killed, const project::Intervention& what,
                     Ground& ground, std::optional<std::uint64_t> number) {
-  using namespace project::intervention;
-  const auto tell = [&](std::uint64_t id) { ground.publish(project::injection_message(what, "scenario", id)); };
-  const auto post = [&](Delivery delivery) { ground.put(ground.now(), Rank::kMessage, std::move(delivery)); };
-  if (project::stands(what)) {
-    const auto next = faults.next_id();
-    if (!next) return tl::unexpected(next.error());
-    const std::uint64_t id = number.value_or(*next);
-    tell(id);
-    faults.add(id, what);
-    return {};
-  }
-  if (const auto* clear = std::get_if<Clear>(&what)) {
-    if (auto cleared = faults.clear(clear->id); !cleared) return cleared;
-    tell(0);
-    return {};
-  }
-  if (std::holds_alternative<project::intervention::Stop>(what)) {
-    tell(0);
-    post({Delivery::kTree, TreeDelivery(mission::Stop{})});
-    return {};
-  }
-  const auto* killed = std::get_if<Kill>(&what);
-  const auto* restarted = std::get_if<Restart>(&what);
-  const bool kill = killed != nullptr;
-  if (!kill && restarted == nullptr)
-    return fail("verify.fault", fmt::format("\"{}\" is no fault that can be tried", project::word_of(what)));
-  const std::string& part = kill ? killed->part : restarted->part;
-  const auto refuse = [&] {
-    return fail("steering.part-state",
-                fmt::format("\"{}\" {}", part, kill ? "is killed already" : "has not been killed"));
-  };
-  for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) {
-    if (parts.plan().leaves[leaf].name != part) continue;
-    if (is_killed(leaf) == kill) return refuse();
-    tell(0);
-    post({leaf, kill ? SkillDelivery(KillSkill{}) : SkillDelivery(RestartSkill{})});
-    return {};
-  }
-  if (!parts.model_of(part)) return fail("verify.fault", fmt::format("nothing in the mission is called \"{}\"", part));
-  if (down.contains(part) == kill) return refuse();
-  tell(0);
-  if (kill)
-    down.insert(part);
-  else
-    down.erase(part);
+  OnGround run(parts, faults, down, is_killed, ground, number);
+  const auto applied = apply(what, "scenario", run);
+  if (!applied) return tl::unexpected(applied.error());
   return {};
-}
-
-Result<std::optional<Delivery>> call_from_outside(const Parts& parts, const std::set<std::string>& down,
-                                                  const project::intervention::Call& what, Ground& ground) {
-  const auto dot = what.method.rfind('.');
-  const std::string name = what.method.substr(0, dot);
-  const auto model = parts.model_of(name);
-  const auto service = parts.plan().services.find(name);
-  if (!model || service == parts.plan().services.end())
-    return fail("verify.fault", fmt::format("no model of the mission serves {}", name));
-  const auto method = idl::find_method(*service->second.service, what.method.substr(dot + 1), name);
-  if (!method) return fail("verify.fault", method.error().message);
-  auto args = idl::conform_arguments(**method, what.args);
-  if (!args) return fail("verify.fault", args.error().message);
-  ground.publish(project::injection_message(what, "scenario", 0));
-  if (down.contains(name)) return std::nullopt;
-  if ((*method)->oneway) {
-    Message request;
-    request.kind = MessageKind::kRequest;
-    request.source = "scenario";
-    request.target = name;
-    request.name = what.method + ".request";
-    request.call = ground.next_call();
-    request.data = Map{{"args", *args}};
-    ground.publish(std::move(request));
-  }
-  Call call{.run = 0,
-            .id = ground.next_call(),
-            .service = name,
-            .method = (*method)->name,
-            .args = *std::move(args),
-            .sendid = {},
-            .session = {}};
-  return Delivery{*model, ModelDelivery(ServeCall{ServeCall::kOutside, "scenario", Shared<Call>(std::move(call))})};
 }
 
 }  // namespace sentree::mission

@@ -19,6 +19,7 @@
 #include "sentree/mission/met.h"
 #include "sentree/mission/model.h"
 #include "sentree/mission/skill.h"
+#include "sentree/mission/subscriptions.h"
 #include "sentree/mission/tree.h"
 #include "sentree/project/plan.h"
 
@@ -40,6 +41,8 @@ class Ground {
   virtual void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) = 0;
   /// The skill of a leaf makes a call to a service that a model serves.
   virtual void call(std::size_t leaf, const Shared<Call>& call) = 0;
+  /// A model gets a call of somebody outside the mission: now, before anything else.
+  virtual void serve(std::size_t model, ServeCall what) = 0;
   virtual void taken(std::size_t leaf, scxml::TransitionIndex transition) = 0;
   virtual void met(const Met& what) = 0;
   virtual void problem(const std::string& what) = 0;
@@ -91,20 +94,7 @@ class Parts {
   /// What becomes of it else.
   [[nodiscard]] static SkillDelivery unreachable(const Shared<Call>& call);
 
-  /// Who subscribes to a topic: skills, then models, as in the plan.
-  struct Taker {
-    bool is_model = false;
-    std::size_t index = 0;
-  };
-  [[nodiscard]] bool has_topics() const { return !takers_.empty(); }
-  /// Who hears of a request, and what.
-  struct Told {
-    std::string topic;
-    const std::vector<Taker>* takers = nullptr;  ///< Null: nobody.
-    Shared<Publication> what;
-    std::string problem;  ///< Why nobody does who should; else empty.
-  };
-  [[nodiscard]] Told told_of(const Message& request) const;
+  [[nodiscard]] const Subscriptions& subscriptions() const { return subscriptions_; }
 
  private:
   class TreeSide;
@@ -116,7 +106,7 @@ class Parts {
   std::unique_ptr<TreeSide> tree_;
   std::vector<std::unique_ptr<SkillSide>> skills_;
   std::vector<std::unique_ptr<ModelSide>> models_;
-  std::map<std::string, std::vector<Taker>, std::less<>> takers_;
+  Subscriptions subscriptions_;
 };
 
 /// The leaf and the number of the tick that a delivery is about, or of the run whose call it carries; nothing: of none.
@@ -124,19 +114,13 @@ using Numbered = std::optional<std::pair<std::size_t, std::uint64_t>>;
 [[nodiscard]] Numbered numbered_tick(const Delivery& what);
 [[nodiscard]] Numbered numbered_call(const Delivery& what);
 
-/// What a timeline would do now.
+/// What a timeline would do now (`mission::apply`).
 /// @param is_killed  Whether the skill of a leaf is.
 /// @param number     Of what stands from then on; nothing: the next one.
-/// Errors: steering.part-state, steering.too-many, steering.unknown-id, verify.fault.
+/// Errors: those of `apply`; verify.fault, also of a call of a service that no model of the mission serves.
 Result<void> inject(const Parts& parts, Faults& faults, std::set<std::string>& down,
                     const std::function<bool(std::size_t leaf)>& is_killed, const project::Intervention& what,
                     Ground& ground, std::optional<std::uint64_t> number = std::nullopt);
-
-/// Likewise of a call of a service by nobody of the mission: what the model gets that serves it, now, before anything
-/// else; nothing: nobody gets it.
-/// Error: verify.fault, of one that no model of the mission serves.
-Result<std::optional<Delivery>> call_from_outside(const Parts& parts, const std::set<std::string>& down,
-                                                  const project::intervention::Call& what, Ground& ground);
 
 /// Whether a skill is killed, once what is on its way to it has come.
 /// @param is_killed  It is now.

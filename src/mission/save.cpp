@@ -322,12 +322,12 @@ Result<Delivery> restore_delivery(const project::Plan& plan, const Value& saved)
   return delivery;
 }
 
-Value save(const project::Intervention& what) { return archive::save(project::intervention::saved(what)); }
+Value save(const project::Intervention& what) { return archive::save(project::SavedIntervention{what}); }
 
 Result<project::Intervention> restore_intervention(const Value& saved) {
   project::SavedIntervention what;
   if (const std::string problem = archive::restore(saved, what); !problem.empty()) return bad(problem);
-  return project::intervention::restored(what);
+  return std::move(what.what);
 }
 
 Result<Value> saved_world(std::string_view saved) {

@@ -68,7 +68,7 @@ void VirtualHost::publish(Message message) {
   message.time = state_->now;
   message.tick = state_->tick;
   surroundings_->observed(message);
-  if (parts_.has_topics() && message.kind == MessageKind::kRequest) deliver_topic(message);
+  if (!parts_.subscriptions().empty()) deliver_topic(message);
 }
 
 std::optional<Veto> VirtualHost::judge(const Message& request) {
@@ -80,15 +80,14 @@ std::optional<Veto> VirtualHost::judge(const Message& request) {
 
 // A call of a one-way method reaches whoever subscribes to it; a delayed one holds back the later ones.
 void VirtualHost::deliver_topic(const Message& message) {
-  const Parts::Told told = parts_.told_of(message);
+  const Subscriptions::Told told = parts_.subscriptions().told_of(message);
   if (!told.problem.empty()) return surroundings_->problem(told.problem);
   if (told.takers == nullptr) return;
   const Duration delay = state_->faults.empty() ? Duration(0) : state_->faults.delay_of(told.topic);
-  for (const Parts::Taker& taker : *told.takers) {
+  for (const auto& taker : *told.takers) {
     TimePoint& not_before =
         taker.is_model ? state_->models[taker.index].topics_not_before : state_->skills[taker.index].topics_not_before;
-    not_before = std::max(not_before, add_saturating(state_->now, delay));
-    put(not_before, Rank::kMessage,
+    put(Subscriptions::time_of(not_before, state_->now, delay), Rank::kMessage,
         taker.is_model ? Delivery{taker.index, ModelDelivery(Published{told.what})}
                        : Delivery{taker.index, SkillDelivery(Published{told.what})});
   }
@@ -108,6 +107,10 @@ void VirtualHost::tell_skill(std::size_t leaf, std::string_view message, SkillDe
 void VirtualHost::call(std::size_t leaf, const Shared<Call>& call) {
   put(now(), Rank::kMessage,
       state_->down.contains(call->service) ? Delivery{leaf, Parts::unreachable(call)} : parts_.delivery_of(leaf, call));
+}
+
+void VirtualHost::serve(std::size_t model, ServeCall what) {
+  parts_.step(model, state_->models[model], std::move(what), *this);
 }
 
 std::uint64_t VirtualHost::tick_number(std::size_t leaf, std::uint64_t next) {
@@ -180,15 +183,6 @@ Result<void> VirtualHost::inject(State& state, const project::Intervention& what
                                  std::optional<std::uint64_t> number) {
   state_ = &state;
   surroundings_ = &surroundings;
-  if (const auto* const call = std::get_if<project::intervention::Call>(&what)) {
-    auto serve = call_from_outside(parts_, state.down, *call, *this);
-    if (!serve) return tl::unexpected(std::move(serve.error()));
-    if (*serve) {
-      const std::size_t model = (*serve)->leaf;
-      parts_.step(model, state.models[model], std::get<ModelDelivery>(std::move((*serve)->what)), *this);
-    }
-    return {};
-  }
   const auto killed = [&](std::size_t leaf) { return is_killed(state, leaf); };
   return mission::inject(parts_, state.faults, state.down, killed, what, *this, number);
 }

@@ -96,6 +96,7 @@ class VirtualHost final : private Ground {
   void put(TimePoint when, Rank rank, Delivery what) override;
   void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) override;
   void call(std::size_t leaf, const Shared<Call>& call) override;
+  void serve(std::size_t model, ServeCall what) override;
   void taken(std::size_t leaf, scxml::TransitionIndex transition) override { surroundings_->taken(leaf, transition); }
   void met(const Met& what) override { surroundings_->met(what); }
   void problem(const std::string& what) override { surroundings_->problem(what); }

@@ -17,33 +17,6 @@ namespace {
 
 using namespace intervention;
 
-// What is read: the entry of the timeline, and what its word says.
-struct Entry {
-  YamlReader& reader;
-  Diagnostics& diagnostics;
-
-  std::string text(std::string_view word) const { return reader.string(std::string(word)).value_or(""); }
-  // Reads the mapping of the word, if it is one.
-  template <class Read>
-  void details(std::string_view word, const Read& read) const {
-    const auto* node = reader.mapping(std::string(word));
-    if (node == nullptr) return;
-    YamlReader inner(*node, fmt::format("\"{}\"", word), diagnostics);
-    read(inner, *node);
-  }
-};
-
-std::uint64_t read_count(YamlReader& reader) {
-  const auto count = reader.integer("count");
-  if (!count) return 0;
-  if (*count > 0) return static_cast<std::uint64_t>(*count);
-  reader.error(reader.span("count"), "scenario.count",
-               "count must be at least 1; leave it out for as long as it is not cleared");
-  return 0;
-}
-void append_count(Map& entry, std::uint64_t count) {
-  if (count > 0) entry["count"] = static_cast<std::int64_t>(count);
-}
 std::string times(std::uint64_t count) {
   if (count == 0) return "";
   return count == 1 ? ", once" : fmt::format(", {} times", count);
@@ -56,11 +29,117 @@ void check_status(YamlReader& reader, const std::string& status, const std::vect
   reader.error(reader.span("status"), "scenario.status", fmt::format("there is no status \"{}\"{}", status, way_out));
 }
 
-// Of each kind: how it is read, what an entry says of it, whom it concerns, and how it is told in one line.
+template <class One>
+std::string word() {
+  return std::string(One::kKind.word);
+}
 
-void read(const Entry& entry, Call& call) {
-  YamlReader& reader = entry.reader;
-  call.method = entry.text(Call::kWord);
+// Reads the mapping below a kind's word, if it is one.
+template <class One, class Read>
+void read_mapping(YamlReader& reader, Diagnostics& diagnostics, const Read& read) {
+  const auto* node = reader.mapping(word<One>());
+  if (node == nullptr) return;
+  YamlReader inner(*node, fmt::format("\"{}\"", word<One>()), diagnostics);
+  read(inner, *node);
+}
+
+// A member of such a mapping.
+struct ReadMember {
+  YamlReader& reader;
+  const text::YamlNode& node;
+  std::string word;
+
+  template <class Member>
+  void operator()(const Member& member, std::string& text) const {
+    text = member.may_lack ? reader.string(member.name).value_or("") : reader.required_string(member.name);
+  }
+  template <class Member>
+  void operator()(const Member& member, Duration& duration) const {
+    need(member.name, reader.node(member.name) != nullptr);
+    duration = reader.duration(member.name).value_or(Duration(0));
+  }
+  // Null is one.
+  template <class Member>
+  void operator()(const Member& member, Value& value) const {
+    reader.know(member.name);
+    const text::YamlNode* const there = node.find(member.name);
+    need(member.name, there != nullptr);
+    if (there != nullptr) value = there->value();
+  }
+  template <class Member>
+  void operator()(const Member& member, std::uint64_t& count) const {
+    const auto number = reader.integer(member.name);
+    if (number && *number > 0)
+      count = static_cast<std::uint64_t>(*number);
+    else if (number)
+      reader.error(reader.span(member.name), "scenario.count",
+                   "count must be at least 1; leave it out for as long as it is not cleared");
+  }
+
+ private:
+  void need(const char* name, bool is_there) const {
+    if (!is_there) reader.error(node.span, "project.missing-key", fmt::format("\"{}\" needs \"{}\"", word, name));
+  }
+};
+
+void read_only_member(YamlReader& reader, const std::string& word, std::string& text) {
+  text = reader.string(word).value_or("");
+}
+void read_only_member(YamlReader& reader, const std::string& word, std::uint64_t& number) {
+  const auto given = reader.integer(word);
+  if (given && *given > 0)
+    number = static_cast<std::uint64_t>(*given);
+  else if (given)
+    reader.error(reader.span(word), fmt::format("scenario.{}", word), "what stands is numbered from 1");
+}
+
+void append_member(Map& entry, const char* name, const std::string& text) { entry[name] = text; }
+void append_member(Map& entry, const char* name, const Value& value) { entry[name] = value; }
+void append_member(Map& entry, const char* name, Duration duration) { entry[name] = exact_seconds(duration); }
+void append_member(Map& entry, const char* name, std::uint64_t number) {
+  entry[name] = static_cast<std::int64_t>(number);
+}
+
+// Of each kind: how it is read, what an entry says of it, whom it concerns, and how it is told in one line. Most of
+// that follows from its members.
+
+template <class One>
+constexpr bool kHasOneMember = std::tuple_size_v<decltype(One::members())> == 1;
+
+template <class One>
+void read(YamlReader& reader, Diagnostics& diagnostics, One& what) {
+  if constexpr (kHasOneMember<One>) {
+    each_member(what, [&](const auto&, auto& member) { read_only_member(reader, word<One>(), member); });
+  } else {
+    read_mapping<One>(reader, diagnostics, [&](YamlReader& inner, const text::YamlNode& node) {
+      each_member(what, ReadMember{inner, node, word<One>()});
+      if constexpr (std::is_same_v<One, Force>) check_status(inner, what.status, {"SUCCESS", "FAILURE", "RUNNING"});
+    });
+  }
+}
+template <class One>
+Map form(const One& what) {
+  Map entry;
+  each_member(what, [&](const auto& member, const auto& value) {
+    if (!member.may_lack || value != std::decay_t<decltype(value)>()) append_member(entry, member.name, value);
+  });
+  return {{word<One>(), kHasOneMember<One> ? entry.begin()->second : Value(std::move(entry))}};
+}
+template <class One>
+std::vector<std::string> keys(const One& what) {
+  std::vector<std::string> names;
+  each_member(what, [&](const auto& member, const auto& /*value*/) { names.emplace_back(member.name); });
+  return names;
+}
+template <class One>
+std::string concerned(const One& what) {
+  if constexpr (requires { what.part; }) return what.part;
+  if constexpr (requires { what.leaf; }) return what.leaf;
+  return "";
+}
+
+void read(YamlReader& reader, Diagnostics& /*diagnostics*/, Call& call) {
+  call.method = reader.string(word<Call>()).value_or("");
   if (!call.method.empty() && call.method.find('.') == std::string::npos) {
     reader.error(reader.span("call"), "scenario.call", fmt::format("call \"{}\" must be SERVICE.METHOD", call.method));
   }
@@ -68,116 +147,60 @@ void read(const Entry& entry, Call& call) {
   call.args = args != nullptr ? args->value() : Value(Map());
 }
 Map form(const Call& call) {
-  Map entry{{std::string(Call::kWord), call.method}};
+  Map entry{{word<Call>(), call.method}};
   if (call.args.as_map() != nullptr && !call.args.as_map()->empty()) entry["args"] = call.args;
   return entry;
 }
 std::string concerned(const Call& call) { return call.method.substr(0, call.method.rfind('.')); }
 std::string told(const Call& call) { return fmt::format("{} {}", call.method, to_json(call.args)); }
 
-void read(const Entry& entry, Stop& /*stop*/) {
-  if (const auto target = entry.reader.string("stop"); target && *target != "mission") {
-    entry.reader.error(entry.reader.span("stop"), "scenario.stop",
-                       fmt::format("only the mission can be stopped; to end \"{}\" write kill: {}", *target, *target));
+void read(YamlReader& reader, Diagnostics& /*diagnostics*/, Stop& /*stop*/) {
+  if (const auto target = reader.string("stop"); target && *target != "mission") {
+    reader.error(reader.span("stop"), "scenario.stop",
+                 fmt::format("only the mission can be stopped; to end \"{}\" write kill: {}", *target, *target));
   }
 }
-Map form(const Stop& /*stop*/) { return {{std::string(Stop::kWord), "mission"}}; }
+Map form(const Stop& /*stop*/) { return {{word<Stop>(), "mission"}}; }
 std::string concerned(const Stop& /*stop*/) { return "mission"; }
 std::string told(const Stop& /*stop*/) { return "stop the mission"; }
 
-void read(const Entry& entry, Kill& kill) { kill.part = entry.text(Kill::kWord); }
-Map form(const Kill& kill) { return {{std::string(Kill::kWord), kill.part}}; }
-std::string concerned(const Kill& kill) { return kill.part; }
 std::string told(const Kill& kill) { return "kill " + kill.part; }
-
-void read(const Entry& entry, Restart& restart) { restart.part = entry.text(Restart::kWord); }
-Map form(const Restart& restart) { return {{std::string(Restart::kWord), restart.part}}; }
-std::string concerned(const Restart& restart) { return restart.part; }
 std::string told(const Restart& restart) { return "restart " + restart.part; }
-
-void read(const Entry& entry, Delay& delay) {
-  entry.details(Delay::kWord, [&](YamlReader& reader, const text::YamlNode& node) {
-    delay.message = reader.required_string("message");
-    if (reader.node("by") == nullptr) reader.error(node.span, "project.missing-key", "\"delay\" needs \"by\"");
-    delay.by = reader.duration("by").value_or(Duration(0));
-    delay.count = read_count(reader);
-  });
-}
-Map form(const Delay& delay) {
-  Map entry{{"message", delay.message}, {"by", exact_seconds(delay.by)}};
-  append_count(entry, delay.count);
-  return {{std::string(Delay::kWord), std::move(entry)}};
-}
-std::string concerned(const Delay& /*delay*/) { return ""; }
 std::string told(const Delay& delay) {
   return fmt::format("delay {} by {}{}", delay.message, exact_seconds(delay.by), times(delay.count));
 }
-
-void read(const Entry& entry, Falsify& falsify) {
-  entry.details(Falsify::kWord, [&](YamlReader& reader, const text::YamlNode& node) {
-    falsify.call = reader.required_string("call");
-    falsify.path = reader.string("path").value_or("");
-    reader.know("value");
-    // Null is one.
-    if (const auto* value = node.find("value"); value != nullptr)
-      falsify.value = value->value();
-    else
-      reader.error(node.span, "project.missing-key", "\"falsify\" needs \"value\"");
-    falsify.count = read_count(reader);
-  });
-}
-Map form(const Falsify& falsify) {
-  Map entry{{"call", falsify.call}};
-  if (!falsify.path.empty()) entry["path"] = falsify.path;
-  entry["value"] = falsify.value;
-  append_count(entry, falsify.count);
-  return {{std::string(Falsify::kWord), std::move(entry)}};
-}
-std::string concerned(const Falsify& /*falsify*/) { return ""; }
 std::string told(const Falsify& falsify) {
   return fmt::format("falsify {}: {} becomes {}{}", falsify.call, falsify.path.empty() ? "result" : falsify.path,
                      to_json(falsify.value), times(falsify.count));
 }
-
-void read(const Entry& entry, Force& force) {
-  entry.details(Force::kWord, [&](YamlReader& reader, const text::YamlNode& /*node*/) {
-    force.leaf = reader.required_string("leaf");
-    force.status = reader.required_string("status");
-    check_status(reader, force.status, {"SUCCESS", "FAILURE", "RUNNING"});
-    force.count = read_count(reader);
-  });
-}
-Map form(const Force& force) {
-  Map entry{{"leaf", force.leaf}, {"status", force.status}};
-  append_count(entry, force.count);
-  return {{std::string(Force::kWord), std::move(entry)}};
-}
-std::string concerned(const Force& force) { return force.leaf; }
 std::string told(const Force& force) {
   return fmt::format("force {} to {}{}", force.leaf, force.status, times(force.count));
 }
 
-void read(const Entry& entry, Breakpoint& breakpoint) {
-  entry.details(Breakpoint::kWord, [&](YamlReader& reader, const text::YamlNode& place) {
-    const auto node = reader.string("node");
-    const auto chart = reader.string("chart");
-    const auto message = reader.string("message");
+void read(YamlReader& reader, Diagnostics& diagnostics, Breakpoint& breakpoint) {
+  read_mapping<Breakpoint>(reader, diagnostics, [&](YamlReader& inner, const text::YamlNode& place) {
+    const auto node = inner.string("node");
+    const auto chart = inner.string("chart");
+    const auto message = inner.string("message");
     if ((node ? 1 : 0) + (chart ? 1 : 0) + (message ? 1 : 0) != 1) {
-      reader.error(place.span, "scenario.breakpoint",
-                   "a breakpoint needs one of \"node: PATH\", \"chart: NAME\" and \"message: PATTERN\"");
+      inner.error(place.span, "scenario.breakpoint",
+                  "a breakpoint needs one of \"node: PATH\", \"chart: NAME\" and \"message: PATTERN\"");
     } else if (node) {
       breakpoint.point = Breakpoint::Point::kNode;
       breakpoint.target = *node;
-      breakpoint.status = reader.string("status").value_or("");
-      check_status(reader, breakpoint.status, {"IDLE", "RUNNING", "SUCCESS", "FAILURE", "SKIPPED"});
+      breakpoint.status = inner.string("status").value_or("");
+      check_status(inner, breakpoint.status, {"IDLE", "RUNNING", "SUCCESS", "FAILURE", "SKIPPED"});
     } else if (chart) {
       breakpoint.point = Breakpoint::Point::kState;
       breakpoint.target = *chart;
-      breakpoint.state = reader.required_string("state");
+      breakpoint.state = inner.required_string("state");
     } else {
       breakpoint.target = *message;
     }
   });
+}
+std::vector<std::string> keys(const Breakpoint& /*breakpoint*/) {
+  return {"message", "node", "chart", "state", "status"};
 }
 Map form(const Breakpoint& breakpoint) {
   Map entry;
@@ -189,9 +212,8 @@ Map form(const Breakpoint& breakpoint) {
     case Breakpoint::Point::kState: entry = {{"chart", breakpoint.target}, {"state", breakpoint.state}}; break;
     case Breakpoint::Point::kMessage: entry["message"] = breakpoint.target; break;
   }
-  return {{std::string(Breakpoint::kWord), std::move(entry)}};
+  return {{word<Breakpoint>(), std::move(entry)}};
 }
-std::string concerned(const Breakpoint& /*breakpoint*/) { return ""; }
 std::string told(const Breakpoint& breakpoint) {
   std::string at = "breakpoint at " + breakpoint.target;
   switch (breakpoint.point) {
@@ -202,44 +224,13 @@ std::string told(const Breakpoint& breakpoint) {
   return at;
 }
 
-void read(const Entry& entry, Clear& clear) {
-  const auto id = entry.reader.integer("clear");
-  if (id && *id > 0)
-    clear.id = static_cast<std::uint64_t>(*id);
-  else if (id)
-    entry.reader.error(entry.reader.span("clear"), "scenario.clear", "what stands is numbered from 1");
-}
-Map form(const Clear& clear) { return {{std::string(Clear::kWord), static_cast<std::int64_t>(clear.id)}}; }
-std::string concerned(const Clear& /*clear*/) { return ""; }
 std::string told(const Clear& clear) { return fmt::format("clear {}", clear.id); }
+std::string told(const Unreachable& what) { return fmt::format("{} is {}", what.call, what.kKind.word); }
+std::string told(const Late& what) { return fmt::format("{} is {}", what.call, what.kKind.word); }
 
-template <class Failing>
-concept FailingCalls = std::is_same_v<Failing, Unreachable> || std::is_same_v<Failing, Late>;
-template <FailingCalls Failing>
-void read(const Entry& entry, Failing& failing) {
-  failing.call = entry.text(Failing::kWord);
-}
-template <FailingCalls Failing>
-Map form(const Failing& failing) {
-  return {{std::string(Failing::kWord), failing.call}};
-}
-template <FailingCalls Failing>
-std::string concerned(const Failing& /*failing*/) {
-  return "";
-}
-template <FailingCalls Failing>
-std::string told(const Failing& failing) {
-  return fmt::format("{} is {}", failing.call, Failing::kWord);
-}
-
-// Calls `each` with one of every kind.
-template <class Each, std::size_t... kIndex>
-void for_each_kind(const Each& each, std::index_sequence<kIndex...> /*of*/) {
-  (each(std::variant_alternative_t<kIndex, Intervention>()), ...);
-}
-template <class Each>
-void for_each_kind(const Each& each) {
-  for_each_kind(each, std::make_index_sequence<std::variant_size_v<Intervention>>());
+template <std::size_t... kIndex>
+std::vector<Intervention> one_of_each(std::index_sequence<kIndex...> /*of*/) {
+  return {std::variant_alternative_t<kIndex, Intervention>()...};
 }
 
 text::YamlNode scalar(std::string text, bool quoted) {
@@ -275,14 +266,17 @@ text::YamlNode written(const Value& value) {
 
 }  // namespace
 
-bool stands(const Intervention& what) {
-  return std::visit(
-      [](const auto& one) {
-        using One = std::decay_t<decltype(one)>;
-        return !(std::is_same_v<One, Call> || std::is_same_v<One, Stop> || std::is_same_v<One, Kill> ||
-                 std::is_same_v<One, Restart> || std::is_same_v<One, Clear>);
-      },
-      what);
+const std::vector<Intervention>& every_kind() {
+  static const auto kEvery = one_of_each(std::make_index_sequence<std::variant_size_v<Intervention>>());
+  return kEvery;
+}
+
+const Kind& kind_of(const Intervention& what) {
+  return std::visit([](const auto& one) -> const Kind& { return one.kKind; }, what);
+}
+
+std::vector<std::string> keys_of(const Intervention& kind) {
+  return std::visit([](const auto& one) { return keys(one); }, kind);
 }
 
 std::uint64_t count_of(const Intervention& what) {
@@ -294,24 +288,34 @@ std::uint64_t count_of(const Intervention& what) {
       what);
 }
 
-std::string_view word_of(const Intervention& what) {
-  return std::visit([](const auto& one) { return one.kWord; }, what);
-}
-
 Intervention read_intervention(YamlReader& reader, const text::YamlNode& entry, Diagnostics& diagnostics) {
   std::vector<Intervention> found;
-  std::string words;
-  for_each_kind([&](const auto& kind) {
-    words += (words.empty() ? "" : ", ") + std::string(kind.kWord);
-    if (reader.node(std::string(kind.kWord)) != nullptr) found.emplace_back(kind);
-  });
+  std::vector<std::string_view> words;
+  for (const Intervention& kind : every_kind()) {
+    words.push_back(word_of(kind));
+    if (reader.node(std::string(words.back())) != nullptr) found.push_back(kind);
+  }
   if (found.size() != 1) {
     reader.error(entry.span, found.empty() ? "project.missing-key" : "scenario.timeline",
-                 "an entry of the timeline needs one of " + words);
+                 fmt::format("an entry of the timeline needs one of {}", fmt::join(words, ", ")));
     return {};
   }
-  std::visit([&](auto& what) { read(Entry{reader, diagnostics}, what); }, found.front());
+  std::visit([&](auto& what) { read(reader, diagnostics, what); }, found.front());
   return std::move(found.front());
+}
+
+Result<Intervention> from_entry(const Map& entry) {
+  const text::YamlNode yaml = written(Value(entry));
+  Diagnostics diagnostics;
+  Intervention what;
+  {
+    YamlReader reader(yaml, "it", diagnostics);
+    what = read_intervention(reader, yaml, diagnostics);
+  }
+  for (const Diagnostic& one : diagnostics) {
+    if (one.severity == Severity::kError) return fail(one.code, one.message);
+  }
+  return what;
 }
 
 Map to_entry(const Intervention& what) {
@@ -351,14 +355,8 @@ std::optional<Intervention> intervention_of(const Message& message) {
     entry["kill"] = *process;
     entry.erase("process");
   }
-  const text::YamlNode yaml = written(Value(std::move(entry)));
-  Diagnostics diagnostics;
-  std::optional<Intervention> read;
-  {
-    YamlReader reader(yaml, "the observation", diagnostics);
-    read = read_intervention(reader, yaml, diagnostics);
-  }
-  return has_errors(diagnostics) ? std::nullopt : read;
+  auto read = from_entry(entry);
+  return read ? std::optional(std::move(*read)) : std::nullopt;
 }
 
 std::string exact_seconds(Duration duration) {

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sentree/project/faults_file.h"
 #include "sentree/project/interface_file.h"
@@ -182,11 +184,15 @@ void read_fault_section(const text::YamlNode& node, VerifySection& verify, Diagn
   if (any_of == nullptr) return;
   for (const text::YamlNode& entry : any_of->items) {
     YamlReader fault(entry, "fault", diagnostics);
-    std::size_t words = 0;
-    for (const char* const word : {"kill", "delay", "falsify", "force", "unreachable", "late"})
-      words += fault.node(word) != nullptr ? 1U : 0U;
-    if (words != 1) {
-      fault.error(entry.span, "project.verify", "a fault is one of kill, delay, falsify, force, unreachable and late");
+    std::vector<std::string_view> words;
+    std::size_t said = 0;
+    for (const Intervention& kind : every_kind()) {
+      if (!kind_of(kind).fault) continue;
+      words.push_back(word_of(kind));
+      said += fault.node(std::string(words.back())) != nullptr ? 1U : 0U;
+    }
+    if (said != 1) {
+      fault.error(entry.span, "project.verify", fmt::format("a fault is one of {}", fmt::join(words, ", ")));
       continue;
     }
     Intervention what = read_intervention(fault, entry, diagnostics);

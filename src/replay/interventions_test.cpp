@@ -17,6 +17,8 @@ namespace sentree::replay {
 using namespace runtime;  // most of what is tested here is the run itself
 namespace {
 
+using namespace project::intervention;
+
 namespace fs = std::filesystem;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -40,7 +42,7 @@ TEST(Kill, FailsTheLeafOfASkillUntilItIsRestarted) {
   SteeredRunFixture run(recharge_scenario("normal"));
   run.run_until(milliseconds(2050));
   EXPECT_EQ(status_of_last_tick(run, "GoToKitchen"), "RUNNING");
-  ASSERT_TRUE(run.steering().kill("AtKitchen").has_value());
+  ASSERT_TRUE(run.steering().apply(Kill{"AtKitchen"}).has_value());
   EXPECT_EQ(last(run, "scenario.injection").data, Value(Map{{"kill", "AtKitchen"}, {"what", "kill"}}));
   run.step();
   EXPECT_EQ(status_of_last_tick(run, "AtKitchen"), "FAILURE");
@@ -48,9 +50,9 @@ TEST(Kill, FailsTheLeafOfASkillUntilItIsRestarted) {
   const auto requests = run.count("localization.getCurrentPosition.request");
   run.step(3);
   EXPECT_EQ(run.count("localization.getCurrentPosition.request"), requests);
-  EXPECT_EQ(run.steering().kill("AtKitchen").error().code, "steering.part-state");
-  ASSERT_TRUE(run.steering().restart("AtKitchen").has_value());
-  EXPECT_EQ(run.steering().restart("AtKitchen").error().code, "steering.part-state");
+  EXPECT_EQ(run.steering().apply(Kill{"AtKitchen"}).error().code, "steering.part-state");
+  ASSERT_TRUE(run.steering().apply(Restart{"AtKitchen"}).has_value());
+  EXPECT_EQ(run.steering().apply(Restart{"AtKitchen"}).error().code, "steering.part-state");
   run.finish();
   EXPECT_EQ(run.report.mission, bt::Status::kSuccess);
 }
@@ -58,10 +60,10 @@ TEST(Kill, FailsTheLeafOfASkillUntilItIsRestarted) {
 TEST(Kill, AnActionInMidRunFailsTheMissionAndAnswersLateRepliesNobody) {
   SteeredRunFixture run(recharge_scenario("normal"));
   run.run_until(milliseconds(2000));
-  ASSERT_TRUE(run.steering().delay("navigation.*.reply", milliseconds(30)).has_value());
+  ASSERT_TRUE(run.steering().apply(Delay{"navigation.*.reply", milliseconds(30)}).has_value());
   // Between a request and its delayed reply.
   run.run_until(milliseconds(2010));
-  ASSERT_TRUE(run.steering().kill("GoToKitchen").has_value());
+  ASSERT_TRUE(run.steering().apply(Kill{"GoToKitchen"}).has_value());
   run.finish();
   EXPECT_EQ(run.report.mission, bt::Status::kFailure);
   EXPECT_THAT(run.report.reason, HasSubstr("the skill was killed"));
@@ -71,13 +73,13 @@ TEST(Kill, WhileHaltingEndsTheHalt) {
   project::Scenario scenario = recharge_scenario("normal");
   SteeredRunFixture run(std::move(scenario));
   run.run_until(milliseconds(2050));
-  ASSERT_TRUE(run.steering().delay("navigation.stopNavigation", seconds(1)).has_value());
+  ASSERT_TRUE(run.steering().apply(Delay{"navigation.stopNavigation", seconds(1)}).has_value());
   // The battery gets low: the leaf is halted, and its skill waits for its goal to be cancelled.
-  ASSERT_TRUE(run.steering().call("simulation", "setBatteryCharge", Map{{"percent", 20}}).has_value());
+  ASSERT_TRUE(run.steering().apply(Call{"simulation.setBatteryCharge", Map{{"percent", 20}}}).has_value());
   run.run_until(milliseconds(2150));
   EXPECT_EQ(run.count("GoToKitchen.halt.request"), 1U);
   EXPECT_EQ(run.count("GoToKitchen.halt.reply"), 0U);
-  ASSERT_TRUE(run.steering().kill("GoToKitchen").has_value());
+  ASSERT_TRUE(run.steering().apply(Kill{"GoToKitchen"}).has_value());
   run.run_until(milliseconds(2160));
   EXPECT_EQ(run.count("GoToKitchen.halt.reply"), 1U);
 }
@@ -85,39 +87,39 @@ TEST(Kill, WhileHaltingEndsTheHalt) {
 TEST(Kill, MakesSimulatedServicesUnreachable) {
   SteeredRunFixture run(recharge_scenario("normal"));
   run.run_until(milliseconds(2050));
-  ASSERT_TRUE(run.steering().kill("battery").has_value());
+  ASSERT_TRUE(run.steering().apply(Kill{"battery"}).has_value());
   run.step();
   const Message error = last(run, "battery.getBatteryState.error");
   EXPECT_EQ(error.data.find("kind")->text(), "unreachable");
   EXPECT_EQ(status_of_last_tick(run, "BatteryLevelAbove30"), "FAILURE");
-  const auto outcome = run.steering().call("battery", "getBatteryCharge", Map());
+  const auto outcome = run.steering().apply(Call{"battery.getBatteryCharge", Map()});
   ASSERT_TRUE(outcome.has_value());
-  EXPECT_EQ(outcome->kind, "unreachable");
+  EXPECT_EQ(outcome->outcome.kind, "unreachable");
   // Other services of the simulator, and its test control, go on.
-  EXPECT_TRUE(run.steering().call("navigation", "getNavigationStatus", Map())->ok);
-  EXPECT_TRUE(run.steering().call("simulation", "plugIn", Map())->ok);
-  ASSERT_TRUE(run.steering().restart("battery").has_value());
-  ASSERT_TRUE(run.steering().kill("sim").has_value());
-  EXPECT_EQ(run.steering().call("battery", "getBatteryCharge", Map())->kind, "unreachable");
-  ASSERT_TRUE(run.steering().restart("sim").has_value());
-  EXPECT_TRUE(run.steering().call("battery", "getBatteryCharge", Map())->ok);
+  EXPECT_TRUE(run.steering().apply(Call{"navigation.getNavigationStatus", Map()})->outcome.ok);
+  EXPECT_TRUE(run.steering().apply(Call{"simulation.plugIn", Map()})->outcome.ok);
+  ASSERT_TRUE(run.steering().apply(Restart{"battery"}).has_value());
+  ASSERT_TRUE(run.steering().apply(Kill{"sim"}).has_value());
+  EXPECT_EQ(run.steering().apply(Call{"battery.getBatteryCharge", Map()})->outcome.kind, "unreachable");
+  ASSERT_TRUE(run.steering().apply(Restart{"sim"}).has_value());
+  EXPECT_TRUE(run.steering().apply(Call{"battery.getBatteryCharge", Map()})->outcome.ok);
 }
 
 TEST(Kill, NamesWhatThereIs) {
   SteeredRunFixture run(recharge_scenario("normal"));
-  const auto refused = run.steering().kill("GoToKitchn");
+  const auto refused = run.steering().apply(Kill{"GoToKitchn"});
   ASSERT_FALSE(refused.has_value());
   EXPECT_THAT(refused.error().message, HasSubstr("did you mean \"GoToKitchen\"?"));
-  EXPECT_THAT(run.steering().kill("never_empty").error().message, HasSubstr("give it a process of its own"));
+  EXPECT_THAT(run.steering().apply(Kill{"never_empty"}).error().message, HasSubstr("give it a process of its own"));
   EXPECT_EQ(run.steering().parts().size(), 7U + run.plan().services.size() + 1U);
 }
 
 TEST(Falsify, ChangesWhatAServiceAnswersSoManyTimes) {
   SteeredRunFixture run(recharge_scenario("normal"));
   run.run_until(milliseconds(2050));
-  const auto id = run.steering().falsify("battery.getBatteryState", "percentage", 0.1, 2);
+  const auto id = run.steering().apply(Falsify{"battery.getBatteryState", "percentage", 0.1, 2});
   ASSERT_TRUE(id.has_value()) << to_string(id.error());
-  EXPECT_EQ(*id, 1U);
+  EXPECT_EQ(id->id, 1U);
   EXPECT_EQ(run.steering().standing().size(), 1U);
   for (int tick = 0; tick < 2; ++tick) {
     run.step();
@@ -127,25 +129,27 @@ TEST(Falsify, ChangesWhatAServiceAnswersSoManyTimes) {
   EXPECT_TRUE(run.steering().standing().empty());
   run.step();
   EXPECT_EQ(status_of_last_tick(run, "BatteryLevelAbove30"), "SUCCESS");
-  EXPECT_EQ(run.steering().clear(*id).error().code, "steering.unknown-id");
+  EXPECT_EQ(run.steering().apply(Clear{id->id}).error().code, "steering.unknown-id");
 }
 
 TEST(Falsify, RefusesWhatDoesNotFit) {
   SteeredRunFixture run(recharge_scenario("normal"));
   runtime::Steering& steering = run.steering();
-  EXPECT_THAT(steering.falsify("battery.getBatteryStat", "", 1).error().message,
+  EXPECT_THAT(steering.apply(Falsify{"battery.getBatteryStat", "", 1}).error().message,
               HasSubstr("did you mean \"battery.getBatteryState\"?"));
-  EXPECT_THAT(steering.falsify("battery.getBatteryState", "percentag", 1).error().message,
+  EXPECT_THAT(steering.apply(Falsify{"battery.getBatteryState", "percentag", 1}).error().message,
               HasSubstr("did you mean \"percentage\"?"));
-  EXPECT_THAT(steering.falsify("battery.getBatteryState", "percentage", "low").error().message, HasSubstr("double"));
-  EXPECT_THAT(steering.falsify("battery.getBatteryState", "percentage.x", 1).error().message, HasSubstr("no member"));
+  EXPECT_THAT(steering.apply(Falsify{"battery.getBatteryState", "percentage", "low"}).error().message,
+              HasSubstr("double"));
+  EXPECT_THAT(steering.apply(Falsify{"battery.getBatteryState", "percentage.x", 1}).error().message,
+              HasSubstr("no member"));
   EXPECT_TRUE(run.messages.empty()) << "what is refused is no observation";
 }
 
 TEST(Delay, HoldsBackAReply) {
   SteeredRunFixture run(recharge_scenario("normal"));
   run.run_until(milliseconds(2000));
-  ASSERT_TRUE(run.steering().delay("battery.getBatteryState.reply", milliseconds(30), 1).has_value());
+  ASSERT_TRUE(run.steering().apply(Delay{"battery.getBatteryState.reply", milliseconds(30), 1}).has_value());
   run.run_until(milliseconds(2300));
   std::vector<Duration> took;
   TimePoint asked{};
@@ -159,15 +163,15 @@ TEST(Delay, HoldsBackAReply) {
 
 TEST(Delay, RefusesAMessageThatThereIsNot) {
   SteeredRunFixture run(recharge_scenario("normal"));
-  EXPECT_THAT(run.steering().delay("GoToKitchen.tik", seconds(1)).error().message,
+  EXPECT_THAT(run.steering().apply(Delay{"GoToKitchen.tik", seconds(1)}).error().message,
               HasSubstr("did you mean \"GoToKitchen.tick\"?"));
-  EXPECT_EQ(run.steering().delay("battery.*", Duration(0)).error().code, "steering.delay");
+  EXPECT_EQ(run.steering().apply(Delay{"battery.*", Duration(0)}).error().code, "steering.delay");
 }
 
 TEST(Force, ReplacesTheNextAnswerOfARunningLeaf) {
   SteeredRunFixture run(recharge_scenario("normal"));
   run.run_until(milliseconds(2050));
-  ASSERT_TRUE(run.steering().force("GoToKitchen", "SUCCESS", true).has_value());
+  ASSERT_TRUE(run.steering().apply(Force{"GoToKitchen", "SUCCESS", 1}).has_value());
   run.step();
   EXPECT_EQ(status_of_last_tick(run, "GoToKitchen"), "SUCCESS");
   EXPECT_EQ(*last(run, "GoToKitchen.tick.reply").data.find("forced")->as_bool(), true);
@@ -180,26 +184,26 @@ TEST(Force, ReplacesTheNextAnswerOfARunningLeaf) {
 TEST(Force, StandsUntilItIsCleared) {
   SteeredRunFixture run(recharge_scenario("normal"));
   run.step();
-  const auto id = run.steering().force("BatteryLevelAbove30", "FAILURE", false);
+  const auto id = run.steering().apply(Force{"BatteryLevelAbove30", "FAILURE"});
   ASSERT_TRUE(id.has_value());
   for (int tick = 0; tick < 3; ++tick) {
     run.step();
     EXPECT_EQ(status_of_last_tick(run, "BatteryLevelAbove30"), "FAILURE");
   }
   EXPECT_EQ(run.steering().standing()[0].used, 3U);
-  ASSERT_TRUE(run.steering().clear(*id).has_value());
+  ASSERT_TRUE(run.steering().apply(Clear{id->id}).has_value());
   run.step();
   EXPECT_EQ(status_of_last_tick(run, "BatteryLevelAbove30"), "SUCCESS");
 }
 
 TEST(Force, GivesTheTruthLaterToALeafThatWasForcedToRun) {
   SteeredRunFixture run(recharge_scenario("no-path"));
-  const auto id = run.steering().force("GoToKitchen", "RUNNING", false);
+  const auto id = run.steering().apply(Force{"GoToKitchen", "RUNNING"});
   ASSERT_TRUE(id.has_value());
   run.step(5);
   EXPECT_EQ(status_of_last_tick(run, "GoToKitchen"), "RUNNING");
   EXPECT_EQ(run.steering().status().state, State::kPaused);
-  ASSERT_TRUE(run.steering().clear(*id).has_value());
+  ASSERT_TRUE(run.steering().apply(Clear{id->id}).has_value());
   run.finish();
   EXPECT_EQ(run.report.mission, bt::Status::kFailure);
   EXPECT_THAT(run.report.reason, HasSubstr("NO_VALID_PATH"));
@@ -207,25 +211,26 @@ TEST(Force, GivesTheTruthLaterToALeafThatWasForcedToRun) {
 
 TEST(Force, RefusesAConditionThatRuns) {
   SteeredRunFixture run(recharge_scenario("normal"));
-  EXPECT_THAT(run.steering().force("AtKitchen", "RUNNING", true).error().message, HasSubstr("is a condition"));
-  EXPECT_THAT(run.steering().force("AtKichen", "FAILURE", true).error().message,
+  EXPECT_THAT(run.steering().apply(Force{"AtKitchen", "RUNNING", 1}).error().message, HasSubstr("is a condition"));
+  EXPECT_THAT(run.steering().apply(Force{"AtKichen", "FAILURE", 1}).error().message,
               HasSubstr("did you mean \"AtKitchen\"?"));
-  EXPECT_THAT(run.steering().force("AtKitchen", "FAILUER", true).error().message,
+  EXPECT_THAT(run.steering().apply(Force{"AtKitchen", "FAILUER", 1}).error().message,
               HasSubstr("did you mean \"FAILURE\"?"));
 }
 
 TEST(Breakpoint, HoldsAtTheInstantOfANodesStatus) {
   SteeredRunFixture run(recharge_scenario("normal"));
-  const auto id = run.steering().break_at_node("GoToKitchen", "RUNNING");
+  const auto id =
+      run.steering().apply(Breakpoint{.point = Breakpoint::Point::kNode, .target = "GoToKitchen", .status = "RUNNING"});
   ASSERT_TRUE(id.has_value()) << to_string(id.error());
   ASSERT_TRUE(run.steering().resume().has_value());
   const runtime::Steering::Status status = run.steering().wait_paused();
   EXPECT_EQ(status.state, State::kPaused);
-  EXPECT_EQ(status.breakpoint, *id);
+  EXPECT_EQ(status.breakpoint, id->id);
   EXPECT_EQ(status.stopped_at, "GoToKitchen is RUNNING");
   const Message hit = last(run, "scenario.breakpoint");
   EXPECT_EQ(run.messages.back().time, hit.time) << "nothing happened at a later instant";
-  ASSERT_TRUE(run.steering().clear(*id).has_value());
+  ASSERT_TRUE(run.steering().apply(Clear{id->id}).has_value());
   run.finish();
   EXPECT_EQ(run.count("scenario.breakpoint"), 1U);
   EXPECT_EQ(run.report.mission, bt::Status::kSuccess);
@@ -233,7 +238,8 @@ TEST(Breakpoint, HoldsAtTheInstantOfANodesStatus) {
 
 TEST(Breakpoint, HoldsWhenAMonitorEntersAState) {
   SteeredRunFixture run(recharge_scenario("experiment1"));
-  const auto id = run.steering().break_at_state("monitor:battery", "failure");
+  const auto id = run.steering().apply(
+      Breakpoint{.point = Breakpoint::Point::kState, .target = "monitor:battery", .state = "failure"});
   ASSERT_TRUE(id.has_value()) << to_string(id.error());
   (void)run.steering().resume();
   EXPECT_EQ(run.steering().wait_paused().stopped_at, "monitor:battery entered failure");
@@ -244,7 +250,10 @@ TEST(Breakpoint, HoldsWhenASkillEntersAStateAndNotWhileItIsInIt) {
   SteeredRunFixture run(recharge_scenario("recharge"));
   run.run_until(milliseconds(2050));
   // It is there already; it comes back when the battery has been charged.
-  ASSERT_TRUE(run.steering().break_at_state("skill:GoToKitchen", "moving").has_value());
+  ASSERT_TRUE(
+      run.steering()
+          .apply(Breakpoint{.point = Breakpoint::Point::kState, .target = "skill:GoToKitchen", .state = "moving"})
+          .has_value());
   (void)run.steering().resume();
   EXPECT_EQ(run.steering().wait_paused().stopped_at, "skill:GoToKitchen entered moving");
   EXPECT_GT(run.steering().time(), TimePoint(seconds(100)));
@@ -255,31 +264,38 @@ TEST(Breakpoint, HoldsWhenASkillEntersAStateAndNotWhileItIsInIt) {
 TEST(Breakpoint, HoldsAtEachMessage) {
   SteeredRunFixture run(recharge_scenario("normal"));
   run.step();
-  const auto id = run.steering().break_at_message("battery.getBatteryState.request");
+  const auto id = run.steering().apply(Breakpoint{.target = "battery.getBatteryState.request"});
   ASSERT_TRUE(id.has_value());
   for (std::size_t hit = 1; hit <= 3; ++hit) {
     (void)run.steering().resume();
-    EXPECT_EQ(run.steering().wait_paused().breakpoint, *id);
+    EXPECT_EQ(run.steering().wait_paused().breakpoint, id->id);
     EXPECT_EQ(last(run, "scenario.breakpoint").tick, hit + 1);
   }
 }
 
 TEST(Breakpoint, RefusesWhatIsNotThere) {
   SteeredRunFixture run(recharge_scenario("normal"));
-  EXPECT_THAT(run.steering().break_at_node("BeAtKitchn", "").error().message,
-              HasSubstr("did you mean \"BeAtKitchen\"?"));
-  EXPECT_THAT(run.steering().break_at_state("monitor:batery", "failure").error().message,
+  EXPECT_THAT(
+      run.steering().apply(Breakpoint{.point = Breakpoint::Point::kNode, .target = "BeAtKitchn"}).error().message,
+      HasSubstr("did you mean \"BeAtKitchen\"?"));
+  EXPECT_THAT(run.steering()
+                  .apply(Breakpoint{.point = Breakpoint::Point::kState, .target = "monitor:batery", .state = "failure"})
+                  .error()
+                  .message,
               HasSubstr("did you mean \"monitor:battery\"?"));
-  EXPECT_THAT(run.steering().break_at_state("monitor:battery", "failur").error().message,
+  EXPECT_THAT(run.steering()
+                  .apply(Breakpoint{.point = Breakpoint::Point::kState, .target = "monitor:battery", .state = "failur"})
+                  .error()
+                  .message,
               HasSubstr("did you mean \"failure\"?"));
-  EXPECT_EQ(run.steering().break_at_message("").error().code, "steering.pattern");
+  EXPECT_EQ(run.steering().apply(Breakpoint{.target = ""}).error().code, "steering.pattern");
 }
 
 TEST(Standing, IsBounded) {
   SteeredRunFixture run(recharge_scenario("normal"));
   for (std::size_t i = 0; i < mission::Faults::kStandingMax; ++i)
-    ASSERT_TRUE(run.steering().break_at_message("nothing").has_value());
-  EXPECT_EQ(run.steering().break_at_message("nothing").error().code, "steering.too-many");
+    ASSERT_TRUE(run.steering().apply(Breakpoint{.target = "nothing"}).has_value());
+  EXPECT_EQ(run.steering().apply(Breakpoint{.target = "nothing"}).error().code, "steering.too-many");
 }
 
 // A copy of examples/recharge to write scenarios into.
@@ -333,29 +349,32 @@ void intervene(runtime::Steering& steering, std::mt19937& random) {
   const std::string part =
       one_of({"GoToKitchen", "AtKitchen", "GoToStation", "WaitForUser", "battery", "navigation", "sim"});
   switch (random() % 12) {
-    case 0: (void)steering.kill(part); break;
+    case 0: (void)steering.apply(Kill{part}); break;
     case 1:
-    case 2: (void)steering.restart(part); break;
+    case 2: (void)steering.apply(Restart{part}); break;
     case 3:
-      (void)steering.delay(one_of({"GoToKitchen.tick", "battery.*", "navigation.*.reply", "GoToKitchen.halt"}),
-                           milliseconds(1 + random() % 40), random() % 3);
+      (void)steering.apply(Delay{one_of({"GoToKitchen.tick", "battery.*", "navigation.*.reply", "GoToKitchen.halt"}),
+                                 milliseconds(1 + random() % 40), random() % 3});
       break;
     case 4:
-      (void)steering.falsify("battery.getBatteryState", "percentage", static_cast<double>(random() % 100) / 100.0,
-                             1 + random() % 3);
+      (void)steering.apply(Falsify{"battery.getBatteryState", "percentage", static_cast<double>(random() % 100) / 100.0,
+                                   1 + random() % 3});
       break;
     case 5:
-      (void)steering.force(one_of({"AtKitchen", "BatteryLevelAbove30", "AtStation"}), one_of({"SUCCESS", "FAILURE"}),
-                           true);
+      (void)steering.apply(
+          Force{one_of({"AtKitchen", "BatteryLevelAbove30", "AtStation"}), one_of({"SUCCESS", "FAILURE"}), 1});
       break;
-    case 6: (void)steering.force("GoToKitchen", one_of({"FAILURE", "RUNNING"}), random() % 2 == 0); break;
-    case 7: (void)steering.clear(1 + random() % 8); break;
-    case 8: (void)steering.break_at_message(one_of({"mission.status", "GoToKitchen.*"})); break;
-    case 9: (void)steering.break_at_state("monitor:battery", "failure"); break;
-    case 10: (void)steering.call("simulation", "plugIn", Map()); break;
+    case 6: (void)steering.apply(Force{"GoToKitchen", one_of({"FAILURE", "RUNNING"}), random() % 2}); break;
+    case 7: (void)steering.apply(Clear{1 + random() % 8}); break;
+    case 8: (void)steering.apply(Breakpoint{.target = one_of({"mission.status", "GoToKitchen.*"})}); break;
+    case 9:
+      (void)steering.apply(
+          Breakpoint{.point = Breakpoint::Point::kState, .target = "monitor:battery", .state = "failure"});
+      break;
+    case 10: (void)steering.apply(Call{"simulation.plugIn", Map()}); break;
     default:
-      (void)steering.call("simulation", "setBatteryCharge",
-                          Map{{"percent", 0.5 * static_cast<double>(random() % 200)}});
+      (void)steering.apply(
+          Call{"simulation.setBatteryCharge", Map{{"percent", 0.5 * static_cast<double>(random() % 200)}}});
   }
 }
 
@@ -411,8 +430,8 @@ TEST_F(Repeated, AsAScenarioARunIsTheSameByteForByte) {
 TEST_F(Repeated, AScenarioKeepsItsOverridesAndSaysWhatWasDone) {
   SteeredRunFixture run(load("experiment1"));
   run.run_until(milliseconds(12'345));
-  ASSERT_TRUE(run.steering().falsify("battery.getBatteryState", "percentage", 0.5, 1).has_value());
-  ASSERT_TRUE(run.steering().call("simulation", "setBatteryCharge", Map{{"percent", 42.0}}).has_value());
+  ASSERT_TRUE(run.steering().apply(Falsify{"battery.getBatteryState", "percentage", 0.5, 1}).has_value());
+  ASSERT_TRUE(run.steering().apply(Call{"simulation.setBatteryCharge", Map{{"percent", 42.0}}}).has_value());
   EXPECT_EQ(*run.steering().scenario(),
             "description: \"the battery is forced to 10 %; requirement 1 is violated\"\n"
             "clock: virtual\n"

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "sentree/mission/subscriptions.h"
+
 namespace sentree::runtime {
 
 SkillActor::SkillActor(mission::SkillModel model, std::size_t leaf, Surroundings surroundings, Replies replies)
@@ -74,7 +76,7 @@ void SkillActor::tell_order(const mission::SkillDelivery& what) {
   }
 }
 
-void SkillActor::tell_order(const Topics::Told& topic) {
+void SkillActor::tell_order(const ToldTopic& topic) {
   if (topic.delayed || took_ >= topic.published)
     tell_taken("topic", {{"topic", topic.what->topic}, {"sequence", static_cast<std::int64_t>(topic.sequence)}});
 }
@@ -88,7 +90,7 @@ void SkillActor::tell_delayed(std::string_view what, Map data) {
 }
 
 void SkillActor::tell_untaken() {
-  for (const Topics::Told& each : topics_.waiting()) {
+  for (const ToldTopic& each : topics_.waiting()) {
     tell(machine_.model().name, "topic.untaken",
          {{"topic", each.what->topic}, {"sequence", static_cast<std::int64_t>(each.sequence)}});
   }
@@ -196,10 +198,10 @@ void SkillActor::restart(TimePoint asked) {
   post(mission::RestartSkill{});
 }
 
-void SkillActor::take_topic(Topics::Told told) {
+void SkillActor::take_topic(ToldTopic told) {
   const TimePoint present = now();
   TimePoint not_before = state_.topics_not_before;
-  const TimePoint when = TopicInbox::time_of(not_before, present, told.delay);
+  const TimePoint when = mission::Subscriptions::time_of(not_before, present, told.delay);
   told.delayed = tells_delays_ && when > present;
   if (!topics_.add(scheduler_, told)) return;
   state_.topics_not_before = not_before;

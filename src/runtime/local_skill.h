@@ -68,7 +68,7 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   void kill(TimePoint asked);
   /// What is published on a topic that it subscribes to, held back by its `delay` and by what was held back before. In
   /// the actor of the stream.
-  void take_topic(Topics::Told told);
+  void take_topic(ToldTopic told);
   /// When nothing is executed any more: publishes which publications it has not taken.
   void tell_untaken();
   /// The outcome of one of its calls.
@@ -120,7 +120,7 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
   void take(mission::Delivery delivery);
   // What was published says another order, in which a replay would take it, or what a fault held back.
   void tell_order(const mission::SkillDelivery& what);
-  void tell_order(const Topics::Told& topic);
+  void tell_order(const ToldTopic& topic);
   void tell_taken(const char* what, Map data);
   void tell_delayed(std::string_view what, Map data);
   void tell(std::string source, std::string_view what, Map data);

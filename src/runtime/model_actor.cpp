@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "sentree/mission/subscriptions.h"
+
 namespace sentree::runtime {
 
 // The answer that somebody outside waits for.
@@ -40,9 +42,9 @@ void ModelActor::take(mission::ModelDelivery what) {
     machine_.step(state_, std::move(what), *this);
 }
 
-void ModelActor::take_topic(const Topics::Told& told) {
+void ModelActor::take_topic(const ToldTopic& told) {
   if (!topics_.add(scheduler_, told)) return;
-  const TimePoint when = TopicInbox::time_of(state_.topics_not_before, now(), told.delay);
+  const TimePoint when = mission::Subscriptions::time_of(state_.topics_not_before, now(), told.delay);
   scheduler_.at(actor_, when, mission::Rank::kMessage, addressed(mission::Published{told.what}));
 }
 

@@ -42,7 +42,7 @@ class ModelActor final : private mission::ModelHost {
   /// A skill calls. From any thread.
   void serve(mission::ServeCall call) { scheduler_.post(actor_, addressed(std::move(call))); }
   /// As `SkillActor::take_topic`.
-  void take_topic(const Topics::Told& told);
+  void take_topic(const ToldTopic& told);
   /// Somebody who steers the run calls, and waits; `late` if it is not answered within `patience` of wall time, or, in
   /// virtual time, at once. In another actor.
   [[nodiscard]] mission::CallOutcome call(mission::Call call, const std::string& source, Duration patience);

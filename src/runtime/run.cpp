@@ -70,7 +70,7 @@ std::optional<std::string> Run::Impl::prepare() {
   if (auto error = reach_elsewhere()) return error;
   make_models();
   if (auto error = make_mission()) return error;
-  subscribe();
+  subscriptions_ = mission::Subscriptions(plan_, [this](std::size_t leaf) { return skills_[leaf] != nullptr; });
   return std::nullopt;
 }
 
@@ -97,7 +97,7 @@ void Run::Impl::connect_stream() {
   stream_.subscribe([this](const Message& message) { steering_.observed(message); },
                     [](const std::string&) { return false; });
   stream_.hear_all_while([this] { return steering_.faults().any(); });
-  if (!topics_.empty()) stream_.subscribe([this](const Message& message) { deliver(message); });
+  if (!subscriptions_.empty()) stream_.subscribe([this](const Message& message) { deliver(message); });
   stream_.subscribe([this](const Message& message) { tell_unanswered(message); },
                     [](const std::string& name) { return name.ends_with(".error"); });
 }

@@ -86,48 +86,31 @@ void Run::Impl::open_ports() {
   waiting->changed.wait_for(lock, kOpenPatience, [&] { return waiting->left == 0; });
 }
 
-void Run::Impl::subscribe() {
-  for (std::size_t i = 0; i < plan_.leaves.size(); ++i) {
-    SkillActor* const skill = skills_[i];
-    for (const std::string& topic : plan_.leaves[i].subscribes) {
-      if (skill == nullptr) continue;
-      topics_.add(topic, [this, i, skill](const Topics::Told& told) {
-        const TimePoint at = options_.topic_arrival ? options_.topic_arrival(i, *told.what) : TimePoint{};
-        if (at == kNever) return;
-        if (at <= scheduler_->now())
-          skill->take_topic(told);
-        else
-          scheduler_->at(director_, at, mission::Rank::kMessage, [skill, late = told]() mutable {
-            late.delay = Duration(0);  // `at` has it
-            skill->take_topic(late);
-          });
-      });
-    }
-  }
-  for (std::size_t i = 0; i < plan_.models.size(); ++i) {
-    for (const std::string& topic : plan_.models[i].subscribes)
-      topics_.add(topic, [model = models_[i].get()](const Topics::Told& told) { model->take_topic(told); });
+void Run::Impl::deliver(const Message& message) {
+  const auto told = subscriptions_.told_of(message);
+  if (!told.problem.empty()) return problem(told.problem);
+  if (told.takers == nullptr) return;
+  const ToldTopic topic{.what = told.what,
+                        .delay = steering_.faults().delay_of(told.topic),
+                        .published = message.time,
+                        .sequence = message.sequence};
+  for (const auto& taker : *told.takers) {
+    if (taker.is_model)
+      models_[taker.index]->take_topic(topic);
+    else
+      deliver(taker.index, topic);
   }
 }
 
-void Run::Impl::deliver(const Message& message) {
-  if (message.kind != MessageKind::kRequest) return;
-  const std::string_view topic = call_of(message);
-  if (!topics_.is_subscribed(topic)) return;
-  const Value* const args = message.data.find("args");
-  const auto service = services_.find(message.target);
-  const idl::Method* const method = service != services_.end() && topic.size() > message.target.size()
-                                        ? service->second.service->find(topic.substr(message.target.size() + 1))
-                                        : nullptr;
-  auto conforming = method != nullptr ? idl::conform_arguments(*method, args != nullptr ? *args : Value(Map()))
-                                      : fail("run.topic", "the run has no such service");
-  if (!conforming)
-    return problem(fmt::format("{} of {} reaches nobody: {}", topic, message.source, conforming.error().message));
-  topics_.deliver(
-      {.what = mission::Shared<mission::Publication>({std::string(topic), message.source, std::move(*conforming)}),
-       .delay = steering_.faults().delay_of(topic),
-       .published = message.time,
-       .sequence = message.sequence});
+void Run::Impl::deliver(std::size_t leaf, const ToldTopic& told) {
+  SkillActor* const skill = skills_[leaf];
+  const TimePoint at = options_.topic_arrival ? options_.topic_arrival(leaf, *told.what) : TimePoint{};
+  if (at == kNever) return;
+  if (at <= scheduler_->now()) return skill->take_topic(told);
+  scheduler_->at(director_, at, mission::Rank::kMessage, [skill, late = told]() mutable {
+    late.delay = Duration(0);  // `at` has it
+    skill->take_topic(late);
+  });
 }
 
 void Run::Impl::tell_unanswered(const Message& message) {

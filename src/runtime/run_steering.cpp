@@ -223,17 +223,18 @@ void RunSteering::finish() {
 
 Result<Steering::Applied> RunSteering::apply_for(const project::Intervention& what, const std::string& source) {
   if (auto checked = check_intervention(what, scope_); !checked) return tl::unexpected(checked.error());
-  auto applied = in_director([this, what, source] { return execute(what, source, true); });
+  auto applied = in_director([this, what, source] { return execute(what, source, By::kPerson); });
   if (applied && std::holds_alternative<Stop>(what)) (void)resume();
   return applied;
 }
 
 void RunSteering::ask_to_stop(const std::string& source) {
-  if (run_.scheduler->inject(run_.director, [this, source] { (void)execute(Stop{}, source, true); })) (void)resume();
+  if (run_.scheduler->inject(run_.director, [this, source] { (void)execute(Stop{}, source, By::kPerson); }))
+    (void)resume();
 }
 
 void RunSteering::inject(const project::Injection& injection) {
-  const auto applied = execute(injection.what, injection.source, false);
+  const auto applied = execute(injection.what, injection.source, By::kTimeline);
   const std::string place = fmt::format("{}: ", to_string(injection.span));
   if (!applied) {
     run_.problem(place + applied.error().message);
@@ -245,99 +246,88 @@ void RunSteering::inject(const project::Injection& injection) {
   }
 }
 
-Result<Steering::Applied> RunSteering::execute(const project::Intervention& what, const std::string& source,
-                                               bool by_person) {
-  if (by_person) {
-    const std::lock_guard lock(mutex_);
-    if (done_.size() >= kInterventionsMax)
-      return fail("steering.too-many", fmt::format("a run takes no more than {} interventions", kInterventionsMax));
-  }
-  if (by_person && run_.keep) run_.keep(what, source);
-  Applied applied;
-  if (project::stands(what)) {
-    auto standing = stand(what, source, by_person);
-    if (!standing) return standing;
-    applied = *standing;
-  } else if (const auto* kill = std::get_if<Kill>(&what)) {
-    if (auto done = kill_or_restart(kill->part, what, source); !done) return tl::unexpected(done.error());
-  } else if (const auto* restart = std::get_if<Restart>(&what)) {
-    if (auto done = kill_or_restart(restart->part, what, source); !done) return tl::unexpected(done.error());
-  } else if (const auto* clear = std::get_if<Clear>(&what)) {
-    if (auto cleared = standing_.with([&](mission::Faults& faults) { return faults.clear(clear->id); }); !cleared)
-      return tl::unexpected(cleared.error());
-    run_.publish(project::injection_message(what, source, 0));
-  } else if (std::holds_alternative<Stop>(what)) {
-    run_.publish(project::injection_message(what, source, 0));
-    run_.stop();
-  } else if (const auto* call = std::get_if<Call>(&what)) {
-    run_.publish(project::injection_message(what, source, 0));
-    const auto dot = call->method.rfind('.');
-    if (const auto down = down_.find(call->method.substr(0, dot));
-        down != down_.end() && (down->second.killed || down_.find(project::kSimulatorPart)->second.killed)) {
-      applied.outcome = GuardedPort::killed(down->first);
-    } else {
-      applied.outcome = run_.call(call->method.substr(0, dot), call->method.substr(dot + 1), call->args);
+Result<Steering::Applied> RunSteering::execute(const project::Intervention& what, const std::string& source, By by) {
+  if (by == By::kPerson) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (done_.size() >= kInterventionsMax)
+        return fail("steering.too-many", fmt::format("a run takes no more than {} interventions", kInterventionsMax));
     }
+    if (run_.keep) run_.keep(what, source);
   }
-  if (by_person) {
+  by_ = by;
+  auto applied = mission::apply(what, source, *this);
+  if (applied && by == By::kPerson) {
     const std::lock_guard lock(mutex_);
-    done_.push_back({.at = run_.scheduler->now(), .what = what, .source = source, .span = {}});
+    done_.push_back({.at = now(), .what = what, .source = source, .span = {}});
   }
   return applied;
 }
 
-Result<void> RunSteering::kill_or_restart(const std::string& part, const project::Intervention& what,
-                                          const std::string& source) {
-  const bool kill = std::holds_alternative<Kill>(what);
-  const auto publish = [&] { run_.publish(project::injection_message(what, source, 0)); };
-  const auto refuse_state = [&] {
-    return fail("steering.part-state",
-                fmt::format("\"{}\" {}", part, kill ? "is killed already" : "has not been killed"));
-  };
+Result<mission::CallOutcome> RunSteering::call_service(const Call& what) {
+  const auto dot = what.method.rfind('.');
+  const auto down = down_.find(what.method.substr(0, dot));
+  if (down != down_.end() && (down->second.killed || down_.find(project::kSimulatorPart)->second.killed))
+    return GuardedPort::killed(down->first);
+  return run_.call(what.method.substr(0, dot), what.method.substr(dot + 1), what.args);
+}
+
+std::optional<std::size_t> RunSteering::leaf_here(const std::string& part) const {
+  const auto& leaves = run_.plan->leaves;
+  for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
+    if (leaves[leaf].name == part && run_.skill(leaf) != nullptr) return leaf;
+  }
+  return std::nullopt;
+}
+
+bool RunSteering::is_process(const std::string& part) const {
   const auto& processes = run_.plan->scenario.processes;
-  if (std::any_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == part; })) {
-    if (kill) {
-      publish();
-      run_.kill_process(part);
-    } else {
-      if (!run_.restart_process(part)) return refuse_state();
-      publish();
-    }
-    return {};
-  }
-  for (std::size_t leaf = 0; leaf < run_.plan->leaves.size(); ++leaf) {
-    SkillActor* skill = run_.skill(leaf);
-    if (run_.plan->leaves[leaf].name != part || skill == nullptr) continue;
-    if ((killed_skills_[leaf] != 0) == kill) return refuse_state();
-    const TimePoint asked = run_.scheduler->now();
-    publish();
-    killed_skills_[leaf] = kill ? 1 : 0;
-    (kill ? run_.kill_skill : run_.restart_skill)(leaf, asked);
-    return {};
-  }
-  std::atomic<bool>& killed = down_.find(part)->second.killed;  // its name was checked
-  if (killed == kill) return refuse_state();
-  publish();
-  killed = kill;
-  return {};
+  return std::any_of(processes.begin(), processes.end(), [&](const auto& process) { return process.name == part; });
 }
 
-Result<Steering::Applied> RunSteering::stand(const project::Intervention& what, const std::string& source,
-                                             bool by_person) {
-  const auto id = standing_.with([](mission::Faults& faults) { return faults.next_id(); });
-  if (!id) return tl::unexpected(id.error());
-  Applied applied;
-  applied.id = *id;
-  // Observed before it has an effect, and not itself what a breakpoint waits for.
-  run_.publish(project::injection_message(what, source, *id));
-  const auto* breakpoint = std::get_if<Breakpoint>(&what);
-  if (by_person && breakpoint != nullptr) {
-    const std::lock_guard lock(mutex_);
-    holding_.insert(*id);
+std::optional<bool> RunSteering::is_killed(const std::string& part) const {
+  if (is_process(part)) return false;
+  if (const auto leaf = leaf_here(part)) return killed_skills_[*leaf] != 0;
+  const auto down = down_.find(part);
+  return down != down_.end() ? std::optional(down->second.killed.load()) : std::nullopt;
+}
+
+void RunSteering::kill_part(const std::string& part, TimePoint asked) {
+  if (is_process(part)) {
+    run_.kill_process(part);
+  } else if (const auto leaf = leaf_here(part)) {
+    killed_skills_[*leaf] = 1;
+    run_.kill_skill(*leaf, asked);
+  } else {
+    down_.find(part)->second.killed = true;
   }
-  standing_.with([&](mission::Faults& faults) { faults.add(*id, what); });
+}
+
+void RunSteering::restart_part(const std::string& part, TimePoint asked) {
+  if (const auto leaf = leaf_here(part)) {
+    killed_skills_[*leaf] = 0;
+    run_.restart_skill(*leaf, asked);
+  } else {
+    down_.find(part)->second.killed = false;
+  }
+}
+
+Result<std::uint64_t> RunSteering::next_id() {
+  return standing_.with([](mission::Faults& faults) { return faults.next_id(); });
+}
+
+void RunSteering::stand(std::uint64_t id, const project::Intervention& what) {
+  const auto* breakpoint = std::get_if<Breakpoint>(&what);
+  if (by_ == By::kPerson && breakpoint != nullptr) {
+    const std::lock_guard lock(mutex_);
+    holding_.insert(id);
+  }
+  standing_.with([&](mission::Faults& faults) { faults.add(id, what); });
   if (breakpoint != nullptr && breakpoint->point == Breakpoint::Point::kState) prime(*breakpoint);
-  return applied;
+}
+
+Result<void> RunSteering::end_standing(std::uint64_t id) {
+  return standing_.with([&](mission::Faults& faults) { return faults.clear(id); });
 }
 
 void RunSteering::prime(const Breakpoint& breakpoint) {

@@ -9,8 +9,10 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "sentree/mission/apply.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/plan.h"
 #include "sentree/runtime/monitors.h"
@@ -49,14 +51,14 @@ struct SteeredRun {
 inline constexpr std::size_t kInterventionsMax = 100'000;
 
 /// Does to a run what its timeline says and what a person asks for.
-class RunSteering final : public Steering {
+class RunSteering final : public Steering, private mission::Intervened {
  public:
   explicit RunSteering(SteeredRun run);
 
   /// In the director's actor: does what an entry of the timeline says.
   void inject(const project::Injection& injection);
   /// In the director's actor: does once more what a person did.
-  void again(const project::Intervention& what, const std::string& source) { (void)execute(what, source, true); }
+  void again(const project::Intervention& what, const std::string& source) { (void)execute(what, source, By::kPerson); }
   Result<Applied> apply_for(const project::Intervention& what, const std::string& source) override;
 
   /// What stands; for the parts of the run that it concerns.
@@ -104,11 +106,26 @@ class RunSteering final : public Steering {
   // Runs `work` in the director's actor and waits for what it returns.
   Result<Applied> in_director(std::function<Result<Applied>()> work);
   Result<void> refuse() const;
+  enum class By : std::uint8_t { kTimeline, kPerson };
   // In the director's actor: publishes an intervention and does it.
-  Result<Applied> execute(const project::Intervention& what, const std::string& source, bool by_person);
-  // `what` kills that part, or lets it be used again.
-  Result<void> kill_or_restart(const std::string& part, const project::Intervention& what, const std::string& source);
-  Result<Applied> stand(const project::Intervention& what, const std::string& source, bool by_person);
+  Result<Applied> execute(const project::Intervention& what, const std::string& source, By by);
+
+  // What an intervention finds; of the director's actor.
+  TimePoint now() const override { return run_.scheduler->now(); }
+  void publish(Message message) override { run_.publish(std::move(message)); }
+  void stop_mission() override { run_.stop(); }
+  Result<mission::CallOutcome> call_service(const project::intervention::Call& what) override;
+  Result<std::uint64_t> next_id() override;
+  void stand(std::uint64_t id, const project::Intervention& what) override;
+  Result<void> end_standing(std::uint64_t id) override;
+  std::optional<bool> is_killed(const std::string& part) const override;
+  void kill_part(const std::string& part, TimePoint asked) override;
+  void restart_part(const std::string& part, TimePoint asked) override;
+  bool is_process(const std::string& part) const override;
+  bool restart_process(const std::string& part) override { return run_.restart_process(part); }
+  // Whose skill runs in this process.
+  std::optional<std::size_t> leaf_here(const std::string& part) const;
+
   // Notes which states of its chart are active, so that entering one can be told.
   void prime(const project::intervention::Breakpoint& breakpoint);
   void reached(const std::vector<std::uint64_t>& breakpoints, const std::string& what);
@@ -127,6 +144,7 @@ class RunSteering final : public Steering {
   std::vector<std::string> chart_names_;           // "skill:LEAF" by leaf
   std::map<std::string, Down, std::less<>> down_;  // services of the simulator, and "sim"; keys are fixed
   std::vector<char> killed_skills_;                // by leaf; the director's
+  By by_ = By::kTimeline;                          // what is executed; likewise
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool ended_ = false;

@@ -9,6 +9,7 @@
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
+#include "sentree/mission/apply.h"
 #include "sentree/mission/faults.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/intervention.h"
@@ -53,30 +54,11 @@ class Steering {
   /// Error: steering.factor.
   virtual Result<void> set_factor(double factor) = 0;
 
-  /// What became of an intervention.
-  struct Applied {
-    std::uint64_t id = 0;          ///< Of one that stands.
-    mission::CallOutcome outcome;  ///< Of a call.
-  };
-  /// Errors: steering.* with the names that there are.
+  using Applied = mission::Applied;
+  /// Errors: steering.* with the names that there are. A run that was paused goes on to be stopped.
   Result<Applied> apply(const project::Intervention& what) { return apply_for(what, "studio"); }
   /// The same for somebody else than the studio, as the observation says.
   virtual Result<Applied> apply_for(const project::Intervention& what, const std::string& source) = 0;
-
-  // The same, one by one.
-
-  /// Halts the mission; the run ends in order. Goes on if it was paused.
-  Result<void> stop();
-  Result<mission::CallOutcome> call(const std::string& service, const std::string& method, Value args);
-  Result<void> kill(std::string part);
-  Result<void> restart(std::string part);
-  Result<std::uint64_t> delay(std::string messages, Duration by, std::uint64_t count = 0);
-  Result<std::uint64_t> falsify(std::string calls, std::string path, Value value, std::uint64_t count = 0);
-  Result<std::uint64_t> force(std::string leaf, std::string status, bool once);
-  Result<std::uint64_t> break_at_node(std::string path, std::string status);
-  Result<std::uint64_t> break_at_state(std::string chart, std::string state);
-  Result<std::uint64_t> break_at_message(std::string pattern);
-  Result<void> clear(std::uint64_t id);
 
   [[nodiscard]] virtual std::vector<mission::StandingIntervention> standing() const = 0;
   [[nodiscard]] virtual std::vector<project::SteeredPart> parts() const = 0;

@@ -8,6 +8,8 @@
 namespace sentree::runtime {
 namespace {
 
+using namespace project::intervention;
+
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using testing::HasSubstr;
@@ -69,16 +71,16 @@ TEST(Steering, StepsToTheEndAndThenSaysSo) {
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error().code, "steering.ended");
   EXPECT_EQ(run.steering().pause().error().code, "steering.ended");
-  EXPECT_EQ(run.steering().call("simulation", "plugIn", Map()).error().code, "steering.ended");
+  EXPECT_EQ(run.steering().apply(Call{"simulation.plugIn", Map()}).error().code, "steering.ended");
   EXPECT_EQ(run.steering().run_until(TimePoint(seconds(5))).error().code, "steering.ended");
 }
 
 TEST(Steering, CallsATestControlWhilePausedAndItIsObserved) {
   SteeredRunFixture run(recharge_scenario("normal"));
   run.run_until(seconds(3));
-  const auto outcome = run.steering().call("simulation", "setBatteryCharge", Map{{"percent", 10.0}});
+  const auto outcome = run.steering().apply(Call{"simulation.setBatteryCharge", Map{{"percent", 10.0}}});
   ASSERT_TRUE(outcome.has_value()) << to_string(outcome.error());
-  EXPECT_TRUE(outcome->ok) << outcome->message;
+  EXPECT_TRUE(outcome->outcome.ok) << outcome->outcome.message;
   EXPECT_EQ(run.messages.back().name, "scenario.injection");
   EXPECT_EQ(run.messages.back().source, "studio");
   EXPECT_EQ(run.messages.back().time, TimePoint(seconds(3)));
@@ -104,7 +106,7 @@ TEST(Steering, RefusesARunsOwnThread) {
   options.on_begin = [&](RunInside& inside) { steering = &inside.steering(); };
   options.listeners.push_back([&](const Message& message) {
     if (message.name == "mission.tick" && message.tick == 1)
-      code = steering->call("simulation", "plugIn", Map()).error().code;
+      code = steering->apply(Call{"simulation.plugIn", Map()}).error().code;
   });
   SteeredRunFixture run(recharge_scenario("normal"), std::move(options));
   run.step(2);
@@ -114,7 +116,7 @@ TEST(Steering, RefusesARunsOwnThread) {
 TEST(Steering, StopsAPausedMissionInOrder) {
   SteeredRunFixture run(recharge_scenario("normal"));
   run.run_until(seconds(3));
-  EXPECT_TRUE(run.steering().stop().has_value());
+  EXPECT_TRUE(run.steering().apply(Stop{}).has_value());
   EXPECT_EQ(run.steering().wait_paused().state, State::kEnded);
   EXPECT_GT(run.count("GoToKitchen.halt.reply"), 0U);
 }

@@ -5,13 +5,7 @@
 
 namespace sentree::runtime {
 
-void Topics::deliver(const Told& what) const {
-  const auto takers = takers_.find(what.what->topic);
-  if (takers == takers_.end()) return;
-  for (const Take& take : takers->second) take(what);
-}
-
-bool TopicInbox::add(const Scheduler& scheduler, const Topics::Told& told) {
+bool TopicInbox::add(const Scheduler& scheduler, const ToldTopic& told) {
   if (scheduler.is_virtual() && !told.delayed) return true;
   const bool has_room = scheduler.is_virtual() || waiting_.fetch_add(1) < static_cast<std::int64_t>(kWaitingMax);
   const std::lock_guard lock(mutex_);
@@ -25,11 +19,11 @@ bool TopicInbox::add(const Scheduler& scheduler, const Topics::Told& told) {
   return false;
 }
 
-std::optional<Topics::Told> TopicInbox::taken(const mission::Publication& what, const std::string& subscriber,
-                                              Publisher& publisher) {
+std::optional<ToldTopic> TopicInbox::taken(const mission::Publication& what, const std::string& subscriber,
+                                           Publisher& publisher) {
   // Nothing waits in virtual time.
   if (waiting_.load() > 0) waiting_.fetch_sub(1);
-  std::optional<Topics::Told> told;
+  std::optional<ToldTopic> told;
   Message message;
   {
     const std::lock_guard lock(mutex_);
@@ -48,14 +42,9 @@ std::optional<Topics::Told> TopicInbox::taken(const mission::Publication& what, 
   return told;
 }
 
-std::vector<Topics::Told> TopicInbox::waiting() {
+std::vector<ToldTopic> TopicInbox::waiting() {
   const std::lock_guard lock(mutex_);
   return {told_.begin(), told_.end()};
-}
-
-TimePoint TopicInbox::time_of(TimePoint& not_before, TimePoint now, Duration delay) {
-  not_before = std::max(not_before, add_saturating(now, delay));
-  return not_before;
 }
 
 }  // namespace sentree::runtime

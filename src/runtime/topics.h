@@ -3,12 +3,9 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
-#include <functional>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "sentree/mission/delivery.h"
@@ -17,25 +14,13 @@
 
 namespace sentree::runtime {
 
-/// Who subscribes to what. Filled before the run; what is published comes in the stream's order.
-class Topics {
- public:
-  struct Told {
-    mission::Shared<mission::Publication> what;
-    Duration delay{};            ///< By faults.
-    TimePoint published{};       ///< When.
-    std::uint64_t sequence = 0;  ///< Its number among the observations.
-    bool delayed = false;        ///< A fault holds it back, or something before it, and that is told.
-  };
-  using Take = std::function<void(const Told&)>;
-
-  void add(const std::string& topic, Take take) { takers_[topic].push_back(std::move(take)); }
-  [[nodiscard]] bool empty() const { return takers_.empty(); }
-  [[nodiscard]] bool is_subscribed(std::string_view topic) const { return takers_.find(topic) != takers_.end(); }
-  void deliver(const Told& what) const;
-
- private:
-  std::map<std::string, std::vector<Take>, std::less<>> takers_;
+/// Something that was published, as a subscriber is told.
+struct ToldTopic {
+  mission::Shared<mission::Publication> what;
+  Duration delay{};            ///< By faults.
+  TimePoint published{};       ///< When.
+  std::uint64_t sequence = 0;  ///< Its number among the observations.
+  bool delayed = false;        ///< A fault holds it back, or something before it, and that is told.
 };
 
 /// What is on its way to one subscriber. In virtual time the scheduler's queue bounds it; in real time at most
@@ -45,20 +30,17 @@ class TopicInbox {
   static constexpr std::size_t kWaitingMax = 1024;
 
   /// False: it is full, and this is lost. In the actor of the stream.
-  [[nodiscard]] bool add(const Scheduler& scheduler, const Topics::Told& told);
+  [[nodiscard]] bool add(const Scheduler& scheduler, const ToldTopic& told);
   /// One has reached the subscriber; in its actor. What `add` was told in real time, or of one that is delayed, if it
   /// knows.
-  std::optional<Topics::Told> taken(const mission::Publication& what, const std::string& subscriber,
-                                    Publisher& publisher);
+  std::optional<ToldTopic> taken(const mission::Publication& what, const std::string& subscriber, Publisher& publisher);
   /// What `add` was told and nobody has taken yet; from any thread.
-  [[nodiscard]] std::vector<Topics::Told> waiting();
-  /// When something is delivered that is held back by `delay`: not before what was published earlier.
-  static TimePoint time_of(TimePoint& not_before, TimePoint now, Duration delay);
+  [[nodiscard]] std::vector<ToldTopic> waiting();
 
  private:
   std::atomic<std::int64_t> waiting_ = 0;  // in real time
   std::mutex mutex_;
-  std::deque<Topics::Told> told_;  // in real time, and those that are delayed
+  std::deque<ToldTopic> told_;  // in real time, and those that are delayed
   std::int64_t lost_ = 0;
   std::string first_lost_;
 };

@@ -1,6 +1,7 @@
 // Topics from who publishes to who subscribes: order, delay, gates, real time.
 
 #include "sentree/runtime/topics.h"
+#include "sentree/mission/subscriptions.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -122,7 +123,7 @@ class Quiet final : public Publisher {
   std::vector<Message> messages;
 };
 
-Topics::Told told(const char* topic) {
+ToldTopic told(const char* topic) {
   return {.what = mission::Shared<mission::Publication>({topic, "somebody", {}}), .sequence = 1};
 }
 
@@ -130,7 +131,7 @@ TEST(Topics, ASubscriberThatDoesNotKeepUpLosesWhatComesThenAndItIsTold) {
   const auto scheduler = make_real_scheduler();
   TopicInbox inbox;
   Quiet publisher;
-  const Topics::Told first = told("a.a");
+  const ToldTopic first = told("a.a");
   ASSERT_TRUE(inbox.add(*scheduler, first));
   for (std::size_t i = 1; i < TopicInbox::kWaitingMax; ++i) ASSERT_TRUE(inbox.add(*scheduler, told("a.b")));
   EXPECT_FALSE(inbox.add(*scheduler, told("a.c")));
@@ -148,8 +149,9 @@ TEST(Topics, ASubscriberThatDoesNotKeepUpLosesWhatComesThenAndItIsTold) {
 TEST(Topics, WhatWasHeldBackIsNotOvertaken) {
   TimePoint not_before{};
   const TimePoint now(std::chrono::seconds(1));
-  EXPECT_EQ(TopicInbox::time_of(not_before, now, std::chrono::seconds(2)), TimePoint(std::chrono::seconds(3)));
-  EXPECT_EQ(TopicInbox::time_of(not_before, now, Duration(0)), TimePoint(std::chrono::seconds(3)));
+  EXPECT_EQ(mission::Subscriptions::time_of(not_before, now, std::chrono::seconds(2)),
+            TimePoint(std::chrono::seconds(3)));
+  EXPECT_EQ(mission::Subscriptions::time_of(not_before, now, Duration(0)), TimePoint(std::chrono::seconds(3)));
 }
 
 }  // namespace

@@ -404,7 +404,7 @@ TEST(StudioServer, EndsTheSocketOfWhoSendsTooMuchOrNonsense) {
 TEST(StudioServer, SteersTheRun) {
   Shown shown(std::chrono::seconds(20));
   TestClient client(shown.port());
-  client.send(request(1, "call", R"("service":"simulation","method":"setBatteryCharge","args":{"percent":10})"));
+  client.send(request(1, "intervene", R"("call":"simulation.setBatteryCharge","args":{"percent":10})"));
   const Value early = client.next("answer");
   EXPECT_FALSE(*early.find("ok")->as_bool());
   EXPECT_NE(early.find("error")->text().find("not begun"), std::string::npos);

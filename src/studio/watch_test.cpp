@@ -14,6 +14,8 @@
 namespace sentree::studio {
 namespace {
 
+using namespace project::intervention;
+
 using ::testing::HasSubstr;
 
 struct Waiting {
@@ -92,24 +94,25 @@ TEST_F(WatchTest, SeesTreeStatusesAndBlackboard) {
 
 TEST_F(WatchTest, StopsTheProgramAtABreakpointAndLetsItGoOn) {
   runtime::Steering& steering = watch->steering();
-  const auto id = steering.break_at_node("Count", "");
+  const auto id = steering.apply(Breakpoint{.point = Breakpoint::Point::kNode, .target = "Count"});
   ASSERT_TRUE(id.has_value()) << to_string(id.error());
   EXPECT_EQ(steering.wait_paused().stopped_at, "before Count");
   EXPECT_TRUE(comes("scenario.breakpoint scenario "));
   EXPECT_TRUE(comes("scenario.injection studio "));
   EXPECT_EQ(steering.standing().size(), 1u);
-  EXPECT_EQ(steering.break_at_node("Count", "").error().code, "steering.taken");
+  EXPECT_EQ(steering.apply(Breakpoint{.point = Breakpoint::Point::kNode, .target = "Count"}).error().code,
+            "steering.taken");
   EXPECT_TRUE(steering.resume().has_value());
-  EXPECT_EQ(steering.wait_paused().breakpoint, *id);  // it is reached in the next tick too
-  EXPECT_TRUE(steering.clear(*id).has_value());
+  EXPECT_EQ(steering.wait_paused().breakpoint, id->id);  // it is reached in the next tick too
+  EXPECT_TRUE(steering.apply(Clear{id->id}).has_value());
   EXPECT_EQ(steering.status().state, runtime::Steering::State::kRunning);
-  EXPECT_EQ(steering.clear(*id).error().code, "steering.unknown-id");
+  EXPECT_EQ(steering.apply(Clear{id->id}).error().code, "steering.unknown-id");
 }
 
 TEST_F(WatchTest, ForcesAResult) {
   EXPECT_TRUE(comes("node.status wait RUNNING"));
   runtime::Steering& steering = watch->steering();
-  ASSERT_TRUE(steering.force("Count", "FAILURE", false).has_value());
+  ASSERT_TRUE(steering.apply(Force{"Count", "FAILURE"}).has_value());
   program.join();
   EXPECT_EQ(result, bt::Status::kFailure);
   EXPECT_TRUE(comes("node.status all FAILURE"));
@@ -119,13 +122,14 @@ TEST_F(WatchTest, RefusesWhatAPublisherCannotDo) {
   runtime::Steering& steering = watch->steering();
   EXPECT_EQ(steering.pause().error().code, "steering.elsewhere");
   EXPECT_EQ(steering.step().error().code, "steering.elsewhere");
-  EXPECT_EQ(steering.break_at_message("*").error().code, "steering.elsewhere");
-  EXPECT_EQ(steering.force("Count", "RUNNING", false).error().code, "steering.elsewhere");
-  EXPECT_EQ(steering.break_at_node("nobody", "").error().code, "steering.unknown-node");
+  EXPECT_EQ(steering.apply(Breakpoint{.target = "*"}).error().code, "steering.elsewhere");
+  EXPECT_EQ(steering.apply(Force{"Count", "RUNNING"}).error().code, "steering.elsewhere");
+  EXPECT_EQ(steering.apply(Breakpoint{.point = Breakpoint::Point::kNode, .target = "nobody"}).error().code,
+            "steering.unknown-node");
 }
 
 TEST_F(WatchTest, TakesItsBreakpointsAwayWhenItEnds) {
-  ASSERT_TRUE(watch->steering().break_at_node("Count", "").has_value());
+  ASSERT_TRUE(watch->steering().apply(Breakpoint{.point = Breakpoint::Point::kNode, .target = "Count"}).has_value());
   EXPECT_EQ(watch->steering().wait_paused().state, runtime::Steering::State::kPaused);
   watch->stop();
   follower.join();

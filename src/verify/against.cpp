@@ -134,7 +134,7 @@ class Follower final : public mission::ModelHost {
       ++out_.requests;
       if (fate != fates_.end() && fate->second == Fate::kAnswered)
         pending_.emplace(message.call, args != nullptr ? *args : Value(Map()));
-    } else if (const auto told = parts_.told_of(message); told.takers != nullptr) {
+    } else if (const auto told = parts_.subscriptions().told_of(message); told.takers != nullptr) {
       for (const auto& taker : *told.takers) {
         if (taker.is_model && taker.index == index_) heard = mission::Published{told.what};
       }

@@ -128,7 +128,7 @@ def payloads(port):
                   '{"op":"messages","id":1,"limit":-1}', '{"op":"messages","id":1,"before":18446744073709551615,"limit":500,"filter":{"name":"' + "*a" * 5000 + '"}}',
                   '{"op":"lanes","id":1,"from":0,"to":9223372036854775807,"width":4000}', '{"op":"lanes","id":1,"from":5,"to":-5,"width":-4000}', '{"op":"lanes","id":1,"width":0}',
                   '{"op":"layout","id":1,"collapsed":["' + "x" * 50_000 + '"]}', '{"op":"fold_chart","id":1,"chart":"nobody","closed":[1,2]}', '{"op":"find","id":1,"after":1,"before":1,"filter":[]}',
-                  '{"op":"step","id":1}', '{"op":"call","id":1,"service":"battery","method":"x","args":[]}', '{"op":"speed","id":1,"factor":-1}', '{"op":"speed","id":1,"factor":1e308}',
+                  '{"op":"step","id":1}', '{"op":"intervene","id":1,"call":"battery.x","args":[]}', '{"op":"intervene","id":1,"delay":{"by":-1},"clear":1}', '{"op":"speed","id":1,"factor":-1}', '{"op":"speed","id":1,"factor":1e308}',
                   '{"op":"save","id":1,"path":"../../x"}', '{"op":"open","id":1,"file":"/etc/passwd"}', '{"op":"\\u0000","id":{}}'):
         yield f"socket: {value[:60]}", upgrade + web_frame(value) * 3
     yield "socket: a flood of requests", upgrade + web_frame('{"op":"messages","id":1,"limit":500}') * 3000

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <set>
+#include <string_view>
+#include <utility>
+
 #include "sentree/base/archive.h"
 #include "sentree/mission/state.h"
 
@@ -14,116 +18,67 @@ constexpr Status last_enumerator(Status) { return Status::kSkipped; }
 
 namespace sentree::project {
 
-// A saved intervention is a table with the members of every kind, each at its default where a kind has none.
+// A saved intervention is a table with the members of every kind, each at its default where a kind has none: the name
+// of what a kind is about stands under "target". Members that no kind had at first follow.
 struct SavedIntervention {
   enum class Kind : std::uint8_t { kLast = std::variant_size_v<Intervention> - 1 };
-  Kind kind{};  ///< Its place in the variant.
-  std::string target;
-  Value args;
-  Duration by{0};
-  std::string path;
-  Value value;
-  std::string status;
-  intervention::Breakpoint::Point point = intervention::Breakpoint::Point::kMessage;
-  std::string state;
-  std::uint64_t count = 0;
-  std::uint64_t id = 0;
+  Intervention what;
 };
 constexpr SavedIntervention::Kind last_enumerator(SavedIntervention::Kind) { return SavedIntervention::Kind::kLast; }
-template <class S, class V>
-requires archive::MaybeConst<S, SavedIntervention>
-void visit_members(S& s, V&& visit) {
-  visit("kind", s.kind);
-  visit("target", s.target);
-  visit("args", s.args);
-  visit("by", s.by);
-  visit("path", s.path);
-  visit("value", s.value);
-  visit("status", s.status);
-  visit("point", s.point);
-  visit("state", s.state);
-  visit("count", s.count);
-  visit("id", s.id);
-}
 
 namespace intervention {
 
 constexpr Breakpoint::Point last_enumerator(Breakpoint::Point) { return Breakpoint::Point::kMessage; }
 
-// The members of each kind: where they are in the table.
-using Saved = SavedIntervention;
-template <class V>
-void visit_saved(const Call*, V&& visit) {
-  visit(&Saved::target, &Call::method);
-  visit(&Saved::args, &Call::args);
-}
-template <class V>
-void visit_saved(const Stop*, V&&) {}
-template <class V>
-void visit_saved(const Kill*, V&& visit) {
-  visit(&Saved::target, &Kill::part);
-}
-template <class V>
-void visit_saved(const Restart*, V&& visit) {
-  visit(&Saved::target, &Restart::part);
-}
-template <class V>
-void visit_saved(const Delay*, V&& visit) {
-  visit(&Saved::target, &Delay::message);
-  visit(&Saved::by, &Delay::by);
-  visit(&Saved::count, &Delay::count);
-}
-template <class V>
-void visit_saved(const Falsify*, V&& visit) {
-  visit(&Saved::target, &Falsify::call);
-  visit(&Saved::path, &Falsify::path);
-  visit(&Saved::value, &Falsify::value);
-  visit(&Saved::count, &Falsify::count);
-}
-template <class V>
-void visit_saved(const Force*, V&& visit) {
-  visit(&Saved::target, &Force::leaf);
-  visit(&Saved::status, &Force::status);
-  visit(&Saved::count, &Force::count);
-}
-template <class V>
-void visit_saved(const Breakpoint*, V&& visit) {
-  visit(&Saved::target, &Breakpoint::target);
-  visit(&Saved::status, &Breakpoint::status);
-  visit(&Saved::point, &Breakpoint::point);
-  visit(&Saved::state, &Breakpoint::state);
-}
-template <class V>
-void visit_saved(const Clear*, V&& visit) {
-  visit(&Saved::id, &Clear::id);
-}
-template <class V>
-void visit_saved(const Unreachable*, V&& visit) {
-  visit(&Saved::target, &Unreachable::call);
-}
-template <class V>
-void visit_saved(const Late*, V&& visit) {
-  visit(&Saved::target, &Late::call);
-}
-
-inline SavedIntervention saved(const Intervention& what) {
-  Saved saved;
-  saved.kind = static_cast<Saved::Kind>(what.index());
-  std::visit([&](const auto& one) { visit_saved(&one, [&](auto there, auto here) { saved.*there = one.*here; }); },
-             what);
-  return saved;
-}
-template <std::size_t kKind = 0>
-Intervention restored(const Saved& saved) {
-  if constexpr (kKind + 1 < std::variant_size_v<Intervention>) {
-    if (static_cast<std::size_t>(saved.kind) != kKind) return restored<kKind + 1>(saved);
-  }
-  std::variant_alternative_t<kKind, Intervention> one;
-  visit_saved(&one, [&](auto there, auto here) { one.*here = saved.*there; });
-  return one;
+// visit(column, member) for each member of an intervention.
+template <class What, class Visit>
+void each_column(What& what, const Visit& visit) {
+  std::visit(
+      [&](auto& one) {
+        bool is_first = true;
+        each_member(one, [&](const auto& member, auto& value) {
+          const bool is_target = std::is_same_v<std::decay_t<decltype(value)>, std::string>;
+          visit(std::string_view(std::exchange(is_first, false) && is_target ? "target" : member.name), value);
+        });
+      },
+      what);
 }
 
 }  // namespace intervention
+
+template <class S, class V>
+requires archive::MaybeConst<S, SavedIntervention>
+void visit_members(S& s, V&& visit) {
+  auto kind = static_cast<SavedIntervention::Kind>(s.what.index());
+  visit("kind", kind);
+  if constexpr (!std::is_const_v<S>) s.what = every_kind()[static_cast<std::size_t>(kind)];
+  std::set<std::string_view> columns;
+  const auto column = [&]<class Type>(std::string_view name, Type otherwise) {
+    columns.insert(name);
+    bool has = false;
+    intervention::each_column(s.what, [&](std::string_view of, auto& member) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(member)>, Type>) {
+        if (of != name) return;
+        has = true;
+        visit(name, member);
+      }
+    });
+    if (!has) visit(name, otherwise);
+  };
+  column("target", std::string());
+  column("args", Value());
+  column("by", Duration(0));
+  column("path", std::string());
+  column("value", Value());
+  column("status", std::string());
+  column("point", intervention::Breakpoint().point);
+  column("state", std::string());
+  column("count", std::uint64_t{0});
+  column("id", std::uint64_t{0});
+  intervention::each_column(s.what, [&](std::string_view of, auto& member) {
+    if (!columns.contains(of)) visit(of, member);
+  });
+}
 
 }  // namespace sentree::project
 
@@ -286,9 +241,9 @@ requires archive::MaybeConst<S, StandingIntervention>
 void visit_members(S& s, V&& visit) {
   visit("id", s.id);
   // Not the variant as others are saved: the table.
-  auto what = project::intervention::saved(s.what);
+  project::SavedIntervention what{s.what};
   visit("what", what);
-  if constexpr (!std::is_const_v<S>) s.what = project::intervention::restored(what);
+  if constexpr (!std::is_const_v<S>) s.what = std::move(what.what);
   visit("used", s.used);
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/mission/subscriptions.h"
 #include "sentree/runtime/durable.h"
 #include "sentree/runtime/elsewhere.h"
 #include "sentree/runtime/local_skill.h"
@@ -105,10 +106,9 @@ class Run::Impl final : public RunView, private RunInside {
   std::unique_ptr<ServicePort> make_port(const project::ServicePlan& service, const std::string& leaf);
   // Before the first tick, so that no call pays for connecting. At most kOpenPatience.
   void open_ports();
-  // Once the skills and models are made.
-  void subscribe();
   // What anybody has published, whether in this process or elsewhere.
   void deliver(const Message& message);
+  void deliver(std::size_t leaf, const ToldTopic& told);
   // A call to an address that nobody answered.
   void tell_unanswered(const Message& message);
   void schedule_telemetry();
@@ -180,7 +180,7 @@ class Run::Impl final : public RunView, private RunInside {
   std::unique_ptr<Elsewhere> elsewhere_;             // null: everything runs in this process
   std::vector<std::unique_ptr<ModelActor>> models_;  // as in the plan
   std::vector<SkillActor*> skills_;                  // by leaf; null: it runs elsewhere
-  Topics topics_;
+  mission::Subscriptions subscriptions_{plan_};      // of parts in this process, once they are made
   std::unique_ptr<Mission> mission_;
   std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted
   std::mutex problems_mutex_;

@@ -55,7 +55,7 @@ test("the Tab key reaches every control that can be pressed, each shown where it
   // Paused, so that no control comes or goes meanwhile; those that steer are among them.
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);
-  await operate(page, "call", { service: "simulation", method: "setBatteryCharge", args: { percent: 10 } });
+  await operate(page, "intervene", { call: "simulation.setBatteryCharge", args: { percent: 10 } });
   await page.getByTestId("violation-banner").waitFor();
   await operate(page, "pause");
   await until(async () => /Paused/.test(await text(page, "presence")), "the run is paused");

@@ -11,7 +11,7 @@ test("a battery forced to 10 % is a violation that no one can miss", async () =>
 
   assert.equal(await page.getByTestId("violation-banner").count(), 0);
   assert.deepEqual([...new Set(Object.values(await verdicts(page)))], ["undecided"]);
-  await operate(page, "call", { service: "simulation", method: "setBatteryCharge", args: { percent: 10 } });
+  await operate(page, "intervene", { call: "simulation.setBatteryCharge", args: { percent: 10 } });
 
   const banner = page.getByTestId("violation-banner");
   await banner.waitFor();

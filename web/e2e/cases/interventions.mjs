@@ -71,7 +71,7 @@ test("a service is cut off, and answers too late, until that is cleared", async 
     await page.getByTestId("stage").getByLabel("Service").selectOption("battery");
     await page.getByTestId("stage").getByLabel("Method").selectOption("getBatteryState");
     await page.getByRole("button", { name: button }).click();
-    await until(async () => (await operate(page, "interventions")).some((one) => one.kind === kind && one.call === "battery.getBatteryState"), `it stands: ${kind}`);
+    await until(async () => (await operate(page, "interventions")).some((one) => one[kind] === "battery.getBatteryState"), `it stands: ${kind}`);
     const named = async () => (await operate(page, "messages", { limit: 500, filter: { name: "battery.getBatteryState.error" } })).messages.some(({ data }) => JSON.stringify(data).includes(kind));
     await until(named, `a call ends as ${kind}`);
     await open_tab(page, "Standing");

@@ -31,7 +31,7 @@ test("the particles of a robot that is lost are drawn, and can be left out", asy
   const program = await serve_run(project, { scenario: "normal" });
   const { page, close } = await open_page(program.url);
   // Put elsewhere, the filter looks for itself all over the house.
-  await operate(page, "call", { service: "simulation", method: "setRobotPose", args: { pose: { x: 8.7, y: 2.5, theta: 0 } } });
+  await operate(page, "intervene", { call: "simulation.setRobotPose", args: { pose: { x: 8.7, y: 2.5, theta: 0 } } });
   const width = (places) => Math.max(...places) - Math.min(...places);
   await until(async () => width(((await state_of(page)).robots.robot.particles ?? []).map(([x]) => x)) > 10, "there are particles everywhere");
   await operate(page, "pause");

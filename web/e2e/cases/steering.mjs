@@ -60,8 +60,8 @@ test("a robot is plugged in at a station, and on its way the page says why not",
   await until(async () => (await text(page, "plug-robot")).includes("not at a station (dock)"), "the page says why");
   assert.ok(await plug.isDisabled());
   // With so little charge the robot stays there and waits for somebody.
-  await operate(page, "call", { service: "simulation", method: "setBatteryCharge", args: { percent: 28 } });
-  await operate(page, "call", { service: "simulation", method: "setRobotPose", args: { pose: { x: 8.2, y: 5.2, theta: Math.PI / 2 } } });
+  await operate(page, "intervene", { call: "simulation.setBatteryCharge", args: { percent: 28 } });
+  await operate(page, "intervene", { call: "simulation.setRobotPose", args: { pose: { x: 8.2, y: 5.2, theta: Math.PI / 2 } } });
   await until(async () => (await text(page, "plug-robot")).includes("at dock, not plugged in"), "the robot is at the station");
   await plug.click();
   await until(async () => (await text(page, "plug-robot")).includes("plugged in at dock"), "it is plugged in");
@@ -94,7 +94,7 @@ test("what cannot be steered says why: the past, and a run that has ended", asyn
   assert.equal(await page.getByTestId("tool-goal").getAttribute("aria-disabled"), "true");
   await page.keyboard.press("l");
   await page.getByTestId("why-not").waitFor({ state: "detached" });
-  await operate(page, "stop");
+  await operate(page, "intervene", { stop: "mission" });
   await until(async () => /ended/.test((await page.getByTestId("why-not").count()) ? await text(page, "why-not") : ""), "a run that has ended cannot be steered");
   await close();
   await program.stop();

@@ -6,13 +6,15 @@ import { clock_text } from "../draw/format";
 import { fit, ticks, time_at, x_of, zoom, clamp, pan, type View } from "../panels/timeline/view";
 import { follow_pointer } from "../picture/drag";
 import { wheel_factor } from "../picture/viewport";
+import { kInterventions, kKinds } from "../protocol/interventions";
+import type { InterventionKind } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
 import { useCommand } from "../widgets/commands";
 import { broken, choose_scenario, doc_of, findings_of, gesture, go_to, kNoFiles, obstacle, useDesign, version_now, type Doc } from "./design";
 import { Editable } from "./Editable";
 import { EntryRows } from "./EntryRows";
-import { kKindHints, kKinds, names_of, new_injection, scenario_of, useScenario, type Injection, type InjectionKind, type ScenarioText } from "./scenario";
+import { names_of, new_injection, scenario_of, useScenario, type Injection, type ScenarioText } from "./scenario";
 import { ChoiceField, set_value, ValueField } from "./settings";
 import { in_turn } from "./turns";
 import { useRoom } from "./use_room";
@@ -42,7 +44,7 @@ const kAxisCommands: readonly { title: string; keys: string; key: string; held?:
   { title: "Delete the chosen entry", keys: "Del", key: "Delete" },
 ];
 
-type Drag = { what: "entry"; i: number; time_ns: number } | { what: "end"; time_ns: number } | { what: "new"; kind: InjectionKind; time_ns: number; inside: boolean };
+type Drag = { what: "entry"; i: number; time_ns: number } | { what: "end"; time_ns: number } | { what: "new"; kind: InterventionKind; time_ns: number; inside: boolean };
 
 /** A scenario's timeline: entries are dragged along it, and written where they stand in the text. */
 export default function ScenarioView({ doc }: { doc: Doc }) {
@@ -107,12 +109,12 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
     useScenario.setState({ chosen: null });
     void gesture({ what: "yaml_remove", path: ["timeline", i] });
   };
-  const insert = (kind: InjectionKind, time_ns: number) => {
+  const insert = (kind: InterventionKind, time_ns: number) => {
     const later = injections.findIndex((one) => (one.time_ns ?? 0) > time_ns);
     const index = later < 0 ? injections.length : later;
     void gesture({ what: "yaml_insert", path: ["timeline"], index, value: { at: duration_like(time_ns, "s"), ...new_injection(kind) } }).then((done) => done && useScenario.setState({ chosen: index }));
   };
-  const insert_now = (kind: InjectionKind) => insert(kind, Math.min(Math.round((now ?? 0) / kGrid_ns) * kGrid_ns, end));
+  const insert_now = (kind: InterventionKind) => insert(kind, Math.min(Math.round((now ?? 0) / kGrid_ns) * kGrid_ns, end));
   const follow = (event: React.PointerEvent, start: (time_ns: number, moved: PointerEvent) => Drag, drop: (dragged: Drag) => void) =>
     follow_pointer(event, {
       from_px: kDragFrom_px,
@@ -192,7 +194,7 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
             key={kind}
             className="button small"
             data-kind={kind}
-            title={`${kKindHints[kind]}: drag it onto the timeline, or click to add it at the moment shown`}
+            title={`${kInterventions[kind].does}: drag it onto the timeline, or click to add it at the moment shown`}
             disabled={why_not !== null}
             onPointerDown={(event) => {
               if (event.button !== 0) return;
@@ -408,9 +410,9 @@ function EntryForm({ injection, text }: { injection: Injection; text: string }) 
     source: ["scenario", "studio", "control"],
   };
   // Every member of the kind, also those that are not written.
-  const members: Record<string, readonly string[]> = { delay: ["message", "by", "count"], falsify: ["call", "path", "value", "count"], force: ["leaf", "status", "count"], breakpoint: ["message", "node", "chart", "state", "status"] };
+  const members = kKinds.flatMap((kind) => (kind === injection.kind ? (kInterventions[kind].members ?? []) : []));
   const what = entry(injection.value, injection.kind);
-  const inner = what?.kind === "map" ? [...new Set([...(members[injection.kind] ?? []), ...what.entries.map(([key]) => key)])] : [];
+  const inner = what?.kind === "map" ? [...new Set([...members, ...what.entries.map(([key]) => key)])] : [];
   const args = entry(injection.value, "args");
   const method = injection.kind === "call" ? /^(.*)\.([^.]+)$/.exec(what?.text ?? "") : null;
   const declared = model?.services.find(({ name }) => name === method?.[1])?.methods.find(({ name }) => name === method?.[2])?.args ?? [];

@@ -1,7 +1,8 @@
 import { create } from "zustand";
 
 import { arguments_draft, read_arguments, reply_fields } from "../panels/steer/idl";
-import type { Data, Model } from "../protocol/types";
+import { kKinds } from "../protocol/interventions";
+import type { Data, InterventionKind, Model } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { duration_of, entry, typed_text, yaml_values, type YamlValue } from "./yaml_places";
 
@@ -22,22 +23,6 @@ export interface ScenarioText {
   duration: YamlValue | null;
   duration_ns: number | null;
 }
-
-export const kKinds = ["call", "kill", "restart", "delay", "falsify", "unreachable", "late", "force", "breakpoint", "stop", "clear"] as const;
-export type InjectionKind = (typeof kKinds)[number];
-export const kKindHints: Record<InjectionKind, string> = {
-  call: "a call to a service, or to the simulator",
-  kill: "a part ends as a killed process does",
-  restart: "what was killed can be used again",
-  delay: "messages are held back",
-  falsify: "a reply says something else",
-  unreachable: "calls find nobody",
-  late: "answers come too late",
-  force: "a leaf answers something else",
-  breakpoint: "reaching it is observed",
-  stop: "the mission is halted",
-  clear: "what stands ends; the first is 1",
-};
 
 /** Which entry is chosen, by its place. */
 export const useScenario = create<{ chosen: number | null }>()(() => ({ chosen: null }));
@@ -85,7 +70,7 @@ export function arguments_of(model: Model | null, call: string): Record<string, 
 }
 
 /** A first value for what an entry of that kind says, from what the project has. */
-export function new_injection(kind: InjectionKind): Record<string, Data> {
+export function new_injection(kind: InterventionKind): Record<string, Data> {
   const model = useStudio.getState().index?.model ?? null;
   const { methods, replies, parts, leaves } = names_of(model);
   const first = (names: readonly string[], otherwise: string) => names[0] ?? otherwise;

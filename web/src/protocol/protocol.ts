@@ -500,7 +500,26 @@ export const Lane = object({
   points: optional(list(tuple([Time, number()]))),
 });
 export const Mark = object({ time: Time, kind: one_of("violation", "injection", "intervention", "veto", "problem", "gap"), text: string(), sequence: index(), from: optional(Type.Integer({ description: "Of a gap: when it began" })) });
-export const Interventions = list(Type.Unsafe<Record<string, Static<typeof Data>>>(by_name(Data)));
+
+const times = () => optional(Type.Integer({ minimum: 1, description: "How many messages; else until it is cleared" }));
+/** By kind: what may be done to a run, as an entry of a scenario's timeline spells it. */
+export const Interventions = {
+  call: object({ call: Type.String({ description: "SERVICE.METHOD" }), args: optional(by_name(Data)) }),
+  stop: object({ stop: Type.Literal("mission") }),
+  kill: object({ kill: string() }),
+  restart: object({ restart: string() }),
+  delay: object({ delay: object({ message: string(), by: Type.String({ description: "300 ms" }), count: times() }) }),
+  falsify: object({ falsify: object({ call: string(), path: optional(string()), value: Data, count: times() }) }),
+  force: object({ force: object({ leaf: string(), status: one_of("SUCCESS", "FAILURE", "RUNNING"), count: times() }) }),
+  breakpoint: object({ breakpoint: Type.Union([object({ node: Type.String({ description: "Its path" }), status: optional(string()) }), object({ chart: string(), state: string() }), object({ message: string() })]) }),
+  clear: object({ clear: Type.Integer({ minimum: 1, description: "The number of what stands" }) }),
+  unreachable: object({ unreachable: Type.String({ description: "SERVICE.METHOD" }) }),
+  late: object({ late: Type.String({ description: "SERVICE.METHOD" }) }),
+} as const;
+const kinds = Object.values(Interventions);
+export const Intervention = Type.Unsafe<Static<(typeof kinds)[number]>>(Type.Union(kinds));
+const standing = { id: Type.Integer(), used: index(), text: string() };
+export const Standing = Type.Unsafe<Static<(typeof kinds)[number]> & Static<TObject<typeof standing>>>(Type.Union(kinds.map(({ properties }) => Type.Object({ ...properties, ...standing }, kExact))));
 
 const nothing = () => object({});
 export const Operations = {
@@ -524,22 +543,9 @@ export const Operations = {
   resume: [nothing(), Type.Unknown()],
   step: [object({ ticks: Type.Integer({ minimum: 1 }) }), Type.Unknown()],
   factor: [object({ value: number() }), Type.Unknown()],
-  stop: [nothing(), Type.Unknown()],
   run_again: [object({ seed: optional(Type.Integer({ minimum: 0 })), scenario: optional(string()), choose: optional(Type.Array(string(), { description: "MODEL#NUMBER=VALUE: what models choose instead" })) }), Type.Unknown()],
-  call: [object({ service: string(), method: string(), args: by_name(Data) }), object({ result: Data })],
-  kill: [object({ part: string() }), Type.Unknown()],
-  restart: [object({ part: string() }), Type.Unknown()],
-  delay: [object({ message: string(), by: Time, count: optional(Type.Integer()) }), object({ id: optional(Type.Integer()) })],
-  falsify: [object({ call: string(), path: string(), value: Data, count: optional(Type.Integer()) }), object({ id: optional(Type.Integer()) })],
-  unreachable: [object({ call: string() }), object({ id: optional(Type.Integer()) })],
-  late: [object({ call: string() }), object({ id: optional(Type.Integer()) })],
-  force: [object({ leaf: string(), status: one_of("SUCCESS", "FAILURE", "RUNNING"), once: boolean() }), object({ id: optional(Type.Integer()) })],
-  breakpoint: [
-    object({ kind: one_of("node", "state", "message"), node: optional(index()), chart: optional(string()), state: optional(string()), pattern: optional(string()), status: optional(string()) }),
-    object({ breakpoint: Type.Integer() }),
-  ],
-  clear: [object({ what: Type.Integer() }), Type.Unknown()],
-  interventions: [nothing(), Interventions],
+  intervene: [Intervention, object({ id: optional(Type.Integer({ description: "Of what stands" })), result: optional(Data) })],
+  interventions: [nothing(), list(Standing)],
   coverage: [object({ verification: optional(Type.Boolean({ description: "What a verification has reached; null: none is there" })) }), or_null(Reached)],
   save_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
   add_to_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],

@@ -79,7 +79,9 @@ export type PartMark = Static<typeof protocol.PartMark>;
 export type Change = Static<typeof protocol.Change>;
 export type Comparison = Static<typeof protocol.Comparison>;
 export type ComparedFile = Static<typeof protocol.ComparedFile>;
-export type Interventions = Static<typeof protocol.Interventions>;
+export type InterventionKind = keyof typeof protocol.Interventions;
+export type Intervention = Static<typeof protocol.Intervention>;
+export type Standing = Static<typeof protocol.Standing>;
 
 /** By operation: what is sent beside `op` and `id`, and the value of the answer. */
 export type Operations = { [Op in keyof typeof protocol.Operations]: [Static<(typeof protocol.Operations)[Op][0]>, Static<(typeof protocol.Operations)[Op][1]>] };

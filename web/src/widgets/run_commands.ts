@@ -64,7 +64,7 @@ export function change_speed(direction: 1 | -1): void {
 
 /** Ends the run, once the person has said so. */
 export function stop_run(): void {
-  confirm({ text: "Stop the mission? All skills are halted, and the run cannot go on afterwards.", yes: "Stop", run: () => void ask("stop", {}) });
+  confirm({ text: "Stop the mission? All skills are halted, and the run cannot go on afterwards.", yes: "Stop", run: () => void ask("intervene", { stop: "mission" }) });
 }
 
 export function run_again(how: { seed?: number; scenario?: string; choose?: string[] }): void {

@@ -1,7 +1,7 @@
 import type { ChartModel } from "../../protocol/types";
 import { useEditing } from "../../store/edit";
 import { Menu, type MenuEntry } from "../../widgets/Menu";
-import { steer, useSteering, useWhyNot } from "../steer/steering";
+import { intervene, useSteering, useWhyNot } from "../steer/steering";
 
 /** What can be done with a state of a chart. */
 export function StateMenu({ chart, state, x, y, fold, close }: { chart: ChartModel; state: number; x: number; y: number; fold: { closed: boolean; toggle(id: string): void } | null; close(): void }) {
@@ -16,7 +16,7 @@ export function StateMenu({ chart, state, x, y, fold, close }: { chart: ChartMod
       label: "Stop the run when it is entered",
       checked: present !== undefined,
       why_not,
-      run: () => void (present ? steer("clear", { what: present.id }) : steer("breakpoint", { kind: "state", chart: chart.id, state: id })),
+      run: () => void (present ? intervene({ clear: present.id }) : intervene({ breakpoint: { chart: chart.id, state: id } })),
     },
     ...(fold && id !== "" ? [{ label: fold.closed ? "Show what is in it" : "Hide what is in it", run: () => fold.toggle(id) }] : []),
     ...(edit && chart.file !== "" ? [{ label: "Edit it", run: () => edit({ file: chart.file, state: id }) }] : []),

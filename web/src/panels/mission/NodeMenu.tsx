@@ -1,7 +1,7 @@
 import { Menu, type MenuEntry } from "../../widgets/Menu";
 import { useEditing } from "../../store/edit";
 import type { Index } from "../../store/store";
-import { is_on, steer, useSteering, useWhyNot } from "../steer/steering";
+import { intervene, is_on, useSteering, useWhyNot } from "../steer/steering";
 import { open_skill, toggle, useMission } from "./mission";
 
 /** What can be done with a node. */
@@ -29,8 +29,8 @@ export function NodeMenu({ index, node: id, x, y, close }: { index: Index; node:
       why_not,
       run: () =>
         void (present
-          ? steer("clear", { what: present.id })
-          : steer("breakpoint", { kind: "node", node: id, ...(status === "" ? {} : { status }) })),
+          ? intervene({ clear: present.id })
+          : intervene({ breakpoint: { node: node.path, ...(status === "" ? {} : { status }) } })),
     });
   }
   const leaf = node.message_name ?? (node.leaf ? node.leaf.replace(/^skill:/, "") : null);
@@ -42,14 +42,14 @@ export function NodeMenu({ index, node: id, x, y, close }: { index: Index; node:
         label: status.toLowerCase(),
         checked: present !== undefined,
         why_not,
-        run: () => void (present ? steer("clear", { what: present.id }) : steer("force", { leaf, status, once: false })),
+        run: () => void (present ? intervene({ clear: present.id }) : intervene({ force: { leaf, status } })),
       });
     }
-    entries.push({ label: "failure, once", why_not, run: () => void steer("force", { leaf, status: "FAILURE", once: true }) });
-    entries.push({ label: "success, once", why_not, run: () => void steer("force", { leaf, status: "SUCCESS", once: true }) });
+    entries.push({ label: "failure, once", why_not, run: () => void intervene({ force: { leaf, status: "FAILURE", count: 1 } }) });
+    entries.push({ label: "success, once", why_not, run: () => void intervene({ force: { leaf, status: "SUCCESS", count: 1 } }) });
   }
   if (own.length > 0) {
-    entries.push("line", { label: "Clear all of these", why_not, run: () => void Promise.all(own.map((entry) => steer("clear", { what: entry.id }))) });
+    entries.push("line", { label: "Clear all of these", why_not, run: () => void Promise.all(own.map((entry) => intervene({ clear: entry.id }))) });
   }
   return <Menu x={x} y={y} close={close} label={`Node ${node.name}`} head={<><strong>{node.name}</strong> <span className="muted">{node.type}</span></>} entries={entries} />;
 }

@@ -4,7 +4,7 @@ import type { ServiceModel } from "../../protocol/types";
 import { useStudio } from "../../store/store";
 import { Fields } from "./Form";
 import { arguments_draft, read_arguments, type DraftField } from "./idl";
-import { steer } from "./steering";
+import { intervene } from "./steering";
 
 const kNone: readonly ServiceModel[] = [];
 
@@ -25,7 +25,7 @@ export function CallTab() {
   const read = read_arguments(method, drafts, service.types);
   const run = async () => {
     set_busy(true);
-    const answer = await steer("call", { service: service.name, method: method.name, args: read.value });
+    const answer = await intervene({ call: name, args: read.value });
     set_busy(false);
     set_outcome(answer ? { of: name, text: answer.result === undefined || answer.result === null ? "done" : JSON.stringify(answer.result, null, 2) } : null);
   };

@@ -4,7 +4,7 @@ import type { ServiceModel } from "../../protocol/types";
 import { note, useStudio } from "../../store/store";
 import { Editor } from "./Form";
 import { new_draft, read_draft, reply_fields, type Draft } from "./idl";
-import { steer } from "./steering";
+import { intervene } from "./steering";
 
 const kKinds = [
   { id: "falsify", title: "Falsify a reply" },
@@ -101,7 +101,7 @@ function Outage({ op }: { op: keyof typeof kOutages }) {
       className="form"
       onSubmit={(event) => {
         event.preventDefault();
-        void steer(op, { call: `${service.name}.${method.name}` });
+        void intervene(op === "late" ? { late: `${service.name}.${method.name}` } : { unreachable: `${service.name}.${method.name}` });
       }}
     >
       <MethodPick services={services} service={service} method={method.name} set={set_at} />
@@ -138,7 +138,7 @@ function Falsify() {
       onSubmit={(event) => {
         event.preventDefault();
         if (read.errors.length > 0 || times === null) return;
-        void steer("falsify", { call: `${service.name}.${method.name}`, path: field.path, value: read.value, ...with_count(times) }).then((done) => {
+        void intervene({ falsify: { call: `${service.name}.${method.name}`, ...(field.path === "" ? {} : { path: field.path }), value: read.value, ...with_count(times) } }).then((done) => {
           if (done) note("info", `${service.name}.${method.name} now says ${field.path || "its result"} = ${String(read.value)}`);
         });
       }}
@@ -199,7 +199,7 @@ function Delay() {
       className="form"
       onSubmit={(event) => {
         event.preventDefault();
-        if (fine) void steer("delay", { message: chosen, by: Math.round(milliseconds * 1e6), ...with_count(times) });
+        if (fine) void intervene({ delay: { message: chosen, by: `${milliseconds} ms`, ...with_count(times) } });
       }}
     >
       <Pattern id="delay-message" label="Message" names={names} value={message} set={set_message} />
@@ -250,7 +250,7 @@ function Force() {
       className="form"
       onSubmit={(event) => {
         event.preventDefault();
-        void steer("force", { leaf: target, status, once });
+        void intervene({ force: { leaf: target, status, ...with_count(once ? 1 : undefined) } });
       }}
     >
       <div className="form-row">
@@ -298,7 +298,7 @@ function AtMessage() {
       className="form"
       onSubmit={(event) => {
         event.preventDefault();
-        void steer("breakpoint", { kind: "message", pattern: pattern || (names[0] ?? "") });
+        void intervene({ breakpoint: { message: pattern || (names[0] ?? "") } });
       }}
     >
       <Pattern id="stop-message" label="Message" names={names} value={pattern} set={set_pattern} />

@@ -1,5 +1,5 @@
 import { useStudio } from "../../store/store";
-import { steer, useSteering } from "./steering";
+import { intervene, useSteering } from "./steering";
 
 /** What can be killed and restarted. */
 export function PartsTab() {
@@ -33,10 +33,10 @@ export function PartsTab() {
                 <span className={`badge ${dead ? "failure" : ""}`}>{dead ? (process ? "✗ not running" : "✗ killed") : process ? `process ${found?.pid ?? ""}` : "thread"}</span>
               </td>
               <td className="actions">
-                <button type="button" className="button small" disabled={dead} onClick={() => void steer("kill", { part: name })} aria-label={`Kill ${name}`}>
+                <button type="button" className="button small" disabled={dead} onClick={() => void intervene({ kill: name })} aria-label={`Kill ${name}`}>
                   Kill
                 </button>
-                <button type="button" className="button small" onClick={() => void steer("restart", { part: name })} aria-label={`Restart ${name}`}>
+                <button type="button" className="button small" onClick={() => void intervene({ restart: name })} aria-label={`Restart ${name}`}>
                   Restart
                 </button>
               </td>

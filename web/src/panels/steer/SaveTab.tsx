@@ -2,8 +2,7 @@ import { useState } from "react";
 
 import { download, file_name } from "../../picture/export";
 import { Icon } from "../../widgets/Icon";
-import { useStudio } from "../../store/store";
-import { steer } from "./steering";
+import { ask, useStudio } from "../../store/store";
 
 const kNone: readonly string[] = [];
 
@@ -21,7 +20,7 @@ export function SaveTab() {
       className="form"
       onSubmit={(event) => {
         event.preventDefault();
-        void steer("save_scenario", { name: wanted }).then(set_saved);
+        void ask("save_scenario", { name: wanted }).then(set_saved);
       }}
     >
       <p className="muted">Writes what was done to this run, and what came of it, as a scenario that repeats it.</p>
@@ -38,7 +37,7 @@ export function SaveTab() {
               <option key={one}>{one}</option>
             ))}
           </select>
-          <button type="button" className="button small" title="What was done by hand becomes entries of its timeline, at its times; all else of the file stays" data-testid="add-to-scenario" onClick={() => void steer("add_to_scenario", { name: into }).then((done) => done && set_saved(done))}>
+          <button type="button" className="button small" title="What was done by hand becomes entries of its timeline, at its times; all else of the file stays" data-testid="add-to-scenario" onClick={() => void ask("add_to_scenario", { name: into }).then((done) => done && set_saved(done))}>
             Add to this scenario
           </button>
         </div>

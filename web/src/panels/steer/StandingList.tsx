@@ -1,9 +1,8 @@
+import { kInterventions } from "../../protocol/interventions";
 import { Icon } from "../../widgets/Icon";
 import { useStudio } from "../../store/store";
 import { jump_to } from "../mission/mission";
-import { steer, useSteering, type Standing } from "./steering";
-
-const kSigns: Record<string, string> = { breakpoint: "⬣", force: "F", delay: "⏱", falsify: "≠", unreachable: "∅", late: "⌛" };
+import { intervene, useSteering, type Standing } from "./steering";
 
 /** Breakpoints, faults and forced results that stand, each with a way to end it. */
 export function StandingList() {
@@ -18,14 +17,14 @@ export function StandingList() {
         {standing.map((entry) => (
           <li key={entry.id} className={stopped_at?.breakpoint === entry.id ? "stopped" : ""}>
             <span className="standing-sign" aria-hidden="true">
-              {kSigns[entry.kind] ?? "•"}
+              {kInterventions[entry.kind].sign ?? "•"}
             </span>
             <span className="standing-text">
-              <strong>{entry.kind}</strong> <Target entry={entry} />
+              <Target entry={entry} />
               {entry.used > 0 && <span className="muted number"> · {entry.used}×</span>}
               {stopped_at?.breakpoint === entry.id && <span className="badge halting">stopped here</span>}
             </span>
-            <button type="button" className="icon-button" aria-label={`Clear ${entry.kind} ${entry.text}`} title="Clear" onClick={() => void steer("clear", { what: entry.id })}>
+            <button type="button" className="icon-button" aria-label={`Clear ${entry.kind} ${entry.text}`} title="Clear" onClick={() => void intervene({ clear: entry.id })}>
               <Icon name="close" />
             </button>
           </li>
@@ -41,12 +40,12 @@ export function StandingList() {
 }
 
 async function clear_all(standing: readonly Standing[]): Promise<void> {
-  for (const { id } of standing) await steer("clear", { what: id });
+  for (const { id } of standing) await intervene({ clear: id });
 }
 
 function Target({ entry }: { entry: Standing }) {
-  if (entry.node === null) return <span className="mono">{entry.text}</span>;
-  const node = entry.node;
+  const node = useStudio((studio) => studio.index?.model.tree.nodes.find(({ path }) => path === entry.node)?.id);
+  if (node === undefined) return <span className="mono">{entry.text}</span>;
   return (
     <button type="button" className="link-button mono" onClick={() => jump_to(node)} title="Show it in the tree">
       {entry.text}

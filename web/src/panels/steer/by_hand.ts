@@ -1,17 +1,11 @@
-import type { Data, Operation, Operations, Pose, State } from "../../protocol/types";
-
-/** An operation with its arguments. */
-export interface Step {
-  op: Operation;
-  args: Operations[Operation][0];
-}
+import { about, kind_of, kInterventions } from "../../protocol/interventions";
+import type { Data, Intervention, Pose, State } from "../../protocol/types";
 
 /** What takes something back that was done by hand, and what that was. */
-export interface Undo extends Step {
+export interface Undo {
+  what: Intervention;
   said: string;
 }
-
-type Arguments = Readonly<Record<string, unknown>>;
 
 /** The return code in an answer of a service of the robot; null: it has none. */
 export function code_of(result: Data | undefined): string | null {
@@ -25,45 +19,23 @@ export function code_of(result: Data | undefined): string | null {
 
 /**
  * The opposite of what was done: the world of the simulator and what stands are put back to how they were at `before`.
- * Null: there is none, as of a goal that a robot was told. `robot`: whose test control was called; `made`: by which step
- * something that is cleared came to stand.
+ * Null: there is none, as of a goal that a robot was told. `robot`: whose test control was called; `made`: what came to
+ * stand under a number.
  */
-export function opposite(step: Step, answer: unknown, before: Pick<State, "robots" | "obstacles" | "doors">, robot: string | null, made: ReadonlyMap<number, Step>): Undo | null {
-  const args: Arguments = step.args;
-  switch (step.op) {
-    case "call":
-      return robot === null ? null : opposite_call(args as Operations["call"][0], before, robot);
-    case "kill":
-      return { said: `${String(args["part"])} killed`, op: "restart", args: { part: String(args["part"]) } };
-    case "breakpoint":
-    case "delay":
-    case "falsify":
-    case "force":
-    case "late":
-    case "unreachable": {
-      const id = id_of(answer);
-      return id === null ? null : { said: step.op === "breakpoint" ? "breakpoint set" : `${kSaid[step.op]} ${String(args["message"] ?? args["call"] ?? args["leaf"])}`, op: "clear", args: { what: id } };
-    }
-    case "clear": {
-      const again = made.get(Number(args["what"]));
-      return again ? { said: `${again.op} cleared`, ...again } : null;
-    }
-    default:
-      return null;
+export function opposite(what: Intervention, id: number | null, before: Pick<State, "robots" | "obstacles" | "doors">, robot: string | null, made: ReadonlyMap<number, Intervention>): Undo | null {
+  if ("call" in what) return robot === null ? null : opposite_call(what, before, robot);
+  if ("kill" in what) return { said: `${what.kill} killed`, what: { restart: what.kill } };
+  if ("clear" in what) {
+    const again = made.get(what.clear);
+    return again ? { said: `${kind_of(again)} cleared`, what: again } : null;
   }
+  return id === null ? null : { said: `${kInterventions[kind_of(what)].made ?? kind_of(what)} ${about(what)}`, what: { clear: id } };
 }
 
-const kSaid = { delay: "delay of", falsify: "falsified", force: "forced", late: "late answers of", unreachable: "no answers of" } as const;
-
-/** What an operation made to stand. */
-export function id_of(answer: unknown): number | null {
-  if (typeof answer !== "object" || answer === null) return null;
-  const { id, breakpoint } = answer as { id?: unknown; breakpoint?: unknown };
-  return typeof id === "number" ? id : typeof breakpoint === "number" ? breakpoint : null;
-}
-
-function opposite_call({ service, method, args }: Operations["call"][0], before: Pick<State, "robots" | "obstacles" | "doors">, robot: string): Undo | null {
-  const call = (said: string, name: string, given: Record<string, Data>): Undo => ({ said, op: "call", args: { service, method: name, args: given } });
+function opposite_call({ call: called, args = {} }: { call: string; args?: Record<string, Data> }, before: Pick<State, "robots" | "obstacles" | "doors">, robot: string): Undo | null {
+  const dot = called.lastIndexOf(".");
+  const method = called.slice(dot + 1);
+  const call = (said: string, name: string, given: Record<string, Data>): Undo => ({ said, what: { call: `${called.slice(0, dot)}.${name}`, args: given } });
   const now = before.robots[robot];
   const id = String(args["id"] ?? "");
   switch (method) {

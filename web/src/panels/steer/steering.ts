@@ -1,8 +1,9 @@
 import { create } from "zustand";
 
-import type { Data, Operation, Operations, TreeNode } from "../../protocol/types";
+import { kind_of, said_of } from "../../protocol/interventions";
+import type { Intervention, InterventionKind, Operations, Standing as Said, TreeNode } from "../../protocol/types";
 import { ask, note, request, useStudio, type Studio } from "../../store/store";
-import { code_of, id_of, opposite, type Step, type Undo } from "./by_hand";
+import { code_of, opposite, type Undo } from "./by_hand";
 
 /** Why the run cannot be steered from this page now; null: it can. */
 export function why_not(studio: Pick<Studio, "phase" | "hello" | "state">): string | null {
@@ -23,11 +24,12 @@ export function useWhyNot(): string | null {
 /** A breakpoint, a fault or a forced result that stands until it is cleared or used up. */
 export interface Standing {
   id: number;
-  kind: string;
+  kind: InterventionKind;
   text: string;
   /** How often it has had an effect. */
   used: number;
-  node: number | null;
+  /** Of a breakpoint: the node's path. */
+  node: string | null;
   leaf: string | null;
   chart: string | null;
   state: string | null;
@@ -41,8 +43,8 @@ export const useSteering = create<{
   /** What takes back what this page did, the newest last. */
   undo: readonly Undo[];
 }>()(() => ({ standing: [], killed: new Set(), undo: [] }));
-/** By id: how this page made something stand. */
-const made = new Map<number, Step>();
+/** By id: what this page made to stand. */
+const made = new Map<number, Intervention>();
 /** Older ones are forgotten. */
 const kUndoMax = 100;
 useStudio.subscribe((studio, before) => {
@@ -52,62 +54,38 @@ useStudio.subscribe((studio, before) => {
   made.clear();
 });
 
-/** What the program says of standing interventions, brought into one shape. */
-export function read_standing(value: unknown): Standing[] {
-  if (!Array.isArray(value)) return [];
-  return value.filter(is_record).map((entry) => {
-    const what = is_record(entry["what"]) ? { ...entry, ...entry["what"] } : entry;
-    const kind = text_of(what["kind"]);
-    return {
-      id: Number(entry["id"]),
-      kind: text_of(entry["kind"]) || kind,
-      text: text_of(entry["text"]) || describe(what),
-      used: typeof entry["used"] === "number" ? entry["used"] : 0,
-      node: typeof what["node"] === "number" ? what["node"] : null,
-      leaf: typeof what["leaf"] === "string" ? what["leaf"] : null,
-      chart: typeof what["chart"] === "string" ? what["chart"] : null,
-      state: typeof what["state"] === "string" ? what["state"] : null,
-      status: typeof what["status"] === "string" && what["status"] !== "" ? what["status"] : null,
-    };
-  });
-}
+const shown = (what: Said): Standing => ({
+  id: what.id,
+  kind: kind_of(what),
+  text: what.text,
+  used: what.used,
+  node: said_of(what, "node"),
+  leaf: said_of(what, "leaf"),
+  chart: said_of(what, "chart"),
+  state: said_of(what, "state"),
+  status: said_of(what, "status"),
+});
 
 /** Whether it is a breakpoint on a node, or a result that its leaf is forced to. */
-export function is_on(entry: Standing, node: Pick<TreeNode, "id" | "message_name">): boolean {
-  return entry.node === node.id || (entry.leaf !== null && entry.leaf === node.message_name);
-}
-
-function describe(what: Record<string, Data>): string {
-  const { id: _id, kind: _kind, used: _used, ...rest } = what;
-  return Object.entries(rest)
-    .filter(([, value]) => value !== null && value !== "" && typeof value !== "object")
-    .map(([key, value]) => `${key} ${String(value)}`)
-    .join(", ");
-}
-
-function is_record(value: unknown): value is Record<string, Data> {
-  return typeof value === "object" && value !== null && !Array.isArray(value);
-}
-
-function text_of(value: unknown): string {
-  return typeof value === "string" ? value : "";
+export function is_on(entry: Standing, node: Pick<TreeNode, "path" | "message_name">): boolean {
+  return entry.node === node.path || (entry.leaf !== null && entry.leaf === node.message_name);
 }
 
 export async function refresh_standing(): Promise<void> {
   if (why_not(useStudio.getState()) !== null) return;
   try {
-    useSteering.setState({ standing: read_standing(await request("interventions", {})) });
+    useSteering.setState({ standing: (await request("interventions", {})).map(shown) });
   } catch {
     // The connection is gone; the list is asked for again with the next one.
   }
 }
 
-/** As `ask`; keeps what takes it back, and brings the list of standing interventions up to date. */
-export async function steer<Op extends Operation>(op: Op, args: Operations[Op][0]): Promise<Operations[Op][1] | null> {
-  const done = await carry_out({ op, args });
+/** Null: the program refuses it, which is shown. Keeps what takes it back, and brings the list of what stands up to date. */
+export async function intervene(what: Intervention): Promise<Operations["intervene"][1] | null> {
+  const done = await carry_out(what);
   const back = done?.back;
   if (back) useSteering.setState(({ undo }) => ({ undo: [...undo, back].slice(-kUndoMax) }));
-  return (done?.answer ?? null) as Operations[Op][1] | null;
+  return done?.answer ?? null;
 }
 
 /** Takes back what this page did last; what has come of it meanwhile stays. */
@@ -116,30 +94,28 @@ export async function take_back(): Promise<void> {
   const reason = why_not(useStudio.getState());
   if (reason !== null || !last) return note("info", `${reason ?? "Nothing that this page did can be taken back"}.`);
   useSteering.setState(({ undo }) => ({ undo: undo.filter((step) => step !== last) }));
-  const done = await carry_out(last);
+  const done = await carry_out(last.what);
   if (done === null) return;
   if (done.refused === null) note("info", `taken back: ${last.said}`);
   else note("error", `${last.said}: cannot be taken back, ${done.refused}`);
 }
 
 /** Null: the program refused it, which is shown. `refused`: a service answered with another code than OK. */
-async function carry_out(step: Step): Promise<{ answer: unknown; refused: string | null; back: Undo | null } | null> {
+async function carry_out(what: Intervention): Promise<{ answer: Operations["intervene"][1]; refused: string | null; back: Undo | null } | null> {
   const { index, state } = useStudio.getState();
-  const called = step.op === "call" ? (step.args as Operations["call"][0]).service : null;
+  const called = "call" in what ? what.call.slice(0, what.call.lastIndexOf(".")) : null;
   const service = called?.endsWith("simulation") ? index?.model.services.find(({ name }) => name === called) : undefined;
   const robot = service ? (service.robot ?? index?.model.world?.robots[0]?.name ?? null) : null;
-  const answer: unknown = await ask(step.op, step.args);
+  const answer = await ask("intervene", what);
   if (answer === null) return null;
-  const code = called === null ? null : code_of((answer as Operations["call"][1]).result);
+  const code = called === null ? null : code_of(answer.result);
   const refused = code === null || code === "OK" ? null : code.toLowerCase().replaceAll("_", " ");
-  const id = id_of(answer);
-  if (id !== null) made.set(id, step);
-  if (step.op === "kill" || step.op === "restart") {
-    const { part } = step.args as Operations["kill"][0];
-    useSteering.setState(({ killed }) => ({ killed: new Set(step.op === "kill" ? [...killed, part] : [...killed].filter((other) => other !== part)) }));
-  }
+  const id = answer.id ?? null;
+  if (id !== null) made.set(id, what);
+  if ("kill" in what) useSteering.setState(({ killed }) => ({ killed: new Set([...killed, what.kill]) }));
+  if ("restart" in what) useSteering.setState(({ killed }) => ({ killed: new Set([...killed].filter((other) => other !== what.restart)) }));
   await refresh_standing();
-  return { answer, refused, back: state && refused === null ? opposite(step, answer, state, robot, made) : null };
+  return { answer, refused, back: state && refused === null ? opposite(what, id, state, robot, made) : null };
 }
 
 /** The test control of a robot of the simulated world; null: there is none. */
