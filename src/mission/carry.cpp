@@ -25,17 +25,10 @@ class Mapping {
       : before_(before), old_(state), after_(after) {}
 
   Loaded<Carried> carry() {
+    // All that belongs to no part of the plan stays as it is.
     State& next = out_.state;
-    next.now = old_.now;
-    next.begun = old_.begun;
-    next.order = old_.order;
-    next.orders = old_.orders;
-    next.faults = old_.faults;
-    next.down = old_.down;
-    next.published = old_.published;
-    next.stamp = old_.stamp;
-    next.calls = old_.calls;
-    next.tick = old_.tick;
+    next = old_;
+    next.queue.clear();
     tree();
     skills();
     models();
@@ -141,7 +134,7 @@ class Mapping {
 
   void skills() {
     auto& skills = out_.state.skills;
-    skills.resize(after_.leaves.size());
+    skills.assign(after_.leaves.size(), {});
     for (std::size_t i = 0; i < before_.leaves.size(); ++i) {
       const project::LeafPlan& leaf = before_.leaves[i];
       const SkillState& skill = old_.skills[i];
@@ -187,7 +180,7 @@ class Mapping {
 
   void models() {
     auto& models = out_.state.models;
-    models.resize(after_.models.size());
+    models.assign(after_.models.size(), {});
     model_of_.assign(before_.models.size(), kGone);
     std::vector<bool> known(after_.models.size(), false);
     for (std::size_t i = 0; i < before_.models.size(); ++i) {
@@ -219,7 +212,7 @@ class Mapping {
 
   void monitors() {
     auto& memory = out_.state.monitors;
-    memory.leaves = old_.monitors.leaves;
+    memory.states.clear();
     for (const monitor::Model& model : after_.monitors) {
       const auto same = std::find_if(before_.monitors.begin(), before_.monitors.end(),
                                      [&](const monitor::Model& other) { return other.name() == model.name(); });
@@ -250,6 +243,7 @@ class Mapping {
   }
 
   void world() {
+    out_.state.world.reset();
     if (!old_.world) return;
     if (after_.world == nullptr) {
       changed("the simulated world is gone");

@@ -31,73 +31,83 @@ class Writer {
  public:
   Writer(const Parts& parts, TimePoint now, std::string& out) : parts_(parts), now_(now), text_(out), out_(out) {}
 
-  Result<void> write(const TreeState& tree) {
-    if (auto done = bt::encode(parts_.plan().tree, tree.tree, now_, text_); !done) return done;
-    for (const TreeState::Leaf& leaf : tree.leaves) {
-      out_.number(leaf.outstanding);
+  // Each names all members, so that a new one does not compile before it is clear whether behaviour depends on it.
+
+  Result<void> write(const TreeState& of) {
+    // Numbers join messages; the rest is told, or follows from what is here.
+    const auto& [tree, leaves, next_tick, ticks, missed, planned, given_tick, began, timer_at, deadline, deadline_timer,
+                 phase, over, root, reason] = of;
+    if (auto done = bt::encode(parts_.plan().tree, tree, now_, text_); !done) return done;
+    for (const auto& [outstanding, call, halt_call, asked, lateness_told, late, held] : leaves) {
+      out_.number(outstanding);
       // How long it has not answered, which is compared with a bound.
-      if (leaf.outstanding != 0) out_.integer((now_ - leaf.asked).count());
-      flag(leaf.halt_call != 0);
-      completed(leaf.late);
-      completed(leaf.held);
+      if (outstanding != 0) out_.integer((now_ - asked).count());
+      flag(halt_call != 0);
+      completed(late);
+      completed(held);
     }
     // Once it is over no tick is planned any more.
-    if (!tree.over) due(tree.planned);
-    due(tree.timer_at);
-    out_.number(static_cast<std::uint64_t>(tree.phase));
-    flag(tree.over);
-    out_.number(static_cast<std::uint64_t>(tree.root));
+    if (!over) due(planned);
+    due(timer_at);
+    out_.number(static_cast<std::uint64_t>(phase));
+    flag(over);
+    out_.number(static_cast<std::uint64_t>(root));
     return {};
   }
 
-  Result<void> write(std::size_t leaf, const SkillState& skill) {
+  Result<void> write(std::size_t leaf, const SkillState& of) {
+    // Until when messages are held back is written with the whole run; `latest` is told.
+    const auto& [phase, run, tick, answered, asked, halt_due, ended, outputs, trouble, wake, not_before,
+                 topics_not_before, latest, lines, goals, heard, session] = of;
     const SkillModel& model = parts_.skill(leaf).model();
-    out_.number(static_cast<std::uint64_t>(skill.phase));
-    out_.number(skill.answered == skill.tick ? 0 : skill.tick);
-    flag(skill.asked);
-    flag(skill.halt_due.has_value());
-    if (skill.halt_due) due(*skill.halt_due);
-    const bool ended = skill.phase == SkillPhase::kEnded || skill.phase == SkillPhase::kReady;
-    out_.number(ended ? static_cast<std::uint64_t>(skill.ended) : 0);
-    map(skill.outputs);
-    out_.text(skill.trouble);
-    due(skill.wake);
-    for (const SkillState::Line& line : skill.lines) {
-      if (line.waiting.empty() && line.not_before <= now_) continue;
-      out_.text(line.service);
-      time(line.not_before);
-      out_.number(line.waiting.size());
-      for (const auto& call : line.waiting) write(*call, leaf);
+    out_.number(static_cast<std::uint64_t>(phase));
+    out_.number(answered == tick ? 0 : tick);
+    flag(asked);
+    flag(halt_due.has_value());
+    if (halt_due) due(*halt_due);
+    const bool has_ended = phase == SkillPhase::kEnded || phase == SkillPhase::kReady;
+    out_.number(has_ended ? static_cast<std::uint64_t>(ended) : 0);
+    map(outputs);
+    out_.text(trouble);
+    due(wake);
+    for (const auto& [service, waiting, line_not_before] : lines) {
+      if (waiting.empty() && line_not_before <= now_) continue;
+      out_.text(service);
+      time(line_not_before);
+      out_.number(waiting.size());
+      for (const auto& call : waiting) write(*call, leaf);
     }
     out_.text("");
-    for (const SkillState::Goal& goal : skill.goals) {
-      out_.text(goal.service);
-      out_.text(goal.id);
-      flag(goal.abandoned);
+    for (const auto& [service, id, abandoned] : goals) {
+      out_.text(service);
+      out_.text(id);
+      flag(abandoned);
     }
     out_.text("");
-    for (const Shared<Publication>& heard : skill.heard) content(Published{heard});
+    for (const Shared<Publication>& one : heard) content(Published{one});
     out_.text("");
     // What is published begins a chart that lives on only once.
-    if (model.protocol) flag(skill.run == 0);
-    flag(skill.running());
-    if (!skill.running()) return {};
-    out_.number(skill.run);
-    return scxml::encode(model.chart, skill.session, now_, text_);
+    if (model.protocol) flag(run == 0);
+    flag(of.running());
+    if (!of.running()) return {};
+    out_.number(run);
+    return scxml::encode(model.chart, session, now_, text_);
   }
 
-  Result<void> write(std::size_t index, const ModelState& model) {
-    out_.number(model.open.size());
-    for (const ModelState::OpenCall& open : model.open) {
-      out_.number(open.id);
-      out_.number(open.leaf);
-      out_.number(open.lost ? 1 : 0);
-      write(*open.call, open.leaf);
-      time(open.due);
+  Result<void> write(std::size_t index, const ModelState& of) {
+    // Whoever asks for a form decides every choice.
+    const auto& [session, open, rng, fresh, choices, wake, topics_not_before] = of;
+    out_.number(open.size());
+    for (const auto& [leaf, call, late_at, id, lost] : open) {
+      out_.number(id);
+      out_.number(leaf);
+      out_.number(lost ? 1 : 0);
+      write(*call, leaf);
+      time(late_at);
     }
-    out_.number(model.fresh);
-    due(model.wake);
-    return scxml::encode(parts_.model(index).model().chart, model.session, now_, text_);
+    out_.number(fresh);
+    due(wake);
+    return scxml::encode(parts_.model(index).model().chart, session, now_, text_);
   }
 
   void write(const Delivery& what) {
@@ -270,24 +280,27 @@ void encode(const Faults& faults, const std::set<std::string>& down, std::string
 }
 
 Result<void> encode(const Parts& parts, const State& state, std::string& out) {
-  Writer times(parts, state.now, out);
-  if (auto done = encode(parts, state.tree, state.now, out); !done) return done;
-  for (std::size_t leaf = 0; leaf < state.skills.size(); ++leaf) {
-    if (auto done = encode(parts, leaf, state.skills[leaf], state.now, out); !done) return done;
-    times.time(state.skills[leaf].not_before);
-    times.time(state.skills[leaf].topics_not_before);
+  // Numbers join messages; the robot is in no run that has a form, and monitors have theirs.
+  const auto& [now, begun, order, queue, tree, skills, models, faults, down, published, stamp, calls, tick, orders,
+               world, monitors] = state;
+  Writer times(parts, now, out);
+  if (auto done = encode(parts, tree, now, out); !done) return done;
+  for (std::size_t leaf = 0; leaf < skills.size(); ++leaf) {
+    if (auto done = encode(parts, leaf, skills[leaf], now, out); !done) return done;
+    times.time(skills[leaf].not_before);
+    times.time(skills[leaf].topics_not_before);
   }
-  for (std::size_t i = 0; i < state.models.size(); ++i) {
-    if (auto done = encode(parts, i, state.models[i], state.now, out); !done) return done;
-    times.time(state.models[i].topics_not_before);
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    if (auto done = encode(parts, i, models[i], now, out); !done) return done;
+    times.time(models[i].topics_not_before);
   }
-  Encoder(out).number(state.queue.size());
-  for (const Waiting& waiting : state.queue) {
+  Encoder(out).number(queue.size());
+  for (const Waiting& waiting : queue) {
     times.time(waiting.when);
     Encoder(out).number(static_cast<std::uint64_t>(waiting.rank));
     encode(parts, waiting.what, waiting.when, out);
   }
-  encode(state.faults, state.down, out);
+  encode(faults, down, out);
   return {};
 }
 

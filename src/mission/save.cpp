@@ -1,6 +1,8 @@
 // A whole run as octets, and back: magic word, version, plan, checksum, then its parts as one packed value.
 #include <algorithm>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -168,90 +170,160 @@ class Consistency {
   const State& state_;
 };
 
-// A state that has a session beside its members.
-template <class T>
-Result<Value> save_with_session(const scxml::Chart& chart, const T& state) {
-  auto session = scxml::save(chart, state.session);
-  if (!session) return session;
-  archive::Saver saver;
-  visit_members(state, saver);
-  saver.map.append("session", std::move(*session));
-  return Value(std::move(saver.map));
-}
+// Saves members as the archive does, but with the plan what belongs to its charts, its tree and its world.
+class Saving {
+ public:
+  Saving(const project::Plan& plan, std::optional<Diagnostic>& problem, const scxml::Chart* chart = nullptr)
+      : plan_(plan), problem_(problem), chart_(chart) {}
 
-template <class T>
-Result<void> restore_with_session(const scxml::Chart& chart, const Value& saved, T& state) {
-  const Value* session = saved.find("session");
-  if (session == nullptr) return bad("a session is missing");
-  Value members = saved;
-  // Skills have had goals since format 3, and have heard topics later.
-  for (const char* name : {"goals", "heard"}) {
-    if (std::is_same_v<T, SkillState> && members.find(name) == nullptr) (*members.as_map())[name] = List();
+  template <class Of>
+  Value save(const Of& of) {
+    visit_members(of, *this);
+    return Value(std::move(saver_.map));
   }
-  if (const std::string problem = archive::restore(members, state); !problem.empty()) return bad(problem);
-  auto restored = scxml::restore(chart, *session);
-  if (!restored) return bad(restored.error().message);
-  state.session = std::move(*restored);
-  return {};
-}
 
-tl::unexpected<Diagnostic> unsavable(const Diagnostic& why) {
-  return fail("mission.unsavable", "the run cannot be saved: " + why.message, why.span);
-}
+  void operator()(std::string_view name, const auto& member) { saver_(name, member); }
+  void operator()(std::string_view name, const TreeState& tree) { put(name, Saving(plan_, problem_).save(tree)); }
+  void operator()(std::string_view name, const bt::State& tree) {
+    auto saved = checked(bt::save(plan_.tree, tree));
+    const auto* octets = reinterpret_cast<const std::byte*>(saved.data());
+    put(name, Bytes{{octets, octets + saved.size()}});
+  }
+  void operator()(std::string_view name, const std::vector<SkillState>& skills) {
+    List list;
+    for (std::size_t i = 0; i < skills.size(); ++i) {
+      // Of thousands of skills most have never been asked for anything.
+      const bool is_new = skills[i] == SkillState{};
+      list.push_back(is_new ? Value() : Saving(plan_, problem_, &*plan_.leaves[i].chart).save(skills[i]));
+    }
+    put(name, std::move(list));
+  }
+  void operator()(std::string_view name, const std::vector<ModelState>& models) {
+    List list;
+    for (std::size_t i = 0; i < models.size(); ++i)
+      list.push_back(Saving(plan_, problem_, &plan_.models[i].chart).save(models[i]));
+    put(name, std::move(list));
+  }
+  void operator()(std::string_view name, const scxml::Session& session) {
+    put(name, checked(scxml::save(*chart_, session)));
+  }
+  void operator()(std::string_view name, const std::optional<sim::State>& world) {
+    put(name, world ? sim::save(*world) : Value());
+  }
+  void operator()(std::string_view name, const monitor::MonitorSet::Memory& monitors) {
+    put(name, checked(monitor::save(plan_.monitors, monitors)));
+  }
 
-const List* list_of(const Value& parts, std::string_view name, std::size_t size) {
-  const Value* value = parts.find(name);
-  const List* list = value != nullptr ? value->as_list() : nullptr;
-  return list != nullptr && list->size() == size ? list : nullptr;
-}
+ private:
+  void put(std::string_view name, Value value) { saver_.map.append(std::string(name), std::move(value)); }
+  template <class Saved>
+  Saved checked(Result<Saved> saved) {
+    if (saved) return std::move(*saved);
+    if (!problem_) problem_ = saved.error();
+    return {};
+  }
 
-Result<void> restore_tree(const project::Plan& plan, const Value& parts, TreeState& tree) {
-  const Value* members = parts.find("tree");
-  const Value* octets = members != nullptr ? members->find("tree") : nullptr;
-  if (octets == nullptr || octets->as_bytes() == nullptr) return bad("the tree is missing");
-  if (const std::string problem = archive::restore(*members, tree); !problem.empty()) return bad("tree." + problem);
-  const auto& raw = octets->as_bytes()->octets;
-  auto restored = bt::restore(plan.tree, {reinterpret_cast<const char*>(raw.data()), raw.size()});
-  if (!restored) return bad(restored.error().message);
-  tree.tree = std::move(*restored);
-  if (tree.leaves.size() != plan.leaves.size()) return bad("it has another number of leaves");
-  return {};
-}
+  const project::Plan& plan_;
+  std::optional<Diagnostic>& problem_;
+  const scxml::Chart* chart_;  // of the session
+  archive::Saver saver_;
+};
+
+// The other way round.
+class Restoring {
+ public:
+  Restoring(const project::Plan& plan, const Value& saved, std::string path, std::string& problem,
+            const scxml::Chart* chart = nullptr)
+      : plan_(plan), members_{&saved, std::move(path), &problem}, chart_(chart) {}
+
+  void operator()(std::string_view name, auto& member) { members_(name, member); }
+  void operator()(std::string_view name, TreeState& tree) {
+    const Value* const saved = find(name);
+    if (saved == nullptr) return;
+    visit_members(tree, Restoring(plan_, *saved, std::string(name), *members_.problem));
+    if (tree.leaves.size() != plan_.leaves.size()) problem("it has another number of leaves");
+  }
+  void operator()(std::string_view name, bt::State& tree) {
+    const Value* const saved = find(name);
+    const Bytes* const bytes = saved != nullptr ? saved->as_bytes() : nullptr;
+    if (bytes == nullptr) return problem("the tree is missing");
+    const auto& raw = bytes->octets;
+    take(bt::restore(plan_.tree, {reinterpret_cast<const char*>(raw.data()), raw.size()}), tree);
+  }
+  void operator()(std::string_view name, std::vector<SkillState>& skills) {
+    const List* const list = list_of(name, plan_.leaves.size());
+    if (list == nullptr) return;
+    skills.resize(list->size());
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      if (!plan_.leaves[i].chart) return problem("a leaf has no chart in this plan");
+      if ((*list)[i].is_null()) continue;
+      Value members = (*list)[i];
+      // Skills have had goals since format 3, and have heard topics later.
+      for (const char* later : {"goals", "heard"}) {
+        if (members.as_map() != nullptr && members.find(later) == nullptr) (*members.as_map())[later] = List();
+      }
+      visit_members(skills[i], Restoring(plan_, members, "", *members_.problem, &*plan_.leaves[i].chart));
+    }
+  }
+  void operator()(std::string_view name, std::vector<ModelState>& models) {
+    const List* const list = list_of(name, plan_.models.size());
+    if (list == nullptr) return;
+    models.resize(list->size());
+    for (std::size_t i = 0; i < list->size(); ++i)
+      visit_members(models[i], Restoring(plan_, (*list)[i], "", *members_.problem, &plan_.models[i].chart));
+  }
+  void operator()(std::string_view name, scxml::Session& session) {
+    if (const Value* const saved = find(name)) take(scxml::restore(*chart_, *saved), session);
+  }
+  void operator()(std::string_view name, std::optional<sim::State>& world) {
+    const Value* const saved = find(name);
+    if (saved == nullptr || saved->is_null()) return;
+    if (plan_.world == nullptr) return problem("this plan has no world");
+    take(sim::restore(*plan_.world, *saved), world);
+  }
+  void operator()(std::string_view name, monitor::MonitorSet::Memory& monitors) {
+    if (const Value* const saved = find(name)) take(monitor::restore(plan_.monitors, *saved), monitors);
+  }
+
+ private:
+  void problem(std::string what) {
+    if (members_.problem->empty()) *members_.problem = std::move(what);
+  }
+  // Null: there is none, or something else was wrong before.
+  const Value* find(std::string_view name) {
+    if (!members_.problem->empty()) return nullptr;
+    const Value* const value = members_.from->find(name);
+    if (value == nullptr) problem(fmt::format("{} is missing", name));
+    return value;
+  }
+  const List* list_of(std::string_view name, std::size_t size) {
+    const Value* const value = find(name);
+    const List* const list = value != nullptr ? value->as_list() : nullptr;
+    if (list != nullptr && list->size() == size) return list;
+    problem("it has other parts than this plan");
+    return nullptr;
+  }
+  template <class Restored, class To>
+  void take(Result<Restored> restored, To& to) {
+    if (restored)
+      to = std::move(*restored);
+    else
+      problem(restored.error().message);
+  }
+
+  const project::Plan& plan_;
+  archive::Restorer members_;
+  const scxml::Chart* chart_;
+};
 
 }  // namespace
 
 Result<std::string> save(const project::Plan& plan, const State& state) {
-  archive::Saver saver;
-  visit_members(state, saver);
-  auto tree = bt::save(plan.tree, state.tree.tree);
-  if (!tree) return unsavable(tree.error());
-  archive::Saver members;
-  visit_members(state.tree, members);
-  const auto* octets = reinterpret_cast<const std::byte*>(tree->data());
-  members.map.append("tree", Bytes{{octets, octets + tree->size()}});
-  saver.map.append("tree", std::move(members.map));
-  List skills;
-  for (std::size_t i = 0; i < state.skills.size(); ++i) {
-    // Of thousands of skills most have never been asked for anything.
-    auto skill = state.skills[i] == SkillState{} ? Result<Value>(Value())
-                                                 : save_with_session(*plan.leaves[i].chart, state.skills[i]);
-    if (!skill) return unsavable(skill.error());
-    skills.push_back(std::move(*skill));
-  }
-  saver.map.append("skills", std::move(skills));
-  List models;
-  for (std::size_t i = 0; i < state.models.size(); ++i) {
-    auto model = save_with_session(plan.models[i].chart, state.models[i]);
-    if (!model) return unsavable(model.error());
-    models.push_back(std::move(*model));
-  }
-  saver.map.append("models", std::move(models));
-  saver.map.append("world", state.world ? sim::save(*state.world) : Value());
-  auto monitors = monitor::save(plan.monitors, state.monitors);
-  if (!monitors) return unsavable(monitors.error());
-  saver.map.append("monitors", std::move(*monitors));
+  std::optional<Diagnostic> problem;
+  const Value members = Saving(plan, problem).save(state);
+  if (problem) return fail("mission.unsavable", "the run cannot be saved: " + problem->message, problem->span);
 
-  const std::string packed = pack(Value(std::move(saver.map)));
+  const std::string packed = pack(members);
   std::string saved(kMagic);
   Encoder header(saved);
   header.word(kVersion);
@@ -270,35 +342,9 @@ Result<State> restore(const project::Plan& plan, std::string_view saved) {
   const auto parts = parts_of(saved);
   if (!parts) return tl::unexpected(parts.error());
   State state;
-  if (const std::string problem = archive::restore(*parts, state); !problem.empty()) return bad(problem);
-  if (auto tree = restore_tree(plan, *parts, state.tree); !tree) return tl::unexpected(tree.error());
-  const List* skills = list_of(*parts, "skills", plan.leaves.size());
-  const List* models = list_of(*parts, "models", plan.models.size());
-  const Value* world = parts->find("world");
-  const Value* monitors = parts->find("monitors");
-  if (skills == nullptr || models == nullptr || world == nullptr || monitors == nullptr)
-    return bad("it has other parts than this plan");
-  state.skills.resize(skills->size());
-  for (std::size_t i = 0; i < skills->size(); ++i) {
-    if (!plan.leaves[i].chart) return bad("a leaf has no chart in this plan");
-    if ((*skills)[i].is_null()) continue;
-    if (auto skill = restore_with_session(*plan.leaves[i].chart, (*skills)[i], state.skills[i]); !skill)
-      return tl::unexpected(skill.error());
-  }
-  state.models.resize(models->size());
-  for (std::size_t i = 0; i < models->size(); ++i) {
-    if (auto model = restore_with_session(plan.models[i].chart, (*models)[i], state.models[i]); !model)
-      return tl::unexpected(model.error());
-  }
-  if (!world->is_null()) {
-    if (plan.world == nullptr) return bad("this plan has no world");
-    auto restored = sim::restore(*plan.world, *world);
-    if (!restored) return bad(restored.error().message);
-    state.world = std::move(*restored);
-  }
-  auto memory = monitor::restore(plan.monitors, *monitors);
-  if (!memory) return bad(memory.error().message);
-  state.monitors = std::move(*memory);
+  std::string problem;
+  visit_members(state, Restoring(plan, *parts, "", problem));
+  if (!problem.empty()) return bad(problem);
   if (const std::string broken = Consistency(plan, state).broken(); !broken.empty()) return bad(broken);
   return state;
 }

@@ -1,12 +1,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <deque>
 #include <filesystem>
+#include <optional>
+#include <set>
 #include <string>
+#include <string_view>
+#include <type_traits>
+#include <typeinfo>
+#include <variant>
+#include <vector>
 
 #include "sentree/base/encoder.h"
 #include "sentree/base/packed.h"
 #include "sentree/base/rng.h"
+#include "sentree/mission/detail/members.h"
 #include "sentree/mission/state.h"
 #include "sentree/project/plan.h"
 
@@ -50,6 +59,79 @@ State state_of(const project::Plan& plan) {
 }
 
 constexpr const char* kScenario = "recharge/scenarios/experiment1.yaml";
+
+// How many members a struct has: so many can be initialized, by what turns into anything. An optional takes what turns
+// into its content as well, so it gets something of its own.
+template <class T>
+struct IsOptional : std::false_type {};
+template <class T>
+struct IsOptional<std::optional<T>> : std::true_type {};
+struct AnOptional {
+  template <class T>
+  requires(IsOptional<T>::value) operator T() const;
+};
+struct Another {
+  template <class T>
+  requires(!IsOptional<T>::value) operator T() const;
+};
+template <class T, class... Of>
+constexpr std::size_t members_of() {
+  if constexpr (requires { T{Of()..., Another()}; })
+    return members_of<T, Of..., Another>();
+  else if constexpr (requires { T{Of()..., AnOptional()}; })
+    return members_of<T, Of..., AnOptional>();
+  else
+    return sizeof...(Of);
+}
+
+// Lists of members that are not whole, of a type and of all that it is made of.
+struct Lists {
+  std::set<std::string> seen;
+  std::set<std::string> broken;
+
+  template <class T>
+  void look(const T& object) {
+    if constexpr (requires { visit_members(object, *this); }) {
+      if (!seen.insert(typeid(T).name()).second) return;
+      std::size_t listed = 0;
+      visit_members(object, [&](std::string_view, const auto& member) {
+        ++listed;
+        look(member);
+      });
+      if constexpr (std::is_aggregate_v<T>) {
+        if (listed != members_of<T>()) broken.insert(typeid(T).name());
+      }
+    }
+  }
+  template <class T>
+  void look(const std::vector<T>&) {
+    look(T{});
+  }
+  template <class T>
+  void look(const std::deque<T>&) {
+    look(T{});
+  }
+  template <class T>
+  void look(const std::optional<T>&) {
+    look(T{});
+  }
+  template <class... T>
+  void look(const std::variant<T...>&) {
+    (look(T{}), ...);
+  }
+  template <class T>
+  void look(const Shared<T>&) {
+    look(T{});
+  }
+  void operator()(std::string_view, const auto&) {}
+};
+
+TEST(SavedRun, HasEveryMember) {
+  Lists lists;
+  lists.look(State{});
+  EXPECT_TRUE(lists.broken.empty()) << testing::PrintToString(lists.broken);
+  EXPECT_GT(lists.seen.size(), 30U);
+}
 
 TEST(SavedIntervention, IsOneTableForEveryKindAndComesBack) {
   using namespace project::intervention;
