@@ -297,9 +297,11 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
   for (const Definition& definition : definitions_) ids.push_back(definition.id);
   if (!options_.main_tree.empty()) {
     if (const auto found = find_definition(options_.main_tree, root.span()); found != kNone) return found;
-    error("bt.unknown-tree",
-          fmt::format("there is no BehaviorTree \"{}\"{}", options_.main_tree, did_you_mean(options_.main_tree, ids)),
-          root.span());
+    std::string hint = did_you_mean(options_.main_tree, ids);
+    constexpr std::size_t kNamedMax = 8;
+    if (hint.empty() && !ids.empty() && ids.size() <= kNamedMax)
+      hint = fmt::format("; there is \"{}\"", fmt::join(ids, "\", \""));
+    error("bt.unknown-tree", fmt::format("there is no BehaviorTree \"{}\"{}", options_.main_tree, hint), root.span());
     return kNone;
   }
   if (const auto wanted = root.attribute("main_tree_to_execute")) {

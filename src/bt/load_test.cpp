@@ -128,6 +128,17 @@ TEST(Include, ReadsFilesRelativeToTheIncludingOneAndRefusesCycles) {
   EXPECT_THAT(messages(start + "none.xml" + end, options), HasSubstr("no file none.xml"));
 }
 
+TEST(Load, AMainTreeThatIsNotThereNamesThoseThatAre) {
+  LoadOptions options;
+  options.main_tree = "Main";
+  const std::string trees = "<BehaviorTree ID=\"Visit\"><AlwaysSuccess/></BehaviorTree>"
+                            "<BehaviorTree ID=\"Rest\"><AlwaysSuccess/></BehaviorTree>";
+  EXPECT_THAT(messages("<root BTCPP_format=\"4\">" + trees + "</root>", options),
+              HasSubstr("there is no BehaviorTree \"Main\"; there is \"Visit\", \"Rest\""));
+  options.main_tree = "Visti";
+  EXPECT_THAT(messages("<root BTCPP_format=\"4\">" + trees + "</root>", options), HasSubstr("did you mean \"Visit\"?"));
+}
+
 TEST(Bounds, SubTreesThatMultiplyAreRefused) {
   // Each tree holds the next one ten times: a billion nodes from twelve lines.
   std::string more;
