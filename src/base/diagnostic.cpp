@@ -56,11 +56,15 @@ constexpr std::size_t kLengthMax = 64;  // Longer names are not slips of the fin
 // Costs are doubled so that a difference in case only can cost half an edit.
 int edit_distance2(std::string_view a, std::string_view b) {
   std::array<std::array<int, kLengthMax + 1>, kLengthMax + 1> cost;
+  std::array<char, kLengthMax> low_a;
+  std::array<char, kLengthMax> low_b;
+  std::transform(a.begin(), a.end(), low_a.begin(), lower);
+  std::transform(b.begin(), b.end(), low_b.begin(), lower);
   for (std::size_t i = 0; i <= a.size(); ++i) cost[i][0] = static_cast<int>(2 * i);
   for (std::size_t j = 0; j <= b.size(); ++j) cost[0][j] = static_cast<int>(2 * j);
   for (std::size_t i = 1; i <= a.size(); ++i) {
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      const int change = a[i - 1] == b[j - 1] ? 0 : lower(a[i - 1]) == lower(b[j - 1]) ? 1 : 2;
+      const int change = a[i - 1] == b[j - 1] ? 0 : low_a[i - 1] == low_b[j - 1] ? 1 : 2;
       int best = std::min({cost[i - 1][j] + 2, cost[i][j - 1] + 2, cost[i - 1][j - 1] + change});
       if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) best = std::min(best, cost[i - 2][j - 2] + 2);
       cost[i][j] = best;
