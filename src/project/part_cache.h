@@ -25,5 +25,7 @@ class PartCache {
 /// As without a cache; it takes a fraction of the time where little has changed since the last call.
 [[nodiscard]] Loaded<Plan> prepare(Scenario scenario, PartCache& cache);
 [[nodiscard]] Diagnostics check_project(const std::filesystem::path& folder_or_file, PartCache& cache);
+/// As above, of a project that is loaded already.
+[[nodiscard]] Diagnostics check_project(const Loaded<Project>& project, PartCache& cache);
 
 }  // namespace sentree::project

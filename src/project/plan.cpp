@@ -680,11 +680,14 @@ Diagnostics check_project(const path& folder_or_file) {
 }
 
 Diagnostics check_project(const path& folder_or_file, PartCache& cache) {
+  return check_project(load_project(folder_or_file), cache);
+}
+
+Diagnostics check_project(const Loaded<Project>& project, PartCache& cache) {
   Diagnostics all;
   // The same finding may be reached through the project and through each of its scenarios.
   ToldOnce told;
   const auto add_new = [&](const Diagnostics& found) { told.append(found, all); };
-  auto project = load_project(folder_or_file);
   add_new(project.diagnostics);
   if (!project.ok()) return all;
   const auto files = scenario_files(*project.value);

@@ -19,46 +19,50 @@ Workshop::Impl::Texts Workshop::Impl::texts_now() const {
 }
 
 // Empty: the mission as it stands.
-Loaded<project::Scenario> Workshop::Impl::chosen_scenario(const std::string& name) const {
-  if (!name.empty()) return project::load_scenario(folder / "scenarios" / (name + ".yaml"));
-  Loaded<project::Scenario> plain;
-  auto project = project::load_project(folder);
-  plain.diagnostics = std::move(project.diagnostics);
-  if (project.value) plain.value = project::plain_scenario(std::move(*project.value));
-  return plain;
+Loaded<project::Scenario> Workshop::Impl::chosen_scenario(const std::string& name,
+                                                          const Loaded<project::Project>& project) const {
+  Loaded<project::Scenario> chosen;
+  if (!name.empty()) {
+    const auto file = folder / "scenarios" / (name + ".yaml");
+    if (!project.ok()) return project::load_scenario(file);
+    chosen = project::load_scenario(file, &*project.value);
+  } else if (project.value) {
+    chosen.value = project::plain_scenario(*project.value);
+  }
+  chosen.diagnostics.insert(chosen.diagnostics.begin(), project.diagnostics.begin(), project.diagnostics.end());
+  return chosen;
 }
 
-Loaded<project::Plan> Workshop::Impl::look(const Texts& texts, Diagnostics& found) {
-  Loaded<project::Plan> prepared;
-  Loaded<project::Scenario> chosen = chosen_scenario(texts.scenario);
-  found = chosen.diagnostics;
-  if (!chosen.ok()) return prepared;
-  {
-    const auto models = project::skill_models(chosen.value->project);
-    List named;
-    if (chosen.value->project.world) {
-      if (const auto world = project::load_project_world(chosen.value->project); world.value) {
-        for (const auto& location : world.value->locations) named.emplace_back(location.name);
-        for (const auto& area : world.value->areas) named.emplace_back(area.name);
-      }
+// What pages are offered.
+void Workshop::Impl::learn(const Texts& texts, const project::Project& project) {
+  const auto models = project::skill_models(project);
+  List named;
+  if (project.world) {
+    if (const auto world = project::load_project_world(project); world.value) {
+      for (const auto& location : world.value->locations) named.emplace_back(location.name);
+      for (const auto& area : world.value->areas) named.emplace_back(area.name);
     }
-    List services = interfaces_value(folder, texts.texts);
-    const std::lock_guard lock(mutex);
-    interfaces = std::move(services);
-    if (models.value) {
-      own = *models.value;
-      kinds = design::Kinds(own);
-      std::string told = to_json(palette_value(kinds, own));
-      if (told != palette) {
-        palette = std::move(told);
-        ++palettes;
-      }
-    }
-    places = std::move(named);
   }
-  prepared = project::prepare(std::move(*chosen.value), parts);
-  found.insert(found.end(), prepared.diagnostics.begin(), prepared.diagnostics.end());
-  return prepared;
+  List services = interfaces_value(folder, texts.texts);
+  const std::lock_guard lock(mutex);
+  interfaces = std::move(services);
+  if (models.value) {
+    own = *models.value;
+    kinds = design::Kinds(own);
+    std::string told = to_json(palette_value(kinds, own));
+    if (told != palette) {
+      palette = std::move(told);
+      ++palettes;
+    }
+  }
+  places = std::move(named);
+}
+
+Loaded<project::Plan> Workshop::Impl::prepared(Loaded<project::Scenario> chosen) {
+  Loaded<project::Plan> plan;
+  if (chosen.ok()) plan = project::prepare(std::move(*chosen.value), parts);
+  plan.diagnostics.insert(plan.diagnostics.begin(), chosen.diagnostics.begin(), chosen.diagnostics.end());
+  return plan;
 }
 
 // People read paths inside the project.
@@ -192,12 +196,12 @@ void Workshop::Impl::check_and_run() {
     };
     const text::ReadThrough through(texts.overlay);
     if (only_past) {
-      Diagnostics unused;
-      if (const auto prepared = look(texts, unused); prepared.ok()) judge_past(texts, *prepared.value);
+      const auto plan = prepared(chosen_scenario(texts.scenario, project::load_project(folder)));
+      if (plan.ok()) judge_past(texts, *plan.value);
       continue;
     }
+    const Loaded<project::Project> project = project::load_project(folder);
     {
-      const Loaded<project::Project> project = project::load_project(folder);
       std::vector<std::string> names;
       if (project.value) {
         for (const fs::path& file : project::scenario_files(*project.value)) names.push_back(file.stem().string());
@@ -210,10 +214,11 @@ void Workshop::Impl::check_and_run() {
         baseline.reset();
       }
     }
-    Diagnostics found;
     const std::uint64_t palette_before = palettes;
-    auto prepared = look(texts, found);
-    keep_findings(texts, found, false);
+    auto chosen = chosen_scenario(texts.scenario, project);
+    if (chosen.ok()) learn(texts, chosen.value->project);
+    auto plan = prepared(std::move(chosen));
+    keep_findings(texts, plan.diagnostics, false);
     if (!is_current()) {
       done = at;
       continue;
@@ -229,23 +234,22 @@ void Workshop::Impl::check_and_run() {
       }
       tell_summary();
     }
-    if (prepared.ok()) judge_past(texts, *prepared.value);
-    if (prepared.ok()) {
+    if (plan.ok()) judge_past(texts, *plan.value);
+    if (plan.ok()) {
       if (needs_baseline && !texts.saved) {
         const text::Overlay nothing;
         const text::ReadThrough saved(nothing);
-        Diagnostics unused;
-        auto before = look({{}, {}, texts.scenario, true}, unused);
+        auto before = prepared(chosen_scenario(texts.scenario, project::load_project(folder)));
         if (before.ok()) run_shadow(std::move(*before.value), true, false, at);
       }
-      run_shadow(std::move(*prepared.value), texts.saved, true, at);
+      run_shadow(std::move(*plan.value), texts.saved, true, at);
       const std::lock_guard lock(mutex);
       tell_summary();
     }
     if (is_current()) {
       // A scope in between may have taken the texts away from this thread.
       const text::ReadThrough again(texts.overlay);
-      const Diagnostics whole = project::check_project(folder, parts);
+      const Diagnostics whole = project::check_project(project, parts);
       if (is_current()) {
         keep_findings(texts, whole, true);
         const std::lock_guard lock(mutex);

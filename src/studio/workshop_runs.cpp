@@ -78,7 +78,7 @@ Result<Value> Workshop::Impl::begin_run(double factor, bool real_time) {
   auto begun = [&]() -> Result<std::shared_ptr<RunBeside>> {
     const text::ReadThrough through(texts.overlay);
     const text::ReadLog files;
-    auto chosen = chosen_scenario(texts.scenario);
+    auto chosen = chosen_scenario(texts.scenario, project::load_project(folder));
     if (!chosen.ok()) return fail("studio.request", "the project has errors; mend them first");
     if (real_time) chosen.value->virtual_time = false;
     chosen.value->factor = chosen.value->virtual_time ? 1.0 : factor;
@@ -124,7 +124,7 @@ Result<Value> Workshop::Impl::apply_to_run() {
   auto applied = [&]() -> Loaded<std::vector<std::string>> {
     const text::ReadThrough through(texts.overlay);
     const text::ReadLog files;
-    auto chosen = chosen_scenario(texts.scenario);
+    auto chosen = chosen_scenario(texts.scenario, project::load_project(folder));
     if (!chosen.ok()) return {std::nullopt, std::move(chosen.diagnostics)};
     auto plan = project::prepare(std::move(*chosen.value));
     if (!plan.ok()) return {std::nullopt, std::move(plan.diagnostics)};

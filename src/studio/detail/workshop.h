@@ -93,8 +93,11 @@ struct Workshop::Impl {
     std::uint64_t revision = 0;
   };
   [[nodiscard]] Texts texts_now() const;
-  Loaded<project::Plan> look(const Texts& texts, Diagnostics& found);
-  [[nodiscard]] Loaded<project::Scenario> chosen_scenario(const std::string& name) const;
+  void learn(const Texts& texts, const project::Project& project);
+  /// With what was found in the scenario.
+  [[nodiscard]] Loaded<project::Plan> prepared(Loaded<project::Scenario> chosen);
+  [[nodiscard]] Loaded<project::Scenario> chosen_scenario(const std::string& name,
+                                                          const Loaded<project::Project>& project) const;
   [[nodiscard]] std::string as_read(std::string message) const;
   void keep_findings(const Texts& texts, const Diagnostics& found, bool whole);
   void judge_past(const Texts& texts, const project::Plan& plan);
