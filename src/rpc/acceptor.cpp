@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -20,6 +21,11 @@ std::int64_t now_ns() { return steady_clock::now().time_since_epoch().count(); }
 }  // namespace
 
 void Visitor::idle() { idle_since_ns_.store(now_ns()); }
+
+bool Visitor::arrive() {
+  Stage stage = Stage::kNew;
+  return stage_.compare_exchange_strong(stage, Stage::kArrived) || stage == Stage::kArrived;
+}
 
 Acceptor::Acceptor(Listener listener, Attend attend, Options options)
     : listener_(std::make_unique<Listener>(std::move(listener))), attend_(std::move(attend)), options_(options) {}
@@ -97,30 +103,55 @@ void Acceptor::reap() {
   }
 }
 
-// At the bound, the connection on which nothing has come for longest has to go, if that is long enough.
+// At the bound, a newcomer has to go, or else the connection on which nothing has come for longest, if that is long
+// enough.
 bool Acceptor::make_room() {
-  Visitor* oldest = nullptr;
+  Visitor* leaving = nullptr;
   {
     const std::lock_guard lock(mutex_);
-    if (visitors_.size() < options_.connections_max) return true;
-    for (Visitor& v : visitors_) {
-      const std::int64_t since = v.idle_since_ns_.load();
-      if (since != 0 && (oldest == nullptr || since < oldest->idle_since_ns_.load())) oldest = &v;
+    const auto newcomers = static_cast<std::size_t>(std::count_if(
+        visitors_.begin(), visitors_.end(), [](const Visitor& v) { return v.stage_.load() == Visitor::Stage::kNew; }));
+    const bool is_full = visitors_.size() >= options_.connections_max;
+    if (!is_full && (options_.newcomers_max == 0 || newcomers < options_.newcomers_max)) return true;
+    leaving = oldest_newcomer();
+    if (leaving == nullptr) {
+      if (!is_full) return true;  // they have arrived meanwhile
+      leaving = longest_idle();
     }
-    const std::int64_t limit = std::chrono::nanoseconds(options_.idle_before_eviction).count();
-    if (oldest == nullptr || now_ns() - oldest->idle_since_ns_.load() < limit) return false;
-    oldest->stream_->shut_down();
+    if (leaving == nullptr) return false;
+    leaving->stream_->shut_down();
   }
-  oldest->thread_.join();
+  leaving->thread_.join();
   const std::lock_guard lock(mutex_);
-  visitors_.remove_if([&](const Visitor& v) { return &v == oldest; });
+  visitors_.remove_if([&](const Visitor& v) { return &v == leaving; });
   return true;
+}
+
+// It is one no more. Null: there is none.
+Visitor* Acceptor::oldest_newcomer() {
+  for (Visitor& v : visitors_) {
+    auto stage = Visitor::Stage::kNew;
+    if (v.stage_.compare_exchange_strong(stage, Visitor::Stage::kGone)) return &v;
+  }
+  return nullptr;
+}
+
+// Null: none for long enough.
+Visitor* Acceptor::longest_idle() {
+  Visitor* oldest = nullptr;
+  for (Visitor& v : visitors_) {
+    const std::int64_t since = v.idle_since_ns_.load();
+    if (since != 0 && (oldest == nullptr || since < oldest->idle_since_ns_.load())) oldest = &v;
+  }
+  const std::int64_t limit = std::chrono::nanoseconds(options_.idle_before_eviction).count();
+  return oldest == nullptr || now_ns() - oldest->idle_since_ns_.load() < limit ? nullptr : oldest;
 }
 
 void Acceptor::welcome(Descriptor socket) {
   const std::lock_guard lock(mutex_);
   Visitor& v = visitors_.emplace_back();
   v.idle();
+  if (options_.newcomers_max == 0) (void)v.arrive();
   v.stream_ = plain_stream(std::move(socket));
   try {
     v.thread_ = std::thread([this, &v] {

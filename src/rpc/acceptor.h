@@ -23,11 +23,17 @@ class Visitor {
   /// Within a message it is not closed in another's favour.
   void busy() { idle_since_ns_.store(0); }
   void idle();
+  /// Of one that was a newcomer: the peer has shown who it is. False: its place has been given to another.
+  [[nodiscard]] bool arrive();
+  /// Its place has been given to another before it arrived.
+  [[nodiscard]] bool is_gone() const { return stage_.load() == Stage::kGone; }
 
  private:
   friend class Acceptor;
   std::unique_ptr<Stream> stream_;
   std::thread thread_;
+  enum class Stage : std::uint8_t { kNew, kArrived, kGone };
+  std::atomic<Stage> stage_{Stage::kNew};
   std::atomic<std::int64_t> idle_since_ns_{0};  // 0: busy
   std::atomic<bool> done_{false};
 };
@@ -39,6 +45,10 @@ class Acceptor {
     std::size_t connections_max = 64;  ///< One more is closed at once.
     /// A connection that is idle for this long is closed when its place is needed for another.
     std::chrono::milliseconds idle_before_eviction{10000};
+    /// Of all connections, those whose peers have yet to show who they are: one more, or one beyond `connections_max`,
+    /// takes the place of the oldest of them, so that peers that say nothing keep out nobody who does. 0: there are no
+    /// newcomers.
+    std::size_t newcomers_max = 0;
   };
   struct Counters {
     std::uint64_t connections = 0;
@@ -66,6 +76,8 @@ class Acceptor {
   void accept_all();
   void reap();
   bool make_room();
+  Visitor* oldest_newcomer();
+  Visitor* longest_idle();
   void welcome(Descriptor socket);
 
   std::unique_ptr<Listener> listener_;

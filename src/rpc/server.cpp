@@ -26,7 +26,9 @@ class Server::Impl {
   Result<void> run(Listener listener) {
     auto acceptor = Acceptor::start(
         std::move(listener), [this](Visitor& visitor) { attend(visitor); },
-        {.connections_max = options_.connections_max, .idle_before_eviction = options_.idle_before_eviction});
+        {.connections_max = options_.connections_max,
+         .idle_before_eviction = options_.idle_before_eviction,
+         .newcomers_max = tls_ == nullptr ? 0 : std::max<std::size_t>(options_.connections_max / 2, 1)});
     if (!acceptor) return tl::unexpected(std::move(acceptor.error()));
     acceptor_ = std::move(*acceptor);
     return {};
@@ -53,6 +55,8 @@ class Server::Impl {
         return serve(visitor, connection);
       }
       Connected secured = tls_stream(std::move(stream), tls_, {}, steady_clock::now() + options_.message_time_max);
+      if (visitor.is_gone() || (secured.stream != nullptr && !visitor.arrive()))
+        throw WireError{StreamStatus::kFailed, "others came before it had shown its certificate"};
       if (secured.stream == nullptr) throw WireError{StreamStatus::kFailed, secured.why};
       Connection connection(std::move(secured.stream), options_.limits);
       serve(visitor, connection);
@@ -194,6 +198,7 @@ Result<std::unique_ptr<Server>> Server::start(const Address& address, std::vecto
   if (address.kind == Address::Kind::kTls) {
     auto made = tls_context(options.tls, true);
     if (!made) return tl::unexpected(made.error());
+    if (auto valid = check_dates(**made, options.tls); !valid) return tl::unexpected(valid.error());
     tls = std::move(*made);
   }
   Address bound = address;

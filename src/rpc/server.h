@@ -21,7 +21,7 @@ struct NamedService {
 };
 
 struct ServerOptions {
-  std::size_t connections_max = 64;  ///< One more is closed at once.
+  std::size_t connections_max = 64;  ///< One more is closed at once. Over TLS, half of them before their handshake.
   Limits limits;
   TlsFiles tls;
   bool insecure = false;  ///< Allows other machines to connect without TLS.
@@ -45,7 +45,8 @@ struct ServerCounters {
 class Server {
  public:
   /// Listens when it returns. A stale Unix socket file is replaced, a live one is not.
-  /// Errors: rpc.address, rpc.port-taken, rpc.not-loopback (no TLS and not `insecure`), rpc.tls.
+  /// Errors: rpc.address, rpc.port-taken, rpc.not-loopback (no TLS and not `insecure`), rpc.tls (files that cannot be
+  /// used, or a certificate that is not valid now).
   [[nodiscard]] static Result<std::unique_ptr<Server>> start(const Address& address, std::vector<NamedService> services,
                                                              ServerOptions options = {});
   /// Stops.

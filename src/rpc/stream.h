@@ -64,6 +64,9 @@ class Descriptor {
 class TlsContext;
 [[nodiscard]] Result<std::shared_ptr<const TlsContext>> tls_context(const TlsFiles& files, bool server);
 
+/// Whether this moment is within the dates of a side's own certificate, so that others can accept it. Error: rpc.tls.
+[[nodiscard]] Result<void> check_dates(const TlsContext& context, const TlsFiles& files);
+
 struct Connected {
   std::unique_ptr<Stream> stream;
   StreamStatus status = StreamStatus::kOk;

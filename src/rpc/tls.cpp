@@ -190,6 +190,28 @@ Result<std::shared_ptr<const TlsContext>> tls_context(const TlsFiles& files, boo
   return std::shared_ptr<const TlsContext>(std::move(context));
 }
 
+Result<void> check_dates(const TlsContext& context, const TlsFiles& files) {
+  const ::X509* const shown = ::SSL_CTX_get0_certificate(context.get());
+  const auto text = [](const ASN1_TIME* time) {
+    const std::unique_ptr<BIO, decltype(&::BIO_free)> out(::BIO_new(::BIO_s_mem()), &::BIO_free);
+    ::ASN1_TIME_print(out.get(), time);
+    char* data = nullptr;
+    const long size = BIO_get_mem_data(out.get(), &data);
+    return std::string(data, static_cast<std::size_t>(size));
+  };
+  const auto wrong = [&](const char* what, const ASN1_TIME* time) {
+    return fail("rpc.tls",
+                fmt::format("the certificate \"{}\" {} {}, so that everybody would refuse it; issue a new one "
+                            "(docs/how-to/certificates.md), or set this machine's clock",
+                            files.certificate, what, text(time)));
+  };
+  const ASN1_TIME* const begins = ::X509_get0_notBefore(shown);
+  const ASN1_TIME* const ends = ::X509_get0_notAfter(shown);
+  if (::X509_cmp_current_time(begins) > 0) return wrong("is not valid before", begins);
+  if (::X509_cmp_current_time(ends) < 0) return wrong("has expired at", ends);
+  return {};
+}
+
 Result<Certificate> examine(const TlsFiles& files) {
   const auto context = tls_context(files, true);
   if (!context) return tl::unexpected(context.error());
@@ -223,7 +245,7 @@ Connected tls_stream(std::unique_ptr<Stream> plain, const std::shared_ptr<const 
   auto stream = std::make_unique<TlsStream>(std::move(plain), context);
   const StreamStatus status = stream->handshake(host, deadline);
   if (status == StreamStatus::kOk) return {std::move(stream), status, {}};
-  std::string why = "TLS: " + stream->why();
+  std::string why = "TLS: " + (status == StreamStatus::kLate ? "the handshake took too long" : stream->why());
   return {nullptr, status, std::move(why)};
 }
 

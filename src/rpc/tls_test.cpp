@@ -1,9 +1,14 @@
 #include <gmock/gmock.h>
 
 #include <cstdlib>
+#include <fstream>
+#include <future>
+#include <thread>
+#include <vector>
 
 #include "sentree/rpc/certificates.h"
 #include "sentree/rpc/detail/test_peers.h"
+#include "sentree/rpc/stream.h"
 
 namespace sentree::rpc {
 namespace {
@@ -12,6 +17,7 @@ using namespace std::chrono_literals;
 using test::Folder;
 using test::in;
 using test::Robot;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 // Certificates as docs/how-to/certificates.md makes them.
@@ -36,10 +42,11 @@ class Tls : public ::testing::Test {
   static void run(const std::string& arguments) {
     ASSERT_EQ(std::system(("openssl " + arguments + " 2>/dev/null").c_str()), 0) << arguments;
   }
-  static void issue(const std::string& name, const std::string& authority, const std::string& names) {
+  static void issue(const std::string& name, const std::string& authority, const std::string& names,
+                    const std::string& time = "-days 30") {
     run("req -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -subj /CN=" + name +
         " -addext subjectAltName=" + names + " -keyout " + file(name, "key") + " -out " + file(name, "csr"));
-    run("x509 -req -days 30 -copy_extensions copy -in " + file(name, "csr") + " -CA " + file(authority, "pem") +
+    run("x509 -req " + time + " -copy_extensions copy -in " + file(name, "csr") + " -CA " + file(authority, "pem") +
         " -CAkey " + file(authority, "key") + " -CAcreateserial -out " + file(name, "pem"));
   }
   static TlsFiles files(const std::string& name, const std::string& authority = "ours") {
@@ -134,6 +141,64 @@ TEST_F(Tls, MissingAndWrongFilesAreNamed) {
   EXPECT_THAT(message({file("ours", "pem"), "/no/such.pem", file("server", "key")}),
               HasSubstr("the certificate \"/no/such.pem\" cannot be used"));
   EXPECT_THAT(message({file("ours", "pem"), file("server", "pem"), file("client", "key")}), HasSubstr("the key"));
+}
+
+// What was issued for another time.
+TEST_F(Tls, AServerWithoutAValidCertificateDoesNotStart) {
+  issue("expired", "ours", "IP:127.0.0.1", "-days -1");
+  const auto message = [&](const TlsFiles& tls) {
+    const auto server = Server::start(*Address::parse("tls://127.0.0.1:0"), {}, {.tls = tls});
+    return server ? std::string("started") : server.error().message;
+  };
+  EXPECT_THAT(message(files("expired")),
+              AllOf(HasSubstr("expired.pem\" has expired at "), HasSubstr("issue a new one")));
+  std::ofstream(file("ca", "cnf")) << "[ca]\ndefault_ca=d\n[d]\ndatabase=" << file("ca", "db")
+                                   << "\nnew_certs_dir=" << folder_->file("")
+                                   << "\nrand_serial=yes\npolicy=p\ndefault_md=sha256\n[p]\ncommonName=supplied\n";
+  std::ofstream(file("ca", "db"));
+  run("ca -batch -notext -startdate 21000101000000Z -enddate 21010101000000Z -config " + file("ca", "cnf") + " -cert " +
+      file("ours", "pem") + " -keyfile " + file("ours", "key") + " -in " + file("server", "csr") + " -out " +
+      file("early", "pem"));
+  EXPECT_THAT(message({file("ours", "pem"), file("early", "pem"), file("server", "key")}),
+              HasSubstr("early.pem\" is not valid before Jan  1 00:00:00 2100 GMT"));
+  EXPECT_EQ(message(files("server")), "started");
+}
+
+// Neither a deadline nor idleness makes room here.
+TEST_F(Tls, PeersThatSayNothingKeepOutNobody) {
+  const auto server = test::serve(
+      *Address::parse("tls://127.0.0.1:0"), robot_,
+      {.connections_max = 4, .tls = files("server"), .message_time_max = 10min, .idle_before_eviction = 10min});
+  const auto first = test::connect(server->address(), {.tls = files("client")});
+  ASSERT_TRUE(first->call("ping", {}, in(10s)));
+  Address plain = server->address();
+  plain.kind = Address::Kind::kTcp;
+  Resolver resolver;
+  std::vector<std::unique_ptr<Stream>> silent;
+  for (std::size_t i = 1; i <= 20; ++i) {
+    silent.push_back(connect_to(plain, resolver, nullptr, in(10s)).stream);
+    ASSERT_NE(silent.back(), nullptr);
+    while (server->counters().connections < i + 1) std::this_thread::yield();
+  }
+  const auto second = test::connect(server->address(), {.tls = files("client")});
+  EXPECT_TRUE(second->call("ping", {}, in(10s)));
+  EXPECT_TRUE(first->call("ping", {}, in(10s)));
+  EXPECT_EQ(first->counters().connections, 1U) << "who had come before is not sent away";
+  EXPECT_EQ(server->counters().refused, 0U);
+}
+
+TEST_F(Tls, AHandshakeHasADeadline) {
+  std::promise<std::string> complaint;
+  const auto server =
+      test::serve(*Address::parse("tls://127.0.0.1:0"), robot_,
+                  {.tls = files("server"), .message_time_max = 50ms, .on_peer_error = [&](const auto& why) {
+                     complaint.set_value(why);
+                   }});
+  Address plain = server->address();
+  plain.kind = Address::Kind::kTcp;
+  Resolver resolver;
+  const auto silent = connect_to(plain, resolver, nullptr, in(10s));
+  EXPECT_THAT(complaint.get_future().get(), HasSubstr("TLS: the handshake took too long"));
 }
 
 TEST_F(Tls, FilesAreExaminedAsAPeerWould) {
