@@ -170,6 +170,11 @@ PROJECTS = {
     "editor of requirements": (None, lambda n: {"said": lsp("all.req", many("let l{i} = reply(a.b)\n", n // 3))}, [["lsp", "< {}/said"]]),
     "editor of scenarios": (None, lambda n: {"said": lsp("scenarios/s.yaml", "timeline:\n" + many("  - {{at: {i} s, kill: a}}\n", n // 3))}, [["lsp", "< {}/said"]]),
     "editor of interfaces": (None, lambda n: {"said": lsp("a.thrift", many("struct S{i} {{ 1: i32 a }}\n", n // 3))}, [["lsp", "< {}/said"]]),
+    "editor of leaves on one line": (None, lambda n: {"said": lsp("mission.xml", TREE.format(many('<Own name="n{i}"/>', n), ""))}, [["lsp", "< {}/said"]]),
+    "editor of states on one line": (None, lambda n: {"said": lsp("a.scxml", CHART.format(many('<state id="s{i}"/>', n)))}, [["lsp", "< {}/said"]]),
+    "editor of a condition on one line": (None, lambda n: {"said": lsp("all.req", "let l = " + many("reply(a.b).m{i}", n // 3, " + ") + "\n")}, [["lsp", "< {}/said"]]),
+    "editor of a scenario on one line": (None, lambda n: {"said": lsp("scenarios/s.yaml", "timeline: [" + many("{{at: {i} s, kill: a}}", n // 3, ", ") + "]\n")}, [["lsp", "< {}/said"]]),
+    "editor of interfaces on one line": (None, lambda n: {"said": lsp("a.thrift", many("struct S{i} {{ 1: i32 a }} ", n // 3))}, [["lsp", "< {}/said"]]),
 }
 REFUSED = {"locations", "parameters", "equal faults"}
 

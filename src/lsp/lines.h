@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string_view>
 #include <vector>
 
@@ -19,8 +20,8 @@ struct Position {
   friend bool operator==(const Position&, const Position&) = default;
 };
 
-/// Lines of a text, which end with \n, \r\n or \r. Does not keep the text.
-/// Source: Language Server Protocol 3.17, Text Documents.
+/// Lines of a text, which end with \n, \r\n or \r. Does not keep the text. Places are found in O(log(size of the
+/// text)), however long their lines are. Source: Language Server Protocol 3.17, Text Documents.
 class Lines {
  public:
   Lines() = default;
@@ -33,7 +34,17 @@ class Lines {
   [[nodiscard]] std::size_t offset(std::string_view text, Position position, Units units) const;
 
  private:
+  // The beginning of a character within a long line, and what is before it in that line.
+  struct Mark {
+    std::size_t byte = 0;
+    std::uint64_t units16 = 0;
+  };
+  void mark(std::string_view text, std::size_t from, std::size_t to);
+  [[nodiscard]] Mark before(std::size_t start, std::size_t end,
+                            const std::function<bool(const Mark&)>& is_behind) const;
+
   std::vector<std::size_t> starts_{0};
+  std::vector<Mark> marks_;  // every so many bytes
 };
 
 /// The bytes of many places of one text, as readers tell them: line and column from 1, lines end with \n. Does not keep

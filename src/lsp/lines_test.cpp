@@ -4,6 +4,8 @@
 
 #include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace sentree::lsp {
 namespace {
@@ -50,6 +52,32 @@ TEST(Lines, LeadBackFromEachCharacter) {
         ASSERT_EQ(lines.offset(text, lines.position(text, at, units), units), at) << "seed " << kSeed << ": " << text;
     }
   }
+}
+
+TEST(Lines, CountOnWithinLongLines) {
+  constexpr unsigned kSeed = 11;
+  std::mt19937 random(kSeed);
+  const std::pair<std::string, std::uint64_t> pieces[] = {{"a", 1}, {"ä", 1}, {"€", 1}, {"😀", 2}};
+  std::string text = "first\n";
+  std::vector<std::pair<std::size_t, std::uint64_t>> places;  // byte, and units of UTF-16 before it
+  std::uint64_t units = 0;
+  for (int i = 0; i < 5000; ++i) {
+    places.emplace_back(text.size(), units);
+    const auto& [piece, size] = pieces[random() % std::size(pieces)];
+    text += piece;
+    units += size;
+  }
+  const std::size_t end = text.size();
+  text += "\nlast";
+  const Lines lines(text);
+  for (const auto& [byte, before] : places) {
+    ASSERT_EQ(lines.position(text, byte, Units::kUtf16), (Position{1, before})) << "seed " << kSeed;
+    ASSERT_EQ(lines.position(text, byte, Units::kUtf8), (Position{1, byte - 6})) << "seed " << kSeed;
+    ASSERT_EQ(lines.offset(text, {1, before}, Units::kUtf16), byte) << "seed " << kSeed;
+    ASSERT_EQ(lines.offset(text, {1, byte - 6}, Units::kUtf8), byte) << "seed " << kSeed;
+  }
+  EXPECT_EQ(lines.offset(text, {1, units + 9}, Units::kUtf16), end);
+  EXPECT_EQ(lines.position(text, end + 2, Units::kUtf16), (Position{2, 1}));
 }
 
 }  // namespace
