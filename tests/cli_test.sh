@@ -211,6 +211,16 @@ expect 0 'AlwaysSuccess' "$sentree" graph "$work/others" --packages "$work" --to
 expect 0 'GoTo' "$sentree" graph "$work/others" --tree Near --to dot
 expect 3 'no such file' "$sentree" check --palette "$work/gone.xml" "$work/others"
 expect 0 '<Control ID="RecoveryNode">|<Control ID="RecoveryNode"/>' "$sentree" model "$work/others" --packages "$work"
+# Below a folder nothing is passed over: XML that cannot be read, projects with their scenarios.
+mkdir -p "$work/several/trees" && cp -r examples/minimal "$work/several/one"
+expect 0 'nothing to complain about' "$sentree" check "$work/several"
+printf '<root BTCPP_format="4"><BehaviorTree ID="B"><Sequence></BehaviorTree></root>' >"$work/several/trees/broken.xml"
+expect 3 'broken.xml:1:[0-9]+: </BehaviorTree> closes <Sequence>' "$sentree" check "$work/several/trees"
+printf 'expect: {mission: SUCESS}\n' >"$work/several/one/scenarios/slip.yaml"
+expect 3 'slip.yaml:1:[0-9]+: mission "SUCESS" must be' "$sentree" check "$work/several"
+expect 3 '^2 errors, 0 warnings' "$sentree" check "$work/several"
+echo 'misson: x' >>"$work/several/one/sentree.yaml"
+expect 3 'one/sentree.yaml:[0-9]+:1: .*"misson"' "$sentree" check "$work/several"
 cp -r "$work/others" "$work/changed"
 sed -i 's/seconds="1"/seconds="2"/' "$work/changed/main.xml" && rm "$work/changed/nested/near.xml"
 expect 1 'main.xml: Main/RecoveryNode/Wait' "$sentree" diff "$work/others" "$work/changed"

@@ -40,13 +40,16 @@ struct ProjectFindings {
 };
 using KnownProjects = std::map<std::filesystem::path, ProjectFindings>;
 
+std::filesystem::path place(const std::filesystem::path& file) {
+  std::error_code error;
+  return std::filesystem::weakly_canonical(file, error);
+}
+
 // What the project above a chart says of it, if that names the chart: services, leaves and what is renamed for it are
 // known then. Nothing: it stands alone.
 std::optional<Diagnostics> check_in_project(const std::filesystem::path& chart, KnownProjects& projects) {
   const std::filesystem::path folder = project_above(chart);
   if (folder.empty()) return std::nullopt;
-  std::error_code error;
-  const auto place = [&](const std::filesystem::path& file) { return std::filesystem::weakly_canonical(file, error); };
   const auto [slot, is_new] = projects.try_emplace(folder);
   ProjectFindings& found = slot->second;
   if (is_new) {
@@ -148,6 +151,21 @@ bool is_project(const std::filesystem::path& path) {
   return !std::filesystem::is_directory(path, error) || std::filesystem::exists(path / "sentree.yaml", error);
 }
 
+// Folders with a sentree.yaml below one that has none, sorted.
+std::vector<std::filesystem::path> projects_below(const std::string& folder) {
+  std::vector<std::filesystem::path> found;
+  std::error_code error;
+  for (auto at = std::filesystem::recursive_directory_iterator(
+           folder, std::filesystem::directory_options::skip_permission_denied, error);
+       !error && at != decltype(at)() && found.size() < kGivenFilesMax; at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    if (name.starts_with('.')) at.disable_recursion_pending();
+    if (name == "sentree.yaml") found.push_back(at->path().parent_path());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 // A finding in a file that several others use is told once.
 class Findings {
  public:
@@ -165,10 +183,20 @@ class Findings {
 Diagnostics check_all(const CheckCommand& command) {
   Findings findings;
   std::vector<std::string> trees_and_charts;
+  std::set<std::filesystem::path> read;  // By projects below a folder, which say all that there is to say of them.
+  bool has_projects = false;
   for (const std::string& name : command.files.empty() ? std::vector<std::string>{"."} : command.files) {
     const auto ending = std::filesystem::path(name).extension();
     std::error_code error;
     const auto source = std::filesystem::is_regular_file(name, error) ? text::read_file(name) : Result<std::string>();
+    if (!is_project(name)) {
+      const text::ReadLog log;
+      for (const std::filesystem::path& project : projects_below(name)) {
+        findings.add(check_one(project.string()));
+        has_projects = true;
+      }
+      for (const text::ReadFile& file : log.files()) read.insert(place(file.path));
+    }
     if (ending == ".xml" || ending == ".scxml" || !is_project(name) || (source && is_xml_source(*source)))
       trees_and_charts.push_back(name);
     else
@@ -177,16 +205,18 @@ Diagnostics check_all(const CheckCommand& command) {
   Diagnostics problems;
   const std::vector<GivenFile> files = given_files(trees_and_charts, problems);
   // The hint that a project is a folder with a sentree.yaml.
-  if (files.empty() && !trees_and_charts.empty() && problems.empty()) problems = check_one(trees_and_charts.front());
+  if (files.empty() && !trees_and_charts.empty() && problems.empty() && !has_projects)
+    problems = check_one(trees_and_charts.front());
   const TreeFiles trees(files, command.trees, problems);
   KnownProjects projects;
   findings.add(problems);
   for (const GivenFile& file : files) {
+    if (!file.named && !read.empty() && read.contains(place(file.path))) continue;
     const auto source = text::read_file(file.path);
     const std::string kind = source ? document_kind(*source) : "";
     if (kind == "chart" || (kind.empty() && file.path.extension() == ".scxml"))
       findings.add(check_chart(file.path, projects));
-    else if (kind == "tree" || file.named)
+    else if (kind == "tree" || file.named || !source || !is_well_formed(*source))
       findings.add(trees.load(file.path).diagnostics);
   }
   return findings.all;

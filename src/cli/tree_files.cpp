@@ -64,6 +64,8 @@ std::string document_kind(const std::string& xml) {
   return document->root().local_name() == "root" ? "tree" : "";
 }
 
+bool is_well_formed(const std::string& xml) { return text::XmlDocument::parse(xml, {}, {.lenient = true}).has_value(); }
+
 project::FileRef palette_file(const std::string& palette) {
   std::error_code error;
   if (palette == nav2::kPalette && !std::filesystem::exists(palette, error)) return {palette, {}};

@@ -28,6 +28,9 @@ struct GivenFile {
 /// "tree" or "chart" by the root element; empty for any other document, also one that is not well-formed.
 [[nodiscard]] std::string document_kind(const std::string& xml);
 
+/// Whether XML can be read, whatever it is about.
+[[nodiscard]] bool is_well_formed(const std::string& xml);
+
 /// A palette of the command line for a project, whose own paths are relative to its folder.
 [[nodiscard]] project::FileRef palette_file(const std::string& palette);
 
