@@ -10,6 +10,7 @@
 #include "sentree/import/tree_system.h"
 #include "sentree/import/yarp_system.h"
 #include "sentree/text/file.h"
+#include "sentree/text/xml.h"
 
 namespace sentree::import {
 
@@ -57,11 +58,19 @@ Loaded<Imported> import_system(const path& from, const std::string& main) {
   if (std::any_of(documents.begin(), documents.end(),
                   [&](const std::string& file) { return is_tree_file(from / file); }))
     return import_trees(*folder, main);
-  return failed(
-      "import.unknown-form",
-      "no system that can be imported: neither Behavior Trees, alone or with Qt SCXML skills, nor the main file "
-      "of an AS2FM system",
-      from);
+  auto none =
+      failed("import.unknown-form",
+             "no system that can be imported: neither Behavior Trees, alone or with Qt SCXML skills, nor the main file "
+             "of an AS2FM system",
+             from);
+  // One that cannot be read may have been meant.
+  for (const std::string& file : documents) {
+    const auto source = folder->read(file);
+    const auto document = source ? text::XmlDocument::parse(*source, folder->shown(file), {.lenient = true})
+                                 : tl::unexpected(source.error());
+    if (!document) none.diagnostics.push_back(document.error());
+  }
+  return none;
 }
 
 Result<void> write_project(const Imported& imported, const path& folder, bool force) {

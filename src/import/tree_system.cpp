@@ -216,8 +216,11 @@ class TreeSystem {
   // A file of which something may be needed.
   void offer(const std::string& file) {
     const auto source = text::read_file(folder_ / file, shown(file), kFileBytesMax);
-    if (source) (void)library_.add(shown(file), *source);
+    const auto added = source ? library_.add(shown(file), *source) : tl::unexpected(source.error());
+    if (!added && added.error().code != "bt.not-a-tree") unread_.push_back(added.error());
   }
+  // What is wrong with files that could not be read: nobody knows what they hold.
+  [[nodiscard]] const Diagnostics& unread() const { return unread_; }
 
   [[nodiscard]] const bt::Library& library() const { return library_; }
 
@@ -273,6 +276,10 @@ class TreeSystem {
            problem.message +
                (may_be_enum ? "; names of enums are registered by a plug-in (docs/coming-from-behaviortree-cpp.md)"
                             : ""));
+    }
+    for (const Diagnostic& problem : unread_) {
+      find(Fate::kByHand, problem.span, "",
+           fmt::format("{}; nothing of this file is in the project: mend it, and import again", problem.message));
     }
     uses_.emplace(*tree.value);
     Written written(*tree.value);
@@ -611,6 +618,7 @@ class TreeSystem {
   fs::path folder_;
   bt::Registry registry_;
   bt::Library library_;
+  Diagnostics unread_;
   std::vector<fs::path> packages_;
   bt::Palette own_;  // what the mission's files say, without Nav2's
   Imported result_;
@@ -656,13 +664,13 @@ Loaded<Imported> import_tree(const fs::path& file) {
 }
 
 Loaded<Imported> import_trees(const SourceFolder& folder, const std::string& main) {
-  const auto failed = [&](std::string code, std::string message) {
-    return Loaded<Imported>{
-        .value = std::nullopt,
-        .diagnostics = {{Severity::kError, std::move(code), std::move(message), SourceSpan{folder.shown("")}}}};
-  };
   const fs::path base = folder.shown("");
   TreeSystem system(base);
+  const auto failed = [&](std::string code, std::string message) {
+    Diagnostics all{{Severity::kError, std::move(code), std::move(message), SourceSpan{folder.shown("")}}};
+    all.insert(all.end(), system.unread().begin(), system.unread().end());
+    return Loaded<Imported>{.value = std::nullopt, .diagnostics = std::move(all)};
+  };
   for (const std::string& file : folder.with_ending({".xml"})) system.offer(file);
   if (!main.empty()) return system.run(main);
   const std::vector<std::string> roots = system.library().roots();

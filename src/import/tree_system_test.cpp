@@ -302,6 +302,23 @@ TEST(TreeSystem, InFormat3SubTreesNameEntriesWithoutBraces) {
   expect_runnable(system);
 }
 
+TEST(TreeSystem, FilesThatCannotBeReadAreToBeMendedByHand) {
+  const TemporaryFolder folder("import");
+  ASSERT_TRUE(text::write_file(folder.path() / "broken.xml",
+                               R"(<root BTCPP_format="4"><BehaviorTree ID="B"><Sequence></BehaviorTree></root>)"));
+  const auto refused = import_system(folder.path());
+  EXPECT_THAT(refused.diagnostics,
+              ElementsAre(Field(&Diagnostic::code, "import.unknown-form"),
+                          Field(&Diagnostic::message, HasSubstr("</BehaviorTree> closes <Sequence>"))));
+  ASSERT_TRUE(text::write_file(folder.path() / "good.xml",
+                               R"(<root BTCPP_format="4"><BehaviorTree ID="G"><Go/></BehaviorTree></root>)"));
+  ASSERT_TRUE(text::write_file(folder.path() / "package.xml", "<package/>"));
+  const Imported system = imported(folder.path());
+  EXPECT_THAT(system.findings, ElementsAre(told(Fate::kByHand, "", "</BehaviorTree> closes <Sequence>; nothing of"),
+                                           told(Fate::kByHand, "Go", "")));
+  expect_runnable(system);
+}
+
 TEST(TreeSystem, OfSeveralMissionsOneIsChosen) {
   const TemporaryFolder folder("import");
   for (const char* name : {"a", "b"}) {
