@@ -70,7 +70,7 @@ class WorldReader {
     const auto source = read_(name);
     if (!source) {
       Diagnostic missing = source.error();
-      missing.message += " (the world's map)";
+      missing.message = fmt::format("the world's map \"{}\": {}", name, missing.message);
       missing.span = node->span;
       found_.push_back(std::move(missing));
       return;
@@ -108,6 +108,8 @@ class WorldReader {
       NamedLocation location{.name = key.scalar};
       if (const auto pose = read_pose(value)) {
         location.pose = *pose;
+      } else if (value.is_sequence()) {
+        error("bad-value", fmt::format("location \"{}\": {}", key.scalar, why_no_pose(value)), value.span);
       } else {
         YamlFields fields(value, "sim", fmt::format("location \"{}\"", key.scalar), found_);
         if (value.is_mapping() && fields.required("pose") != nullptr) fields.pose("pose", location.pose);
@@ -311,9 +313,9 @@ class WorldReader {
   void battery(YamlFields& f, BatterySpec& battery) {
     const auto ratio = ratio_units();
     f.number("initial", battery.initial_charge, {0.0, 1.0}, ratio);
-    f.number("drain_standing", battery.drain_per_s, {0.0, 1.0}, ratio);
-    f.number("drain_moving", battery.drain_per_m, {0.0, 1.0}, ratio);
-    f.number("charging", battery.charge_per_s, {0.0, 1.0, true}, ratio);
+    f.number("drain_standing", battery.drain_per_s, {0.0, 1.0}, ratio_by_time_units());
+    f.number("drain_moving", battery.drain_per_m, {0.0, 1.0}, ratio_by_length_units());
+    f.number("charging", battery.charge_per_s, {0.0, 1.0, true}, ratio_by_time_units());
     f.number("capacity_Ah", battery.capacity_Ah, {0.0, 1e6, true});
     f.number("voltage_empty", battery.voltage_empty_V, {0.0, 1e4});
     f.number("voltage_full", battery.voltage_full_V, {0.0, 1e4});

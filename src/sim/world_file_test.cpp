@@ -89,6 +89,31 @@ odometry: {noise: 10 %, scale: 3 %}
   EXPECT_EQ(w.robot("r3"), std::nullopt);
 }
 
+TEST(WorldFile, TakesOfEachMemberItsOwnDimension) {
+  const auto refusal = [](const std::string& battery) {
+    const auto all = messages("map: room.yaml\nstart: [1, 1]\nbattery: {" + battery + "}\n");
+    return all.size() == 1 ? all.front() : "";
+  };
+  EXPECT_THAT(refusal("drain_standing: 1 %/m"), HasSubstr("is \"1 %/m\"; a number is expected, unit %/s, %/min"));
+  EXPECT_THAT(refusal("drain_moving: 0.1 %/s"), HasSubstr("a number is expected, unit %/m"));
+  EXPECT_THAT(refusal("charging: 1 %"), HasSubstr("a number is expected, unit %/s, %/min"));
+  EXPECT_THAT(refusal("initial: 50 %/min"), HasSubstr("a number is expected, unit %"));
+  EXPECT_THAT(refusal("initial: 100"), HasSubstr("at most 1.0; write 100 %"));
+  EXPECT_THAT(refusal("initial: 200"), ::testing::EndsWith("at most 1.0"));
+}
+
+TEST(WorldFile, SaysWhatOfAPoseIsWrong) {
+  const auto refusal = [](const std::string& pose) {
+    const auto all = messages("map: room.yaml\nstart: [1, 1]\nlocations: {door: " + pose + "}\n");
+    return all.size() == 1 ? all.front() : "";
+  };
+  EXPECT_THAT(refusal("[1, 1, 180]"), HasSubstr("location \"door\": 180 is no heading in rad; write 180 deg"));
+  EXPECT_THAT(refusal("[1, 1, 180 degrees]"), HasSubstr("\"180 degrees\" is no heading; write 180 deg"));
+  EXPECT_THAT(refusal("[1, 1, north]"), HasSubstr("\"north\" is no heading; write [x, y, heading]"));
+  EXPECT_THAT(refusal("[1, 1 km, 0]"), HasSubstr("\"1 km\" is no coordinate in m"));
+  EXPECT_THAT(refusal("[1]"), HasSubstr("a list is no pose; write [x, y, heading]"));
+}
+
 TEST(WorldFile, TakesTheMethodOfLocalizationAlone) {
   const Loaded<World> world = parse("map: room.yaml\nstart: [1, 1]\nlocalization: exact\n");
   ASSERT_TRUE(world.ok());
@@ -111,13 +136,14 @@ locations:
 people:
   ann: {plugs_in_at: dok}
 )"),
-      ElementsAre("world.yaml:3:1: the world has no \"batery\"; did you mean \"battery\"?",
-                  "world.yaml:4:16: beams of laser is \"0\"; a whole number from 1 to 10000 is expected",
-                  "world.yaml:4:19: laser has no \"veiw\"; did you mean \"view\"?",
-                  "world.yaml:5:17: speed of motion is \"fast\"; a number is expected",
-                  "world.yaml:7:16: pose of station \"dock\" is \"desc\", which is no location; did you mean \"desk\"?",
-                  "world.yaml:9:9: location \"desk\" is a list; a mapping is expected",
-                  "world.yaml:11:22: person \"ann\" plugs in at \"dok\", which is no station; did you mean \"dock\"?"));
+      ElementsAre(
+          "world.yaml:3:1: the world has no \"batery\"; did you mean \"battery\"?",
+          "world.yaml:4:16: beams of laser is \"0\"; a whole number from 1 to 10000 is expected",
+          "world.yaml:4:19: laser has no \"veiw\"; did you mean \"view\"?",
+          "world.yaml:5:17: speed of motion is \"fast\"; a number is expected",
+          "world.yaml:7:16: pose of station \"dock\" is \"desc\", which is no location; did you mean \"desk\"?",
+          "world.yaml:9:9: location \"desk\": a list is no pose; write [x, y, heading] in m and rad, or \"90 deg\"",
+          "world.yaml:11:22: person \"ann\" plugs in at \"dok\", which is no station; did you mean \"dock\"?"));
 }
 
 TEST(WorldFile, ChecksTheSense) {
@@ -134,7 +160,7 @@ TEST(WorldFile, ChecksTheSense) {
   EXPECT_THAT(messages("map: room.yaml\nstart: [1, 1]\nrobots: {a: {start: [2, 2]}}\n"),
               ElementsAre(HasSubstr("\"start\" and \"robots\"")));
   EXPECT_THAT(messages("map: house.yaml\nstart: [1, 1]\n"),
-              ElementsAre("world.yaml:1:6: house.yaml does not exist (the world's map)"));
+              ElementsAre("world.yaml:1:6: the world's map \"house.yaml\": house.yaml does not exist"));
   EXPECT_THAT(messages("start: [1, 1]\n"), ElementsAre(HasSubstr("the world needs \"map\"")));
   EXPECT_THAT(
       messages(

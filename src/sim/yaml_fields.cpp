@@ -17,6 +17,7 @@ namespace {
 
 // Coordinates beyond this are a slip of the pen.
 constexpr double kCoordinateMax_m = 1e6;
+constexpr double kAngleMax_rad = 1e3;
 
 std::string shown(const text::YamlNode& node) {
   switch (node.kind) {
@@ -52,6 +53,16 @@ std::string unit_names(std::span<const Unit> units) {
   return names;
 }
 
+// "; write 100 %" for a number that is too large, as one is whose unit was forgotten.
+std::string with_unit(const text::YamlNode& node, double high, std::span<const Unit> units) {
+  const auto bare = node.number();
+  if (!bare || !(*bare > high)) return {};
+  for (const Unit& unit : units) {
+    if (unit.factor != 1.0 && *bare * unit.factor <= high) return fmt::format("; write {} {}", node.scalar, unit.name);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::span<const Unit> time_units() {
@@ -65,8 +76,39 @@ std::span<const Unit> angle_units() {
 }
 
 std::span<const Unit> ratio_units() {
-  static constexpr std::array<Unit, 4> kUnits{Unit{"%", 0.01}, {"%/s", 0.01}, {"%/min", 0.01 / 60.0}, {"%/m", 0.01}};
+  static constexpr std::array<Unit, 1> kUnits{Unit{"%", 0.01}};
   return kUnits;
+}
+
+std::span<const Unit> ratio_by_time_units() {
+  static constexpr std::array<Unit, 2> kUnits{Unit{"%/s", 0.01}, {"%/min", 0.01 / 60.0}};
+  return kUnits;
+}
+
+std::span<const Unit> ratio_by_length_units() {
+  static constexpr std::array<Unit, 1> kUnits{Unit{"%/m", 0.01}};
+  return kUnits;
+}
+
+std::string why_no_pose(const text::YamlNode& node) {
+  constexpr std::string_view kForm = "write [x, y, heading] in m and rad, or \"90 deg\"";
+  if (!node.is_sequence() || node.items.size() < 2 || node.items.size() > 3)
+    return fmt::format("{} is no pose; {}", shown(node), kForm);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto number = number_with_unit(node.items[i], {});
+    if (!number) return fmt::format("{} is no coordinate in m", shown(node.items[i]));
+    if (!(std::abs(*number) <= kCoordinateMax_m)) return shown(node.items[i]) + " is too far away for a coordinate";
+  }
+  const text::YamlNode& heading = node.items.back();
+  // The number alone, where what stands behind it is another unit, or none.
+  const std::string number = heading.is_scalar() ? heading.scalar.substr(0, heading.scalar.find(' ')) : "";
+  text::YamlNode bare = heading;
+  bare.scalar = number;
+  if (!bare.is_scalar() || !bare.number()) return fmt::format("{} is no heading; {}", shown(heading), kForm);
+  const auto written = number_with_unit(heading, angle_units());
+  return written && std::abs(*written) <= kAngleMax_rad
+             ? fmt::format("{} is no heading in rad; write {} deg", number, number)
+             : fmt::format("{} is no heading; write {} deg", shown(heading), number);
 }
 
 std::optional<Pose2> read_pose(const text::YamlNode& node) {
@@ -76,7 +118,7 @@ std::optional<Pose2> read_pose(const text::YamlNode& node) {
   const auto theta = node.items.size() == 3 ? number_with_unit(node.items[2], angle_units()) : 0.0;
   if (!x || !y || !theta) return std::nullopt;
   // Negated, so that NaN is refused too.
-  if (!(std::abs(*x) <= kCoordinateMax_m && std::abs(*y) <= kCoordinateMax_m && std::abs(*theta) <= 1e3)) {
+  if (!(std::abs(*x) <= kCoordinateMax_m && std::abs(*y) <= kCoordinateMax_m && std::abs(*theta) <= kAngleMax_rad)) {
     return std::nullopt;
   }
   // So many radians are degrees whose unit was forgotten.
@@ -122,7 +164,9 @@ void YamlFields::number(std::string_view key, double& out, Range range, std::spa
   if (*number < range.low || *number > range.high || (range.low_excluded && *number == range.low)) {
     const std::string low = (range.low_excluded ? "above " : "at least ") + shortest_decimal(range.low);
     const std::string high = std::isfinite(range.high) ? " and at most " + shortest_decimal(range.high) : std::string();
-    error("bad-value", fmt::format("{} of {} is {}; it must be {}{}", key, what_, shortest_decimal(*number), low, high),
+    error("bad-value",
+          fmt::format("{} of {} is {}; it must be {}{}{}", key, what_, shortest_decimal(*number), low, high,
+                      with_unit(*value, range.high, units)),
           value->span);
     return;
   }
@@ -174,9 +218,7 @@ void YamlFields::pose(std::string_view key, Pose2& out) {
   if (const auto pose = read_pose(*value))
     out = *pose;
   else
-    error("bad-value",
-          fmt::format("{} of {} is no pose; write [x, y, heading] in m and rad, or \"90 deg\"", key, what_),
-          value->span);
+    error("bad-value", fmt::format("{} of {}: {}", key, what_, why_no_pose(*value)), value->span);
 }
 
 void YamlFields::point(std::string_view key, Vec2& out) {

@@ -66,8 +66,12 @@ class YamlFields {
 [[nodiscard]] std::span<const Unit> time_units();
 [[nodiscard]] std::span<const Unit> angle_units();
 [[nodiscard]] std::span<const Unit> ratio_units();
+[[nodiscard]] std::span<const Unit> ratio_by_time_units();
+[[nodiscard]] std::span<const Unit> ratio_by_length_units();
 
-/// A pose written as a list; null and a reason if it is none.
+/// A pose written as a list; nothing if it is none.
 [[nodiscard]] std::optional<Pose2> read_pose(const text::YamlNode& node);
+/// The reason, and how one is written.
+[[nodiscard]] std::string why_no_pose(const text::YamlNode& node);
 
 }  // namespace sentree::sim
