@@ -8,9 +8,9 @@
 #include <iostream>
 
 #include "sentree/sim/astar.h"
+#include "sentree/sim/detail/particle_filter.h"
+#include "sentree/sim/detail/route.h"
 #include "sentree/sim/map_file.h"
-#include "sentree/sim/particle_filter.h"
-#include "sentree/sim/route.h"
 #include "sentree/sim/simulation.h"
 #include "sentree/text/file.h"
 

@@ -24,8 +24,8 @@
 #include "sentree/runtime/monitors.h"
 #include "sentree/runtime/stream.h"
 #include "sentree/runtime/watchdog.h"
+#include "sentree/yarp/detail/port.h"
 #include "sentree/yarp/middleware.h"
-#include "sentree/yarp/port.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sentree/bt/blackboard.h"
+#include "sentree/bt/detail/blackboard.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/model.h"
 #include "sentree/bt/registry.h"

@@ -11,8 +11,8 @@
 
 #include "sentree/base/value.h"
 #include "sentree/http/http.h"
-#include "sentree/scxml/basic_http.h"
 #include "sentree/scxml/chart.h"
+#include "sentree/scxml/detail/basic_http.h"
 #include "sentree/scxml/step.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/cdr.h"
 
 namespace {
 

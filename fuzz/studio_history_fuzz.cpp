@@ -5,8 +5,8 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/project/project.h"
+#include "sentree/studio/detail/record_reader.h"
 #include "sentree/studio/history.h"
-#include "sentree/studio/record_reader.h"
 #include "sentree/text/json.h"
 
 // Messages of a recording may say anything; what the page is sent of them is JSON all the same.

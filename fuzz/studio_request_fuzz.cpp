@@ -13,8 +13,8 @@
 #include "sentree/replay/recording.h"
 #include "sentree/runtime/run.h"
 #include "sentree/studio/detail/conversation.h"
-#include "sentree/studio/record_queue.h"
-#include "sentree/studio/steer.h"
+#include "sentree/studio/detail/record_queue.h"
+#include "sentree/studio/detail/steer.h"
 #include "sentree/text/json.h"
 
 namespace {

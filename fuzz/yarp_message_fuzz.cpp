@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <string_view>
 
-#include "sentree/yarp/bottle.h"
+#include "sentree/yarp/detail/bottle.h"
+#include "sentree/yarp/detail/encoding.h"
 #include "sentree/yarp/detail/frame.h"
 #include "sentree/yarp/detail/inbox.h"
-#include "sentree/yarp/encoding.h"
 
 namespace {
 

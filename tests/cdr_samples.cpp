@@ -6,7 +6,7 @@
 #include <iostream>
 
 #include "sentree/idl/conform.h"
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/cdr.h"
 #include "sentree/ros/detail/test_chance.h"
 
 int main(int argc, char** argv) {

@@ -60,6 +60,11 @@ bool is_installed(std::string_view path) {
   return slash == path.rfind('/') && !path.substr(slash + 1).starts_with("test_");
 }
 
+// Also what tests share, which stands in detail/.
+bool is_of_tests(std::string_view path) {
+  return path.ends_with("_test.cpp") || path.find("/detail/test_") != std::string_view::npos;
+}
+
 class Checker {
  public:
   explicit Checker(const std::vector<SourceFile>& files) {
@@ -74,6 +79,27 @@ class Checker {
       }
     }
     return std::move(found_);
+  }
+
+  [[nodiscard]] std::set<std::string> needlessly_public(std::vector<std::string> needed) const {
+    std::set<std::string> out;
+    for (const auto& [path, includes] : includes_) {
+      if (path.ends_with(".h") && is_installed(path) && library_of(path) != "cli") out.insert(path);
+      for (const Include& include : includes) {
+        if (include.path.starts_with(kOurs) && library_of(include.path.substr(kOurs.size())) != library_of(path) &&
+            !is_of_tests(path))
+          needed.push_back(include.path.substr(kOurs.size()));
+      }
+    }
+    while (!needed.empty()) {
+      const std::string header = std::move(needed.back());
+      needed.pop_back();
+      if (out.erase(header) == 0) continue;
+      for (const Include& include : includes_.at(header)) {
+        if (include.path.starts_with(kOurs)) needed.push_back(include.path.substr(kOurs.size()));
+      }
+    }
+    return out;
   }
 
  private:
@@ -103,6 +129,8 @@ class Checker {
     const std::string to = library_of(target);
     if (includes_.count(target) == 0) report(path, include.line, "there is no header \"" + include.path + "\"");
     if (from == to) return;
+    if (!is_installed(target) && !is_of_tests(path))
+      report(path, include.line, "\"" + include.path + "\" is private to " + to);
     const auto& rules = library_rules();
     const auto rule = std::find_if(rules.begin(), rules.end(), [&](const LibraryRule& r) { return r.library == from; });
     if (rule == rules.end()) {
@@ -194,5 +222,9 @@ const std::vector<SecrecyRule>& secrecy_rules() {
 }
 
 std::vector<std::string> violations(const std::vector<SourceFile>& files) { return Checker(files).run(); }
+
+std::set<std::string> needlessly_public(const std::vector<SourceFile>& files, std::vector<std::string> for_embedders) {
+  return Checker(files).needlessly_public(std::move(for_embedders));
+}
 
 }  // namespace sentree::layers

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,8 +32,13 @@ struct SecrecyRule {
 
 /// One line per include that the rules do not allow: "file:line: …". Empty if all is well.
 ///
-/// Also: public headers (all but those in a folder detail/) must not include heavy third-party ones, our headers are
-/// included as "sentree/<library>/<header>", and they exist.
+/// Also: public headers (all but those in a folder detail/) must not include heavy third-party ones, no other library
+/// includes private ones, our headers are included as "sentree/<library>/<header>", and they exist.
 [[nodiscard]] std::vector<std::string> violations(const std::vector<SourceFile>& files);
+
+/// Public headers that no other library includes, directly or by one that it does include: their place is detail/.
+/// @param for_embedders  Public nevertheless, for programs that embed ours.
+[[nodiscard]] std::set<std::string> needlessly_public(const std::vector<SourceFile>& files,
+                                                      std::vector<std::string> for_embedders);
 
 }  // namespace sentree::layers

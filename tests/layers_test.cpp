@@ -33,6 +33,14 @@ TEST(Layers, AreKeptByEverySource) {
   EXPECT_THAT(violations(files), IsEmpty());
 }
 
+TEST(Layers, ShowOthersOnlyWhatTheyUse) {
+  EXPECT_THAT(
+      needlessly_public(read_sources(), {"bt/observer.h", "bt/queue_nodes.h", "bt/schema.h", "groot/publisher.h",
+                                         "exec/coroutine_action.h", "exec/threaded_action.h", "exec/threads.h"}),
+      IsEmpty())
+      << "move them to detail/, or add them here if programs that embed ours need them";
+}
+
 TEST(Layers, FormNoCycle) {
   // Each rule names only libraries that stand before it, so a cycle cannot be written down.
   std::vector<std::string_view> before;
@@ -76,6 +84,23 @@ TEST(LayersChecker, KeepsPrivateHeadersOutOfPublicOnes) {
     EXPECT_THAT(violations({{header, ""}, {"idl/parts/b.h", include}, {"idl/test_b.h", include}}), IsEmpty());
   }
   EXPECT_THAT(violations({{"idl/detail/a.h", ""}, {"idl/b.cpp", "#include \"sentree/idl/detail/a.h\"\n"}}), IsEmpty());
+}
+
+TEST(LayersChecker, LetsOnlyTestsUsePrivateHeadersOfOtherLibraries) {
+  const std::string include = "#include \"sentree/idl/detail/a.h\"\n";
+  EXPECT_THAT(violations({{"idl/detail/a.h", ""}, {"rpc/a_test.cpp", include}, {"rpc/a.cpp", include}}),
+              ElementsAre("src/rpc/a.cpp:1: \"sentree/idl/detail/a.h\" is private to idl"));
+}
+
+TEST(LayersChecker, KnowsWhichHeadersOthersNeed) {
+  const std::vector<SourceFile> files = {{"idl/a.h", "#include \"sentree/idl/b.h\"\n"},
+                                         {"idl/b.h", ""},
+                                         {"idl/alone.h", "#include \"sentree/idl/b.h\"\n"},
+                                         {"idl/of_tests.h", ""},
+                                         {"idl/for_users.h", ""},
+                                         {"rpc/a_test.cpp", "#include \"sentree/idl/of_tests.h\"\n"},
+                                         {"rpc/a.cpp", "#include \"sentree/idl/a.h\"\n"}};
+  EXPECT_THAT(needlessly_public(files, {"idl/for_users.h"}), ElementsAre("idl/alone.h", "idl/of_tests.h"));
 }
 
 TEST(LayersChecker, FollowsIncludesToWhatMustStayHidden) {

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "sentree/base/rng.h"
+#include "sentree/text/detail/xml_scan.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
-#include "sentree/text/xml_scan.h"
 
 namespace sentree::text {
 namespace {

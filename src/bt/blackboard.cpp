@@ -1,4 +1,4 @@
-#include "sentree/bt/blackboard.h"
+#include "sentree/bt/detail/blackboard.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "sentree/base/assert.h"
+#include "sentree/bt/detail/values.h"
 #include "sentree/bt/tree.h"
-#include "sentree/bt/values.h"
 
 namespace sentree::bt {
 

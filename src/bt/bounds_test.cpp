@@ -3,10 +3,10 @@
 
 #include <string>
 
+#include "sentree/bt/detail/test_support.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/script.h"
-#include "sentree/bt/test_support.h"
 
 // Every bound, reached: a message, no crash.
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "sentree/bt/loader.h"
+#include "sentree/bt/detail/loader.h"
 
 // Findings about trees that load: trees that are never run, names that nobody writes.
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sentree/bt/loader.h"
+#include "sentree/bt/detail/loader.h"
 #include "sentree/bt/nodes/of_kind.h"
 #include "sentree/bt/tree.h"
 

@@ -4,9 +4,9 @@
 #include <ostream>
 #include <string>
 
+#include "sentree/bt/detail/test_support.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/script.h"
-#include "sentree/bt/test_support.h"
 
 // What loading warns of: children that are never reached, corners that a tree depends on, scripts that cannot work.
 

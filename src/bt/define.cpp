@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "sentree/bt/loader.h"
-#include "sentree/bt/values.h"
+#include "sentree/bt/detail/loader.h"
+#include "sentree/bt/detail/values.h"
 
 // Elements of a BehaviorTree to the nodes of a definition: which node it is, its ports, conditions and scripts.
 

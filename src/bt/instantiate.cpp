@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "sentree/base/flat_map.h"
-#include "sentree/bt/loader.h"
+#include "sentree/bt/detail/loader.h"
+#include "sentree/bt/detail/values.h"
 #include "sentree/bt/nodes/parallel.h"
 #include "sentree/bt/nodes/switch.h"
-#include "sentree/bt/values.h"
 
 // Definitions to the compiled model: every SubTree instance gets nodes, a blackboard and resolved names of its own.
 

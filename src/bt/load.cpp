@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <utility>
 
-#include "sentree/bt/loader.h"
-#include "sentree/bt/values.h"
+#include "sentree/bt/detail/loader.h"
+#include "sentree/bt/detail/values.h"
 #include "sentree/text/file.h"
 
 namespace sentree::bt {

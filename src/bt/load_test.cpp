@@ -8,9 +8,9 @@
 #include <string>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/bt/detail/test_support.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/script.h"
-#include "sentree/bt/test_support.h"
 
 namespace sentree::bt {
 namespace {
@@ -131,8 +131,9 @@ TEST(Include, ReadsFilesRelativeToTheIncludingOneAndRefusesCycles) {
 TEST(Load, AMainTreeThatIsNotThereNamesThoseThatAre) {
   LoadOptions options;
   options.main_tree = "Main";
-  const std::string trees = "<BehaviorTree ID=\"Visit\"><AlwaysSuccess/></BehaviorTree>"
-                            "<BehaviorTree ID=\"Rest\"><AlwaysSuccess/></BehaviorTree>";
+  const std::string trees =
+      "<BehaviorTree ID=\"Visit\"><AlwaysSuccess/></BehaviorTree>"
+      "<BehaviorTree ID=\"Rest\"><AlwaysSuccess/></BehaviorTree>";
   EXPECT_THAT(messages("<root BTCPP_format=\"4\">" + trees + "</root>", options),
               HasSubstr("there is no BehaviorTree \"Main\"; there is \"Visit\", \"Rest\""));
   options.main_tree = "Visti";

@@ -1,4 +1,4 @@
-#include "sentree/bt/machine.h"
+#include "sentree/bt/detail/machine.h"
 
 #include <algorithm>
 #include <bit>

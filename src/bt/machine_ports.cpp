@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "sentree/bt/machine.h"
-#include "sentree/bt/values.h"
+#include "sentree/bt/detail/machine.h"
+#include "sentree/bt/detail/values.h"
 
 // Values in and out of nodes: ports and scripts.
 

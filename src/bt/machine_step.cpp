@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "sentree/base/assert.h"
-#include "sentree/bt/machine.h"
+#include "sentree/bt/detail/machine.h"
 
 // One step from the outside: inputs, timers, external leaves.
 

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "sentree/bt/detail/machine.h"
+#include "sentree/bt/detail/test_support.h"
 #include "sentree/bt/hooks.h"
 #include "sentree/bt/load.h"
-#include "sentree/bt/machine.h"
 #include "sentree/bt/observer.h"
 #include "sentree/bt/runner.h"
-#include "sentree/bt/test_support.h"
 
 namespace sentree::bt {
 namespace {

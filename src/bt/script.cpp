@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "sentree/base/ascii.h"
-#include "sentree/bt/script_numbers.h"
+#include "sentree/bt/detail/script_numbers.h"
 
 namespace sentree::bt {
 

@@ -1,4 +1,4 @@
-#include "sentree/bt/script_numbers.h"
+#include "sentree/bt/detail/script_numbers.h"
 
 #include <array>
 #include <cmath>

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "sentree/base/rng.h"
+#include "sentree/bt/detail/test_support.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/registry.h"
 #include "sentree/bt/runner.h"
-#include "sentree/bt/test_support.h"
 
 // Scripts in which nothing but numbers meets take a short way. A text that is known only when it runs never does, so
 // the same script can be run both ways.

@@ -1,4 +1,4 @@
-#include "sentree/bt/script_run.h"
+#include "sentree/bt/detail/script_run.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "sentree/bt/values.h"
+#include "sentree/bt/detail/values.h"
 
 namespace sentree::bt {
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "sentree/bt/blackboard.h"
+#include "sentree/bt/detail/blackboard.h"
 #include "sentree/bt/detail/members.h"
 #include "sentree/bt/encode.h"
 #include "sentree/bt/model.h"

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "sentree/base/assert.h"
-#include "sentree/bt/blackboard.h"
+#include "sentree/bt/detail/blackboard.h"
 #include "sentree/bt/model.h"
 #include "sentree/bt/tree.h"
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "sentree/bt/detail/test_support.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/queue_nodes.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/schema.h"
-#include "sentree/bt/test_support.h"
 #include "sentree/text/json.h"
 #include "sentree/text/xml.h"
 

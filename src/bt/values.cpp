@@ -1,4 +1,4 @@
-#include "sentree/bt/values.h"
+#include "sentree/bt/detail/values.h"
 
 #include <algorithm>
 #include <utility>

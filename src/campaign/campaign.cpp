@@ -6,8 +6,8 @@
 #include <fstream>
 #include <utility>
 
-#include "sentree/campaign/pool.h"
-#include "sentree/campaign/shrink.h"
+#include "sentree/campaign/detail/pool.h"
+#include "sentree/campaign/detail/shrink.h"
 #include "sentree/text/file.h"
 #include "sentree/text/json.h"
 

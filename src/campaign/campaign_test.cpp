@@ -11,8 +11,8 @@
 #include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/campaign/check.h"
-#include "sentree/campaign/pool.h"
-#include "sentree/campaign/shrink.h"
+#include "sentree/campaign/detail/pool.h"
+#include "sentree/campaign/detail/shrink.h"
 #include "sentree/text/file.h"
 
 namespace sentree::campaign {

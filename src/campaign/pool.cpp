@@ -1,4 +1,4 @@
-#include "sentree/campaign/pool.h"
+#include "sentree/campaign/detail/pool.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "sentree/campaign/quick_monitors.h"
+#include "sentree/campaign/detail/quick_monitors.h"
 
 #include <fmt/format.h>
 

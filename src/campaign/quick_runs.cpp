@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sentree/base/present.h"
-#include "sentree/campaign/quick_monitors.h"
+#include "sentree/campaign/detail/quick_monitors.h"
 #include "sentree/idl/conform.h"
 #include "sentree/mission/instant.h"
 #include "sentree/mission/part_memory.h"

@@ -1,4 +1,4 @@
-#include "sentree/campaign/shrink.h"
+#include "sentree/campaign/detail/shrink.h"
 
 #include <fmt/format.h>
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "sentree/design/element_edits.h"
+#include "sentree/design/detail/element_edits.h"
 #include "sentree/scxml/edit.h"
 #include "sentree/scxml/model.h"
 

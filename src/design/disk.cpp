@@ -1,4 +1,4 @@
-#include "sentree/design/disk.h"
+#include "sentree/design/detail/disk.h"
 
 #include <fmt/format.h>
 

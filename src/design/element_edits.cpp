@@ -1,4 +1,4 @@
-#include "sentree/design/element_edits.h"
+#include "sentree/design/detail/element_edits.h"
 
 #include <fmt/format.h>
 

@@ -9,7 +9,7 @@
 #include "sentree/base/diagnostic.h"
 #include "sentree/bt/model.h"
 #include "sentree/bt/write.h"
-#include "sentree/design/element_edits.h"
+#include "sentree/design/detail/element_edits.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::design {

@@ -11,7 +11,7 @@
 
 #include "sentree/base/shown.h"
 #include "sentree/base/value.h"
-#include "sentree/design/disk.h"
+#include "sentree/design/detail/disk.h"
 #include "sentree/text/encoding.h"
 #include "sentree/text/xml.h"
 

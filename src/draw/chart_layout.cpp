@@ -3,10 +3,10 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/draw/chart.h"
-#include "sentree/draw/chart_metrics.h"
+#include "sentree/draw/detail/chart_metrics.h"
+#include "sentree/draw/detail/layered.h"
+#include "sentree/draw/detail/text.h"
 #include "sentree/draw/geometry.h"
-#include "sentree/draw/layered.h"
-#include "sentree/draw/text.h"
 
 namespace sentree::draw {
 namespace {

@@ -2,9 +2,9 @@
 #include <string>
 
 #include "sentree/draw/chart.h"
-#include "sentree/draw/chart_metrics.h"
-#include "sentree/draw/svg.h"
-#include "sentree/draw/text.h"
+#include "sentree/draw/detail/chart_metrics.h"
+#include "sentree/draw/detail/svg.h"
+#include "sentree/draw/detail/text.h"
 
 namespace sentree::draw {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "sentree/base/rng.h"
-#include "sentree/draw/layered.h"
+#include "sentree/draw/detail/layered.h"
 
 namespace sentree::draw {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "sentree/draw/chart.h"
-#include "sentree/draw/escape.h"
+#include "sentree/draw/detail/escape.h"
 #include "sentree/draw/geometry.h"
 
 namespace sentree::draw {

@@ -1,6 +1,6 @@
-#include "sentree/draw/escape.h"
+#include "sentree/draw/detail/escape.h"
 
-#include "sentree/draw/text.h"
+#include "sentree/draw/detail/text.h"
 
 namespace sentree::draw {
 namespace {

@@ -1,4 +1,4 @@
-#include "sentree/draw/layered.h"
+#include "sentree/draw/detail/layered.h"
 
 #include <algorithm>
 #include <cmath>

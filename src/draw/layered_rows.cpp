@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "sentree/base/assert.h"
-#include "sentree/draw/layered.h"
+#include "sentree/draw/detail/layered.h"
 
 namespace sentree::draw {
 namespace {

@@ -1,8 +1,8 @@
-#include "sentree/draw/svg.h"
+#include "sentree/draw/detail/svg.h"
 
 #include <utility>
 
-#include "sentree/draw/text.h"
+#include "sentree/draw/detail/text.h"
 
 namespace sentree::draw {
 

@@ -1,4 +1,4 @@
-#include "sentree/draw/text.h"
+#include "sentree/draw/detail/text.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,9 +2,9 @@
 #include <cstddef>
 
 #include "sentree/base/assert.h"
-#include "sentree/draw/text.h"
+#include "sentree/draw/detail/text.h"
+#include "sentree/draw/detail/tree_metrics.h"
 #include "sentree/draw/tree.h"
-#include "sentree/draw/tree_metrics.h"
 
 namespace sentree::draw {
 namespace {

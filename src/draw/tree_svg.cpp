@@ -1,9 +1,9 @@
 #include <string>
 
-#include "sentree/draw/svg.h"
-#include "sentree/draw/text.h"
+#include "sentree/draw/detail/svg.h"
+#include "sentree/draw/detail/text.h"
+#include "sentree/draw/detail/tree_metrics.h"
 #include "sentree/draw/tree.h"
-#include "sentree/draw/tree_metrics.h"
 
 namespace sentree::draw {
 namespace {

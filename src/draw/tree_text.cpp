@@ -1,7 +1,7 @@
 #include <array>
 #include <string>
 
-#include "sentree/draw/escape.h"
+#include "sentree/draw/detail/escape.h"
 #include "sentree/draw/tree.h"
 
 namespace sentree::draw {

@@ -1,4 +1,4 @@
-#include "sentree/import/ascxml_chart.h"
+#include "sentree/import/detail/ascxml_chart.h"
 
 #include <algorithm>
 #include <set>
@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 
 #include "sentree/import/detail/ascxml_declarations.h"
+#include "sentree/import/detail/project_writer.h"
+#include "sentree/import/detail/snippet.h"
 #include "sentree/import/detail/words.h"
-#include "sentree/import/project_writer.h"
-#include "sentree/import/snippet.h"
-#include "sentree/import/xml_rewrite.h"
+#include "sentree/import/detail/xml_rewrite.h"
 #include "sentree/scxml/format.h"
 
 namespace sentree::import {

@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "sentree/import/detail/project_writer.h"
 #include "sentree/import/detail/words.h"
-#include "sentree/import/project_writer.h"
 
 namespace sentree::import {
 

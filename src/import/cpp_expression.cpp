@@ -1,4 +1,4 @@
-#include "sentree/import/cpp_expression.h"
+#include "sentree/import/detail/cpp_expression.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "sentree/import/cpp_lexer.h"
+#include "sentree/import/detail/cpp_lexer.h"
 
 #include <algorithm>
 #include <array>

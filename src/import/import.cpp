@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "sentree/import/roaml_system.h"
-#include "sentree/import/source_folder.h"
-#include "sentree/import/tree_system.h"
-#include "sentree/import/yarp_system.h"
+#include "sentree/import/detail/roaml_system.h"
+#include "sentree/import/detail/source_folder.h"
+#include "sentree/import/detail/tree_system.h"
+#include "sentree/import/detail/yarp_system.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
 

@@ -1,4 +1,4 @@
-#include "sentree/import/project_writer.h"
+#include "sentree/import/detail/project_writer.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "sentree/import/roaml_system.h"
+#include "sentree/import/detail/roaml_system.h"
 
 #include <algorithm>
 #include <deque>
@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
-#include "sentree/import/ascxml_chart.h"
-#include "sentree/import/project_writer.h"
-#include "sentree/import/snippet.h"
-#include "sentree/import/xml_rewrite.h"
+#include "sentree/import/detail/ascxml_chart.h"
+#include "sentree/import/detail/project_writer.h"
+#include "sentree/import/detail/snippet.h"
+#include "sentree/import/detail/xml_rewrite.h"
 #include "sentree/text/json.h"
 #include "sentree/text/xml.h"
 

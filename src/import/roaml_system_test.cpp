@@ -1,4 +1,4 @@
-#include "sentree/import/roaml_system.h"
+#include "sentree/import/detail/roaml_system.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

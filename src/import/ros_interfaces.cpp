@@ -1,4 +1,4 @@
-#include "sentree/import/ros_interfaces.h"
+#include "sentree/import/detail/ros_interfaces.h"
 
 #include <algorithm>
 

@@ -1,13 +1,13 @@
-#include "sentree/import/skill_chart.h"
+#include "sentree/import/detail/skill_chart.h"
 
 #include <algorithm>
 #include <array>
 
 #include <fmt/format.h>
 
+#include "sentree/import/detail/snippet.h"
 #include "sentree/import/detail/words.h"
-#include "sentree/import/snippet.h"
-#include "sentree/import/xml_rewrite.h"
+#include "sentree/import/detail/xml_rewrite.h"
 #include "sentree/scxml/format.h"
 
 namespace sentree::import {

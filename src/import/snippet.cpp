@@ -1,4 +1,4 @@
-#include "sentree/import/snippet.h"
+#include "sentree/import/detail/snippet.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "sentree/import/source_folder.h"
+#include "sentree/import/detail/source_folder.h"
 
 #include <algorithm>
 #include <array>

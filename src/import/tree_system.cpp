@@ -1,4 +1,4 @@
-#include "sentree/import/tree_system.h"
+#include "sentree/import/detail/tree_system.h"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@
 #include "sentree/bt/library.h"
 #include "sentree/bt/types.h"
 #include "sentree/bt/write.h"
-#include "sentree/import/project_writer.h"
+#include "sentree/import/detail/project_writer.h"
 #include "sentree/nav2/nav2.h"
 #include "sentree/project/plan.h"
 #include "sentree/scxml/script_syntax.h"

@@ -1,4 +1,4 @@
-#include "sentree/import/xml_rewrite.h"
+#include "sentree/import/detail/xml_rewrite.h"
 
 #include <fmt/format.h>
 

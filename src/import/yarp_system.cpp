@@ -1,4 +1,4 @@
-#include "sentree/import/yarp_system.h"
+#include "sentree/import/detail/yarp_system.h"
 
 #include <algorithm>
 #include <array>
@@ -10,10 +10,10 @@
 
 #include <fmt/format.h>
 
-#include "sentree/import/project_writer.h"
-#include "sentree/import/skill_chart.h"
-#include "sentree/import/snippet.h"
-#include "sentree/import/xml_rewrite.h"
+#include "sentree/import/detail/project_writer.h"
+#include "sentree/import/detail/skill_chart.h"
+#include "sentree/import/detail/snippet.h"
+#include "sentree/import/detail/xml_rewrite.h"
 #include "sentree/project/plan.h"
 #include "sentree/text/xml.h"
 

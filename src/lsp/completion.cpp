@@ -12,7 +12,7 @@
 #include "sentree/bt/tree.h"
 #include "sentree/design/findings.h"
 #include "sentree/lsp/describe.h"
-#include "sentree/lsp/xml_cursor.h"
+#include "sentree/lsp/detail/xml_cursor.h"
 #include "sentree/monitor/requirement.h"
 #include "sentree/project/intervention.h"
 #include "sentree/project/plan.h"

@@ -9,7 +9,7 @@
 #include "sentree/base/ascii.h"
 #include "sentree/bt/tree.h"
 #include "sentree/design/findings.h"
-#include "sentree/lsp/xml_cursor.h"
+#include "sentree/lsp/detail/xml_cursor.h"
 #include "sentree/monitor/requirement.h"
 #include "sentree/text/xml.h"
 #include "sentree/text/yaml.h"

@@ -1,4 +1,4 @@
-#include "sentree/lsp/outline.h"
+#include "sentree/lsp/detail/outline.h"
 
 #include <algorithm>
 

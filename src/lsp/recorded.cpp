@@ -1,4 +1,4 @@
-#include "sentree/lsp/recorded.h"
+#include "sentree/lsp/detail/recorded.h"
 
 #include <algorithm>
 #include <chrono>

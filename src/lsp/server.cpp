@@ -6,7 +6,7 @@
 
 #include <exception>
 
-#include "sentree/lsp/uri.h"
+#include "sentree/lsp/detail/uri.h"
 #include "sentree/text/json.h"
 
 // JSON-RPC: what arrives, in which order, and who answers it.

@@ -7,11 +7,11 @@
 #include <random>
 
 #include "sentree/design/text_edit.h"
+#include "sentree/lsp/detail/test_project.h"
 #include "sentree/lsp/file_names.h"
 #include "sentree/lsp/framing.h"
 #include "sentree/lsp/lines.h"
 #include "sentree/lsp/rename.h"
-#include "sentree/lsp/test_project.h"
 #include "sentree/project/intervention.h"
 #include "sentree/record/observation.h"
 #include "sentree/record/recorder.h"

@@ -1,4 +1,4 @@
-#include "sentree/lsp/uri.h"
+#include "sentree/lsp/detail/uri.h"
 
 #include <cctype>
 

@@ -1,4 +1,4 @@
-#include "sentree/lsp/xml_cursor.h"
+#include "sentree/lsp/detail/xml_cursor.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "sentree/monitor/model.h"
+#include "sentree/monitor/detail/model.h"
 #include "sentree/scxml/carry.h"
 
 namespace sentree::monitor {

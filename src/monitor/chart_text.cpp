@@ -1,4 +1,4 @@
-#include "sentree/monitor/chart_text.h"
+#include "sentree/monitor/detail/chart_text.h"
 
 #include <fmt/format.h>
 

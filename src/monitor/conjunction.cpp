@@ -1,4 +1,4 @@
-#include "sentree/monitor/conjunction.h"
+#include "sentree/monitor/detail/conjunction.h"
 
 #include <algorithm>
 #include <array>

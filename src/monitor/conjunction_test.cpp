@@ -1,4 +1,4 @@
-#include "sentree/monitor/conjunction.h"
+#include "sentree/monitor/detail/conjunction.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "sentree/monitor/model.h"
+#include "sentree/monitor/detail/model.h"
 
 namespace sentree::monitor {
 

@@ -1,4 +1,4 @@
-#include "sentree/monitor/model.h"
+#include "sentree/monitor/detail/model.h"
 
 #include <algorithm>
 #include <set>

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "sentree/base/encoder.h"
-#include "sentree/monitor/model.h"
+#include "sentree/monitor/detail/model.h"
 #include "sentree/monitor/quick.h"
 #include "sentree/scxml/encode.h"
 #include "sentree/scxml/step.h"

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "sentree/monitor/model.h"
+#include "sentree/monitor/detail/model.h"
 #include "sentree/scxml/step.h"
 
 namespace sentree::monitor {

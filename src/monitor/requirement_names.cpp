@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 
 #include "sentree/base/told_once.h"
+#include "sentree/monitor/detail/requirement_parser.h"
 #include "sentree/monitor/observed.h"
-#include "sentree/monitor/requirement_parser.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::monitor {

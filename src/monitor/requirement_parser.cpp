@@ -1,4 +1,4 @@
-#include "sentree/monitor/requirement_parser.h"
+#include "sentree/monitor/detail/requirement_parser.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "sentree/monitor/requirement_script.h"
+#include "sentree/monitor/detail/requirement_script.h"
 
 #include <algorithm>
 #include <array>

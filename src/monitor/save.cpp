@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "sentree/base/message_archive.h"
-#include "sentree/monitor/model.h"
+#include "sentree/monitor/detail/model.h"
 #include "sentree/monitor/monitor_set.h"
 
 namespace sentree::monitor {

@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
-#include "sentree/monitor/chart_text.h"
-#include "sentree/monitor/conjunction.h"
-#include "sentree/monitor/requirement_script.h"
-#include "sentree/monitor/windows.h"
+#include "sentree/monitor/detail/chart_text.h"
+#include "sentree/monitor/detail/conjunction.h"
+#include "sentree/monitor/detail/requirement_script.h"
+#include "sentree/monitor/detail/windows.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::monitor {

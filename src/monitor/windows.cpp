@@ -1,8 +1,8 @@
-#include "sentree/monitor/windows.h"
+#include "sentree/monitor/detail/windows.h"
 
 #include <fmt/format.h>
 
-#include "sentree/monitor/chart_text.h"
+#include "sentree/monitor/detail/chart_text.h"
 
 namespace sentree::monitor {
 

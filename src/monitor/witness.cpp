@@ -3,7 +3,7 @@
 #include <set>
 #include <unordered_set>
 
-#include "sentree/monitor/model.h"
+#include "sentree/monitor/detail/model.h"
 
 namespace sentree::monitor {
 

@@ -6,7 +6,7 @@
 
 #include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
-#include "sentree/monitor/model.h"
+#include "sentree/monitor/detail/model.h"
 #include "sentree/processes/remote_observer.h"
 #include "sentree/processes/remote_skill.h"
 #include "sentree/rpc/client.h"

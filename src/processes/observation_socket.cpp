@@ -1,4 +1,4 @@
-#include "sentree/processes/observation_socket.h"
+#include "sentree/processes/detail/observation_socket.h"
 
 #include <poll.h>
 #include <sys/socket.h>

@@ -1,4 +1,4 @@
-#include "sentree/processes/remote_chart.h"
+#include "sentree/processes/detail/remote_chart.h"
 
 #include <chrono>
 #include <thread>

@@ -13,9 +13,9 @@
 
 #include "sentree/base/packed.h"
 #include "sentree/monitor/monitor_set.h"
+#include "sentree/processes/detail/worker.h"
 #include "sentree/processes/environment.h"
 #include "sentree/processes/wire_message.h"
-#include "sentree/processes/worker.h"
 #include "sentree/project/project.h"
 #include "sentree/rpc/client.h"
 #include "sentree/runtime/monitors.h"

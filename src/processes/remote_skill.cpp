@@ -11,9 +11,9 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
+#include "sentree/processes/detail/observation_socket.h"
+#include "sentree/processes/detail/remote_chart.h"
 #include "sentree/processes/environment.h"
-#include "sentree/processes/observation_socket.h"
-#include "sentree/processes/remote_chart.h"
 #include "sentree/processes/remote_service.h"
 #include "sentree/processes/wire_message.h"
 #include "sentree/project/project.h"

@@ -1,4 +1,4 @@
-#include "sentree/project/check_expressions.h"
+#include "sentree/project/detail/check_expressions.h"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-#include "sentree/project/check_mission.h"
+#include "sentree/project/detail/check_mission.h"
 
 #include <algorithm>
 #include <cctype>

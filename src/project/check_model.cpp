@@ -1,4 +1,4 @@
-#include "sentree/project/check_model.h"
+#include "sentree/project/detail/check_model.h"
 
 #include <algorithm>
 #include <cctype>
@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "sentree/idl/conform.h"
-#include "sentree/project/check_monitor.h"
+#include "sentree/project/detail/check_monitor.h"
 #include "sentree/scxml/event.h"
 
 namespace sentree::project {

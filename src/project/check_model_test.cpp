@@ -1,4 +1,4 @@
-#include "sentree/project/check_model.h"
+#include "sentree/project/detail/check_model.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

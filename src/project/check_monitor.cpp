@@ -1,4 +1,4 @@
-#include "sentree/project/check_monitor.h"
+#include "sentree/project/detail/check_monitor.h"
 
 #include <algorithm>
 #include <map>
@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "sentree/monitor/observed.h"
-#include "sentree/project/check_expressions.h"
+#include "sentree/project/detail/check_expressions.h"
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/reach.h"

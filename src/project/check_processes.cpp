@@ -1,4 +1,4 @@
-#include "sentree/project/check_processes.h"
+#include "sentree/project/detail/check_processes.h"
 
 #include <algorithm>
 

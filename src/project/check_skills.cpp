@@ -1,4 +1,4 @@
-#include "sentree/project/check_skills.h"
+#include "sentree/project/detail/check_skills.h"
 
 #include <algorithm>
 #include <set>
@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "sentree/bt/model.h"
-#include "sentree/project/check_monitor.h"
+#include "sentree/project/detail/check_monitor.h"
 
 namespace sentree::project {
 

@@ -1,4 +1,4 @@
-#include "sentree/project/check_skills.h"
+#include "sentree/project/detail/check_skills.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-#include "sentree/project/check_topics.h"
+#include "sentree/project/detail/check_topics.h"
 
 #include <algorithm>
 #include <set>

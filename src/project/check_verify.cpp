@@ -1,4 +1,4 @@
-#include "sentree/project/check_verify.h"
+#include "sentree/project/detail/check_verify.h"
 
 #include <algorithm>
 #include <cmath>

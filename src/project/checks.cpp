@@ -1,4 +1,4 @@
-#include "sentree/project/checks.h"
+#include "sentree/project/detail/checks.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "sentree/project/skill_protocol.h"
+#include "sentree/project/detail/skill_protocol.h"
 
 #include <algorithm>
 #include <array>

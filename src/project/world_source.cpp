@@ -1,4 +1,4 @@
-#include "sentree/project/checks.h"
+#include "sentree/project/detail/checks.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/variant.h"
 #include "sentree/sim/world_variant.h"

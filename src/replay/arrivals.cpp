@@ -1,4 +1,4 @@
-#include "sentree/replay/arrivals.h"
+#include "sentree/replay/detail/arrivals.h"
 
 #include <algorithm>
 

@@ -11,8 +11,8 @@
 #include "sentree/record/foxglove.h"
 #include "sentree/record/observation.h"
 #include "sentree/record/schemas.h"
-#include "sentree/replay/robot_topics.h"
-#include "sentree/replay/snapshot.h"
+#include "sentree/replay/detail/robot_topics.h"
+#include "sentree/replay/detail/snapshot.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/monitors.h"
 

@@ -6,8 +6,8 @@
 #include "sentree/base/json.h"
 #include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
+#include "sentree/replay/detail/snapshot.h"
 #include "sentree/replay/recording.h"
-#include "sentree/replay/snapshot.h"
 
 namespace sentree::replay {
 namespace {

@@ -1,4 +1,4 @@
-#include "sentree/replay/robot_topics.h"
+#include "sentree/replay/detail/robot_topics.h"
 
 #include "sentree/record/foxglove.h"
 #include "sentree/record/schemas.h"

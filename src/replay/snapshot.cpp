@@ -1,4 +1,4 @@
-#include "sentree/replay/snapshot.h"
+#include "sentree/replay/detail/snapshot.h"
 
 #include <memory>
 #include <mutex>

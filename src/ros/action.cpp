@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <system_error>
 
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/cdr.h"
 #include "sentree/ros/detail/goal_id.h"
 
 namespace sentree::ros {

@@ -12,7 +12,7 @@
 
 #include "sentree/idl/conform.h"
 #include "sentree/ros/address.h"
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/cdr.h"
 #include "sentree/ros/detail/goal_id.h"
 #include "sentree/ros/detail/mapping.h"
 #include "sentree/ros/detail/node.h"

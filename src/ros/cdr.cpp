@@ -1,4 +1,4 @@
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/cdr.h"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,7 @@
 
 #include "sentree/ros/action_server.h"
 #include "sentree/ros/address.h"
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/cdr.h"
 #include "sentree/ros/detail/goal_id.h"
 #include "sentree/ros/detail/mapping.h"
 #include "sentree/ros/detail/service.h"

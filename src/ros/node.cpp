@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/cdr.h"
 #include "sentree/ros/detail/goal_id.h"
 #include "sentree/ros/detail/mapping.h"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/cdr.h"
 
 namespace sentree::ros {
 namespace {

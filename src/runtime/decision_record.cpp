@@ -1,4 +1,4 @@
-#include "sentree/runtime/decision_record.h"
+#include "sentree/runtime/detail/decision_record.h"
 
 #include "sentree/base/message_archive.h"
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "sentree/mission/carry.h"
-#include "sentree/runtime/decision_record.h"
+#include "sentree/runtime/detail/decision_record.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/run.h"
 

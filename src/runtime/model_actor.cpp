@@ -1,4 +1,4 @@
-#include "sentree/runtime/model_actor.h"
+#include "sentree/runtime/detail/model_actor.h"
 
 #include <fmt/format.h>
 

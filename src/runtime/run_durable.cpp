@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "sentree/runtime/decision_record.h"
+#include "sentree/runtime/detail/decision_record.h"
 
 namespace sentree::runtime {
 

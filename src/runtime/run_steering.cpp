@@ -1,4 +1,4 @@
-#include "sentree/runtime/run_steering.h"
+#include "sentree/runtime/detail/run_steering.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "sentree/runtime/stream_publisher.h"
+#include "sentree/runtime/detail/stream_publisher.h"
 
 #include <atomic>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "sentree/runtime/telemetry.h"
+#include "sentree/runtime/detail/telemetry.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

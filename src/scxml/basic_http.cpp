@@ -1,4 +1,4 @@
-#include "sentree/scxml/basic_http.h"
+#include "sentree/scxml/detail/basic_http.h"
 
 #include <fmt/format.h>
 

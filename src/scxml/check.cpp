@@ -9,11 +9,11 @@
 #include <unordered_set>
 #include <utility>
 
+#include "sentree/scxml/detail/script_heap.h"
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/loader.h"
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/reach.h"
-#include "sentree/scxml/script_heap.h"
 #include "sentree/scxml/script_syntax.h"
 
 namespace sentree::scxml {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "sentree/scxml/interpreter.h"
+#include "sentree/scxml/detail/interpreter.h"
 
 namespace sentree::scxml {
 

@@ -1,9 +1,9 @@
-#include "sentree/scxml/ecmascript_model.h"
+#include "sentree/scxml/detail/ecmascript_model.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "sentree/scxml/interpreter.h"
+#include "sentree/scxml/detail/interpreter.h"
 
 namespace sentree::scxml {
 namespace {

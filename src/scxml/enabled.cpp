@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "sentree/scxml/interpreter.h"
+#include "sentree/scxml/detail/interpreter.h"
 #include "sentree/scxml/model.h"
 
 namespace sentree::scxml {

@@ -8,8 +8,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "sentree/scxml/detail/test_random_chart.h"
 #include "sentree/scxml/step.h"
-#include "sentree/scxml/test_random_chart.h"
 
 namespace sentree::scxml {
 namespace {

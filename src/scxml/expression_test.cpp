@@ -8,8 +8,8 @@
 
 #include "sentree/base/rng.h"
 #include "sentree/scxml/chart.h"
+#include "sentree/scxml/detail/script_heap.h"
 #include "sentree/scxml/model.h"
-#include "sentree/scxml/script_heap.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::scxml {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "sentree/scxml/script_heap.h"
+#include "sentree/scxml/detail/script_heap.h"
 
 namespace sentree::scxml {
 

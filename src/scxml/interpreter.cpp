@@ -1,4 +1,4 @@
-#include "sentree/scxml/interpreter.h"
+#include "sentree/scxml/detail/interpreter.h"
 
 #include <fmt/format.h>
 

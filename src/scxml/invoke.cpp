@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "sentree/base/assert.h"
-#include "sentree/scxml/interpreter.h"
+#include "sentree/scxml/detail/interpreter.h"
 
 namespace sentree::scxml {
 namespace {

@@ -1,8 +1,8 @@
-#include "sentree/scxml/null_model.h"
+#include "sentree/scxml/detail/null_model.h"
 
 #include <fmt/format.h>
 
-#include "sentree/scxml/interpreter.h"
+#include "sentree/scxml/detail/interpreter.h"
 
 namespace sentree::scxml {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "sentree/scxml/carry.h"
+#include "sentree/scxml/detail/interpreter.h"
 #include "sentree/scxml/detail/session_members.h"
-#include "sentree/scxml/interpreter.h"
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/step.h"
 

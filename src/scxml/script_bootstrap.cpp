@@ -1,4 +1,4 @@
-#include "sentree/scxml/script_values.h"
+#include "sentree/scxml/detail/script_values.h"
 
 namespace sentree::scxml {
 

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "sentree/scxml/detail/duktape.h"
+#include "sentree/scxml/detail/script_heap.h"
 #include "sentree/scxml/detail/script_protect.h"
-#include "sentree/scxml/script_heap.h"
+#include "sentree/scxml/detail/script_values.h"
 #include "sentree/scxml/script_syntax.h"
-#include "sentree/scxml/script_values.h"
 
 namespace sentree::scxml {
 

@@ -1,4 +1,4 @@
-#include "sentree/scxml/script_heap.h"
+#include "sentree/scxml/detail/script_heap.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "sentree/base/assert.h"
 #include "sentree/scxml/detail/duktape.h"
 #include "sentree/scxml/detail/script_protect.h"
-#include "sentree/scxml/script_values.h"
+#include "sentree/scxml/detail/script_values.h"
 
 namespace sentree::scxml {
 

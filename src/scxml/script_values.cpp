@@ -1,11 +1,11 @@
-#include "sentree/scxml/script_values.h"
+#include "sentree/scxml/detail/script_values.h"
 
 #include <cmath>
 #include <cstring>
 
 #include "sentree/scxml/detail/duktape.h"
+#include "sentree/scxml/detail/script_heap.h"
 #include "sentree/scxml/expression.h"
-#include "sentree/scxml/script_heap.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::scxml {

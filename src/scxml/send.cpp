@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "sentree/scxml/interpreter.h"
+#include "sentree/scxml/detail/interpreter.h"
 #include "sentree/scxml/loader.h"
 
 namespace sentree::scxml {

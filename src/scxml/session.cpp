@@ -4,10 +4,10 @@
 #include <array>
 #include <utility>
 
+#include "sentree/scxml/detail/interpreter.h"
+#include "sentree/scxml/detail/script_heap.h"
 #include "sentree/scxml/detail/session_members.h"
-#include "sentree/scxml/interpreter.h"
 #include "sentree/scxml/model.h"
-#include "sentree/scxml/script_heap.h"
 #include "sentree/scxml/step.h"
 
 namespace sentree::scxml {

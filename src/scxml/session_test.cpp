@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "sentree/base/rng.h"
+#include "sentree/scxml/detail/test_random_chart.h"
 #include "sentree/scxml/step.h"
-#include "sentree/scxml/test_random_chart.h"
 #include "sentree/text/json.h"
 
 namespace sentree::scxml {

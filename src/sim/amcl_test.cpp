@@ -6,10 +6,10 @@
 #include <iostream>
 
 #include "sentree/sim/astar.h"
-#include "sentree/sim/exact_localization.h"
-#include "sentree/sim/particle_filter.h"
+#include "sentree/sim/detail/exact_localization.h"
+#include "sentree/sim/detail/particle_filter.h"
+#include "sentree/sim/detail/test_support.h"
 #include "sentree/sim/simulation.h"
-#include "sentree/sim/test_support.h"
 
 namespace sentree::sim {
 namespace {

@@ -1,4 +1,4 @@
-#include "sentree/sim/announced.h"
+#include "sentree/sim/detail/announced.h"
 
 #include <algorithm>
 #include <cmath>

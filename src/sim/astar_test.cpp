@@ -4,8 +4,8 @@
 
 #include <array>
 
-#include "sentree/sim/path.h"
-#include "sentree/sim/test_support.h"
+#include "sentree/sim/detail/path.h"
+#include "sentree/sim/detail/test_support.h"
 
 #if __has_include(<boost/graph/dijkstra_shortest_paths.hpp>)
 #define SENTREE_HAS_BOOST_GRAPH 1

@@ -1,4 +1,4 @@
-#include "sentree/sim/clearance.h"
+#include "sentree/sim/detail/clearance.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "sentree/sim/clearance.h"
-#include "sentree/sim/test_support.h"
+#include "sentree/sim/detail/clearance.h"
+#include "sentree/sim/detail/test_support.h"
 
 namespace sentree::sim {
 namespace {

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sentree/sim/detail/test_support.h"
 #include "sentree/sim/simulation.h"
-#include "sentree/sim/test_support.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::sim {

@@ -1,4 +1,4 @@
-#include "sentree/sim/exact_localization.h"
+#include "sentree/sim/detail/exact_localization.h"
 
 #include <cmath>
 

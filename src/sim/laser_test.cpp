@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sentree/sim/test_support.h"
+#include "sentree/sim/detail/test_support.h"
 
 namespace sentree::sim {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "sentree/sim/test_support.h"
+#include "sentree/sim/detail/test_support.h"
 
 namespace sentree::sim {
 namespace {

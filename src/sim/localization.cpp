@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "sentree/sim/exact_localization.h"
-#include "sentree/sim/particle_filter.h"
+#include "sentree/sim/detail/exact_localization.h"
+#include "sentree/sim/detail/particle_filter.h"
 
 namespace sentree::sim {
 

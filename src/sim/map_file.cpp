@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 
 #include "sentree/base/value.h"
-#include "sentree/sim/png_image.h"
-#include "sentree/sim/yaml_fields.h"
+#include "sentree/sim/detail/png_image.h"
+#include "sentree/sim/detail/yaml_fields.h"
 #include "sentree/text/yaml.h"
 
 namespace sentree::sim {

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sentree/sim/test_service_support.h"
+#include "sentree/sim/detail/test_service_support.h"
 
 namespace sentree::sim {
 namespace {

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "sentree/base/value.h"
-#include "sentree/sim/clearance.h"
-#include "sentree/sim/obstacle_layer.h"
-#include "sentree/sim/path.h"
-#include "sentree/sim/route.h"
+#include "sentree/sim/detail/clearance.h"
+#include "sentree/sim/detail/obstacle_layer.h"
+#include "sentree/sim/detail/path.h"
+#include "sentree/sim/detail/route.h"
 
 namespace sentree::sim {
 

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "sentree/sim/astar.h"
+#include "sentree/sim/detail/test_support.h"
 #include "sentree/sim/simulation.h"
-#include "sentree/sim/test_support.h"
 
 namespace sentree::sim {
 namespace {

@@ -1,4 +1,4 @@
-#include "sentree/sim/obstacle_layer.h"
+#include "sentree/sim/detail/obstacle_layer.h"
 
 #include <algorithm>
 #include <cmath>

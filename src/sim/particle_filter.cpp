@@ -1,4 +1,4 @@
-#include "sentree/sim/particle_filter.h"
+#include "sentree/sim/detail/particle_filter.h"
 
 #include <algorithm>
 #include <array>

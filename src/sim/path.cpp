@@ -1,4 +1,4 @@
-#include "sentree/sim/path.h"
+#include "sentree/sim/detail/path.h"
 
 #include <algorithm>
 #include <cmath>

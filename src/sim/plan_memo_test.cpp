@@ -5,7 +5,7 @@
 #include <chrono>
 #include <vector>
 
-#include "sentree/sim/test_memo_support.h"
+#include "sentree/sim/detail/test_memo_support.h"
 
 namespace sentree::sim {
 namespace {

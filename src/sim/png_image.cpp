@@ -1,4 +1,4 @@
-#include "sentree/sim/png_image.h"
+#include "sentree/sim/detail/png_image.h"
 
 #include <png.h>
 

@@ -1,4 +1,4 @@
-#include "sentree/sim/route.h"
+#include "sentree/sim/detail/route.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 #include "sentree/base/present.h"
 #include "sentree/base/value.h"
 #include "sentree/sim/astar.h"
-#include "sentree/sim/path.h"
+#include "sentree/sim/detail/path.h"
 #include "sentree/sim/plan_memo.h"
 
 namespace sentree::sim {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include "sentree/sim/test_memo_support.h"
+#include "sentree/sim/detail/test_memo_support.h"
 
 namespace sentree::sim {
 namespace {

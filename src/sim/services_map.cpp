@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "sentree/sim/service_handlers.h"
+#include "sentree/sim/detail/service_handlers.h"
 
 namespace sentree::sim {
 

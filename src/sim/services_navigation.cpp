@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "sentree/sim/announced.h"
 #include "sentree/sim/area.h"
-#include "sentree/sim/obstacle_layer.h"
-#include "sentree/sim/path.h"
-#include "sentree/sim/route.h"
-#include "sentree/sim/service_handlers.h"
+#include "sentree/sim/detail/announced.h"
+#include "sentree/sim/detail/obstacle_layer.h"
+#include "sentree/sim/detail/path.h"
+#include "sentree/sim/detail/route.h"
+#include "sentree/sim/detail/service_handlers.h"
 
 namespace sentree::sim {
 

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "sentree/sim/service_handlers.h"
+#include "sentree/sim/detail/service_handlers.h"
 
 namespace sentree::sim {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "sentree/sim/service_handlers.h"
+#include "sentree/sim/detail/service_handlers.h"
 #include "sentree/sim/simulation.h"
 
 namespace sentree::sim {

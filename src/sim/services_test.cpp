@@ -7,8 +7,8 @@
 #include <regex>
 #include <set>
 
+#include "sentree/sim/detail/test_service_support.h"
 #include "sentree/sim/simulation.h"
-#include "sentree/sim/test_service_support.h"
 
 namespace sentree::sim {
 namespace {

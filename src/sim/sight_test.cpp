@@ -4,7 +4,7 @@
 
 #include "sentree/base/present.h"
 #include "sentree/base/rng.h"
-#include "sentree/sim/exact_localization.h"
+#include "sentree/sim/detail/exact_localization.h"
 #include "sentree/sim/scan_memo.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"

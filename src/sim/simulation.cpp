@@ -6,9 +6,9 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/base/present.h"
-#include "sentree/sim/announced.h"
-#include "sentree/sim/clearance.h"
-#include "sentree/sim/exact_localization.h"
+#include "sentree/sim/detail/announced.h"
+#include "sentree/sim/detail/clearance.h"
+#include "sentree/sim/detail/exact_localization.h"
 #include "sentree/sim/scan_memo.h"
 #include "sentree/sim/sight.h"
 

@@ -7,7 +7,7 @@
 
 #include "sentree/base/archive.h"
 #include "sentree/base/assert.h"
-#include "sentree/sim/archive.h"
+#include "sentree/sim/detail/archive.h"
 
 namespace sentree::sim {
 

@@ -9,10 +9,10 @@
 #include <fmt/format.h>
 
 #include "sentree/base/value.h"
-#include "sentree/sim/clearance.h"
+#include "sentree/sim/detail/clearance.h"
+#include "sentree/sim/detail/yaml_fields.h"
 #include "sentree/sim/world.h"
 #include "sentree/sim/world_variant.h"
-#include "sentree/sim/yaml_fields.h"
 #include "sentree/text/file.h"
 #include "sentree/text/yaml.h"
 

@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include "sentree/sim/exact_localization.h"
+#include "sentree/sim/detail/exact_localization.h"
 
 #include <string>
 
-#include "sentree/sim/test_support.h"
+#include "sentree/sim/detail/test_support.h"
 #include "sentree/sim/world.h"
 
 namespace sentree::sim {

@@ -1,4 +1,4 @@
-#include "sentree/sim/yaml_fields.h"
+#include "sentree/sim/detail/yaml_fields.h"
 
 #include <algorithm>
 #include <array>

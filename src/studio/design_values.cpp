@@ -1,4 +1,4 @@
-#include "sentree/studio/design_values.h"
+#include "sentree/studio/detail/design_values.h"
 
 #include <fmt/format.h>
 

@@ -4,8 +4,8 @@
 
 #include "sentree/project/project.h"
 #include "sentree/project/skill_models.h"
-#include "sentree/studio/nothing.h"
-#include "sentree/studio/sides.h"
+#include "sentree/studio/detail/nothing.h"
+#include "sentree/studio/detail/sides.h"
 
 namespace sentree::studio {
 

@@ -9,8 +9,8 @@
 #include "sentree/record/sink.h"
 #include "sentree/replay/recording.h"
 #include "sentree/runtime/run.h"
+#include "sentree/studio/detail/record_queue.h"
 #include "sentree/studio/detail/test_support.h"
-#include "sentree/studio/record_queue.h"
 
 namespace sentree::studio {
 namespace {

@@ -7,10 +7,10 @@
 #include "sentree/campaign/coverage.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/steering.h"
+#include "sentree/studio/detail/record_queue.h"
+#include "sentree/studio/detail/steer.h"
+#include "sentree/studio/detail/take_recording.h"
 #include "sentree/studio/reached.h"
-#include "sentree/studio/record_queue.h"
-#include "sentree/studio/steer.h"
-#include "sentree/studio/take_recording.h"
 #include "sentree/studio/verified.h"
 
 namespace sentree::studio {

@@ -1,4 +1,4 @@
-#include "sentree/studio/nothing.h"
+#include "sentree/studio/detail/nothing.h"
 
 #include "sentree/bt/load.h"
 

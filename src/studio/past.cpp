@@ -1,4 +1,4 @@
-#include "sentree/studio/past.h"
+#include "sentree/studio/detail/past.h"
 
 #include <algorithm>
 
@@ -6,7 +6,7 @@
 #include "sentree/monitor/requirement.h"
 #include "sentree/project/requirements.h"
 #include "sentree/replay/recorded_run.h"
-#include "sentree/studio/design_values.h"
+#include "sentree/studio/detail/design_values.h"
 
 namespace sentree::studio {
 

@@ -1,4 +1,4 @@
-#include "sentree/studio/record_queue.h"
+#include "sentree/studio/detail/record_queue.h"
 
 #include <pthread.h>
 #include <signal.h>

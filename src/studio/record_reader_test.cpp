@@ -1,4 +1,4 @@
-#include "sentree/studio/record_reader.h"
+#include "sentree/studio/detail/record_reader.h"
 
 #include <gtest/gtest.h>
 

@@ -12,8 +12,8 @@
 #include <variant>
 #include <vector>
 
+#include "sentree/studio/detail/take_recording.h"
 #include "sentree/studio/reached.h"
-#include "sentree/studio/take_recording.h"
 #include "sentree/studio/verified.h"
 #include "sentree/text/json.h"
 

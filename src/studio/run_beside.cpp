@@ -1,4 +1,4 @@
-#include "sentree/studio/run_beside.h"
+#include "sentree/studio/detail/run_beside.h"
 
 #include <fmt/format.h>
 
@@ -15,8 +15,8 @@
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/journal.h"
 #include "sentree/runtime/steering.h"
+#include "sentree/studio/detail/shadow.h"
 #include "sentree/studio/live.h"
-#include "sentree/studio/shadow.h"
 
 namespace sentree::studio {
 

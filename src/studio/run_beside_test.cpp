@@ -1,4 +1,4 @@
-#include "sentree/studio/run_beside.h"
+#include "sentree/studio/detail/run_beside.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

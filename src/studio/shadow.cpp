@@ -1,4 +1,4 @@
-#include "sentree/studio/shadow.h"
+#include "sentree/studio/detail/shadow.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 
 #include "sentree/record/sink.h"
 #include "sentree/replay/recording.h"
-#include "sentree/studio/record_queue.h"
+#include "sentree/studio/detail/record_queue.h"
 
 namespace sentree::studio {
 

@@ -1,4 +1,4 @@
-#include "sentree/studio/sides.h"
+#include "sentree/studio/detail/sides.h"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@
 #include "sentree/design/workspace.h"
 #include "sentree/replay/recorded_run.h"
 #include "sentree/replay/recording.h"
-#include "sentree/studio/design_values.h"
+#include "sentree/studio/detail/design_values.h"
 #include "sentree/text/file.h"
 
 extern char** environ;

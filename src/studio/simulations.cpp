@@ -1,4 +1,4 @@
-#include "sentree/studio/simulations.h"
+#include "sentree/studio/detail/simulations.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "sentree/studio/steer.h"
+#include "sentree/studio/detail/steer.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // What pages ask of a run that is steered.
-#include "sentree/studio/steer.h"
+#include "sentree/studio/detail/steer.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,8 +1,8 @@
-#include "sentree/studio/take_recording.h"
+#include "sentree/studio/detail/take_recording.h"
 
 #include <map>
 
-#include "sentree/studio/record_reader.h"
+#include "sentree/studio/detail/record_reader.h"
 
 namespace sentree::studio {
 

@@ -1,4 +1,4 @@
-#include "sentree/studio/tree_player.h"
+#include "sentree/studio/detail/tree_player.h"
 
 #include <fmt/format.h>
 

@@ -13,10 +13,10 @@
 
 #include "sentree/base/json.h"
 #include "sentree/design/parts.h"
-#include "sentree/studio/design_values.h"
+#include "sentree/studio/detail/design_values.h"
+#include "sentree/studio/detail/sides.h"
 #include "sentree/studio/detail/workshop.h"
 #include "sentree/studio/reached.h"
-#include "sentree/studio/sides.h"
 #include "sentree/studio/verified.h"
 #include "sentree/text/yaml_edit.h"
 

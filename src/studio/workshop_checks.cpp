@@ -4,7 +4,7 @@
 
 #include "sentree/base/json.h"
 #include "sentree/project/skill_models.h"
-#include "sentree/studio/design_values.h"
+#include "sentree/studio/detail/design_values.h"
 #include "sentree/studio/detail/workshop.h"
 
 namespace sentree::studio {

@@ -9,9 +9,9 @@
 #include <ostream>
 #include <string>
 
+#include "sentree/text/detail/xml_scan.h"
 #include "sentree/text/json.h"
 #include "sentree/text/xml.h"
-#include "sentree/text/xml_scan.h"
 #include "sentree/text/yaml.h"
 
 namespace sentree::text {

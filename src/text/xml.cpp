@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sentree/text/xml_scan.h"
+#include "sentree/text/detail/xml_scan.h"
 
 namespace sentree::text {
 

@@ -1,4 +1,4 @@
-#include "sentree/text/xml_scan.h"
+#include "sentree/text/detail/xml_scan.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sentree/text/xml_scan.h"
+#include "sentree/text/detail/xml_scan.h"
 
 namespace sentree::text {
 namespace {

@@ -16,9 +16,9 @@
 #include "sentree/mission/model.h"
 #include "sentree/mission/parts.h"
 #include "sentree/scxml/encode.h"
-#include "sentree/verify/distinctions.h"
+#include "sentree/verify/detail/distinctions.h"
+#include "sentree/verify/detail/look.h"
 #include "sentree/verify/explore.h"
-#include "sentree/verify/look.h"
 
 namespace sentree::verify {
 

@@ -16,9 +16,9 @@
 #include "sentree/base/temporary_folder.h"
 #include "sentree/mission/virtual_host.h"
 #include "sentree/text/file.h"
+#include "sentree/verify/detail/period.h"
 #include "sentree/verify/detail/test_in_folder.h"
 #include "sentree/verify/detail/test_random_project.h"
-#include "sentree/verify/period.h"
 #include "sentree/verify/verify.h"
 
 namespace sentree::verify {

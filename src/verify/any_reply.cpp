@@ -14,8 +14,8 @@
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
 #include "sentree/text/yaml_node_edit.h"
-#include "sentree/verify/distinctions.h"
-#include "sentree/verify/reply_flow.h"
+#include "sentree/verify/detail/distinctions.h"
+#include "sentree/verify/detail/reply_flow.h"
 
 namespace sentree::verify {
 

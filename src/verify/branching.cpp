@@ -1,4 +1,4 @@
-#include "sentree/verify/branching.h"
+#include "sentree/verify/detail/branching.h"
 
 #include <algorithm>
 #include <deque>

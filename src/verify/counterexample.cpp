@@ -8,8 +8,8 @@
 
 #include "sentree/project/intervention.h"
 #include "sentree/text/json.h"
+#include "sentree/verify/detail/period.h"
 #include "sentree/verify/gates.h"
-#include "sentree/verify/period.h"
 
 namespace sentree::verify {
 

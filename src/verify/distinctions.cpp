@@ -1,4 +1,4 @@
-#include "sentree/verify/distinctions.h"
+#include "sentree/verify/detail/distinctions.h"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,8 @@
 
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/script_syntax.h"
-#include "sentree/verify/mission_flow.h"
-#include "sentree/verify/reply_flow.h"
+#include "sentree/verify/detail/mission_flow.h"
+#include "sentree/verify/detail/reply_flow.h"
 
 namespace sentree::verify {
 

@@ -8,8 +8,8 @@
 #include <memory>
 #include <utility>
 
+#include "sentree/verify/detail/scout.h"
 #include "sentree/verify/periods.h"
-#include "sentree/verify/scout.h"
 
 namespace sentree::verify {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sentree/mission/encode.h"
-#include "sentree/verify/period.h"
+#include "sentree/verify/detail/period.h"
 
 namespace sentree::verify {
 

@@ -1,4 +1,4 @@
-#include "sentree/verify/growth.h"
+#include "sentree/verify/detail/growth.h"
 
 #include <fmt/format.h>
 

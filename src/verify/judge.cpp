@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "sentree/base/flat_map.h"
-#include "sentree/verify/branching.h"
-#include "sentree/verify/lasso.h"
+#include "sentree/verify/detail/branching.h"
+#include "sentree/verify/detail/lasso.h"
+#include "sentree/verify/detail/probability.h"
+#include "sentree/verify/detail/vacuity.h"
 #include "sentree/verify/monitor_memory.h"
-#include "sentree/verify/probability.h"
-#include "sentree/verify/vacuity.h"
 
 namespace sentree::verify {
 

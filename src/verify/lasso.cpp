@@ -1,4 +1,4 @@
-#include "sentree/verify/lasso.h"
+#include "sentree/verify/detail/lasso.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "sentree/verify/look.h"
+#include "sentree/verify/detail/look.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "sentree/verify/reply_flow.h"
+#include "sentree/verify/detail/reply_flow.h"
 
 namespace sentree::verify {
 

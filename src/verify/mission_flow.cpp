@@ -1,4 +1,4 @@
-#include "sentree/verify/mission_flow.h"
+#include "sentree/verify/detail/mission_flow.h"
 
 #include <fmt/format.h>
 

@@ -20,8 +20,8 @@
 #include "sentree/base/temporary_folder.h"
 #include "sentree/mission/virtual_host.h"
 #include "sentree/project/intervention.h"
+#include "sentree/verify/detail/period.h"
 #include "sentree/verify/detail/test_random_project.h"
-#include "sentree/verify/period.h"
 #include "sentree/verify/statistics.h"
 #include "sentree/verify/verify.h"
 

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "sentree/project/intervention.h"
-#include "sentree/verify/growth.h"
-#include "sentree/verify/period.h"
+#include "sentree/verify/detail/growth.h"
+#include "sentree/verify/detail/period.h"
 
 namespace sentree::verify {
 

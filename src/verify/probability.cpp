@@ -1,4 +1,4 @@
-#include "sentree/verify/probability.h"
+#include "sentree/verify/detail/probability.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "sentree/verify/reply_flow.h"
+#include "sentree/verify/detail/reply_flow.h"
 
 #include <fmt/format.h>
 

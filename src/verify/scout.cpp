@@ -1,4 +1,4 @@
-#include "sentree/verify/scout.h"
+#include "sentree/verify/detail/scout.h"
 
 namespace sentree::verify {
 

@@ -8,7 +8,7 @@
 #include "sentree/base/rng.h"
 #include "sentree/mission/encode.h"
 #include "sentree/mission/virtual_host.h"
-#include "sentree/verify/period.h"
+#include "sentree/verify/detail/period.h"
 #include "sentree/verify/walk.h"
 
 namespace sentree::verify {

@@ -1,4 +1,4 @@
-#include "sentree/verify/vacuity.h"
+#include "sentree/verify/detail/vacuity.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "sentree/yarp/bottle.h"
+#include "sentree/yarp/detail/bottle.h"
 
 #include <fmt/format.h>
 

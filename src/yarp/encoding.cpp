@@ -1,4 +1,4 @@
-#include "sentree/yarp/encoding.h"
+#include "sentree/yarp/detail/encoding.h"
 
 #include <fmt/format.h>
 

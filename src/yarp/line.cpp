@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "sentree/yarp/bottle.h"
+#include "sentree/yarp/detail/bottle.h"
 #include "sentree/yarp/detail/frame.h"
 #include "sentree/yarp/detail/line.h"
 

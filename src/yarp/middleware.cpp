@@ -12,9 +12,9 @@
 
 #include "sentree/rpc/async_client.h"
 #include "sentree/yarp/detail/line.h"
+#include "sentree/yarp/detail/port.h"
+#include "sentree/yarp/detail/registrar.h"
 #include "sentree/yarp/names.h"
-#include "sentree/yarp/port.h"
-#include "sentree/yarp/registrar.h"
 
 namespace sentree::yarp {
 namespace {

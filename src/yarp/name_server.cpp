@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "sentree/rpc/acceptor.h"
-#include "sentree/yarp/bottle.h"
+#include "sentree/yarp/detail/bottle.h"
 #include "sentree/yarp/detail/inbox.h"
-#include "sentree/yarp/port.h"
+#include "sentree/yarp/detail/port.h"
 
 namespace sentree::yarp {
 namespace {

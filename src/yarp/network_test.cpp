@@ -6,13 +6,13 @@
 #include "sentree/base/temporary_folder.h"
 #include "sentree/rpc/middleware.h"
 #include "sentree/text/json.h"
-#include "sentree/yarp/bottle.h"
+#include "sentree/yarp/detail/bottle.h"
 #include "sentree/yarp/detail/inbox.h"
+#include "sentree/yarp/detail/port.h"
+#include "sentree/yarp/detail/registrar.h"
 #include "sentree/yarp/detail/test_network.h"
 #include "sentree/yarp/middleware.h"
 #include "sentree/yarp/name_server.h"
-#include "sentree/yarp/port.h"
-#include "sentree/yarp/registrar.h"
 
 namespace sentree::yarp {
 namespace {

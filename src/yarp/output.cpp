@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "sentree/yarp/detail/frame.h"
-#include "sentree/yarp/port.h"
+#include "sentree/yarp/detail/port.h"
 
 namespace sentree::yarp {
 namespace {

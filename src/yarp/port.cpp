@@ -1,4 +1,4 @@
-#include "sentree/yarp/port.h"
+#include "sentree/yarp/detail/port.h"
 
 #include <fmt/format.h>
 
@@ -13,10 +13,10 @@
 
 #include "sentree/idl/conform.h"
 #include "sentree/rpc/acceptor.h"
-#include "sentree/yarp/bottle.h"
+#include "sentree/yarp/detail/bottle.h"
+#include "sentree/yarp/detail/encoding.h"
 #include "sentree/yarp/detail/frame.h"
 #include "sentree/yarp/detail/output.h"
-#include "sentree/yarp/encoding.h"
 #include "sentree/yarp/name_server.h"
 #include "sentree/yarp/names.h"
 

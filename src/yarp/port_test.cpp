@@ -1,4 +1,4 @@
-#include "sentree/yarp/port.h"
+#include "sentree/yarp/detail/port.h"
 
 #include <gmock/gmock.h>
 

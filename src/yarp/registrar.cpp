@@ -1,4 +1,4 @@
-#include "sentree/yarp/registrar.h"
+#include "sentree/yarp/detail/registrar.h"
 
 #include <fmt/format.h>
 

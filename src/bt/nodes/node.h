@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "sentree/base/assert.h"
-#include "sentree/bt/machine.h"
+#include "sentree/bt/detail/machine.h"
 #include "sentree/bt/nodes/may.h"
 
 namespace sentree::bt::nodes {

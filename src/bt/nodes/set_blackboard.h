@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "sentree/bt/detail/values.h"
 #include "sentree/bt/nodes/node.h"
-#include "sentree/bt/values.h"
 
 namespace sentree::bt::nodes {
 

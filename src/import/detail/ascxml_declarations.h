@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "sentree/import/ascxml_chart.h"
+#include "sentree/import/detail/ascxml_chart.h"
 
 namespace sentree::import {
 

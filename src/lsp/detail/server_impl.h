@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "sentree/design/findings.h"
+#include "sentree/lsp/detail/outline.h"
+#include "sentree/lsp/detail/recorded.h"
 #include "sentree/lsp/index.h"
 #include "sentree/lsp/lines.h"
-#include "sentree/lsp/outline.h"
-#include "sentree/lsp/recorded.h"
 #include "sentree/lsp/server.h"
 #include "sentree/project/part_cache.h"
 #include "sentree/text/overlay.h"

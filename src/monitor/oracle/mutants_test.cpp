@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sentree/monitor/detail/requirement_script.h"
 #include "sentree/monitor/monitor.h"
 #include "sentree/monitor/oracle/evaluator.h"
 #include "sentree/monitor/oracle/random.h"
-#include "sentree/monitor/requirement_script.h"
 
 namespace sentree::monitor::oracle {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <map>
 
-#include "sentree/monitor/model.h"
+#include "sentree/monitor/detail/model.h"
 #include "sentree/monitor/monitor_set.h"
 #include "sentree/monitor/oracle/random.h"
 #include "sentree/monitor/quick.h"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/cdr.h"
 #include "sentree/ros/detail/service.h"
 
 /// What the messages of an action are, for who sends goals and for who listens to others. Private to the library.

@@ -8,7 +8,7 @@
 
 #include "sentree/base/result.h"
 #include "sentree/idl/schema.h"
-#include "sentree/ros/cdr.h"
+#include "sentree/ros/detail/cdr.h"
 #include "sentree/rpc/call.h"
 
 /// What interfaces and their methods are in a graph of ROS. Private to the library.

@@ -10,18 +10,18 @@
 #include <vector>
 
 #include "sentree/mission/subscriptions.h"
+#include "sentree/runtime/detail/model_actor.h"
+#include "sentree/runtime/detail/run_steering.h"
+#include "sentree/runtime/detail/stream_publisher.h"
+#include "sentree/runtime/detail/telemetry.h"
 #include "sentree/runtime/durable.h"
 #include "sentree/runtime/elsewhere.h"
 #include "sentree/runtime/local_skill.h"
-#include "sentree/runtime/model_actor.h"
 #include "sentree/runtime/monitors.h"
 #include "sentree/runtime/problems.h"
 #include "sentree/runtime/run.h"
-#include "sentree/runtime/run_steering.h"
 #include "sentree/runtime/services.h"
-#include "sentree/runtime/stream_publisher.h"
 #include "sentree/runtime/tap.h"
-#include "sentree/runtime/telemetry.h"
 #include "sentree/runtime/topics.h"
 #include "sentree/runtime/watchdog.h"
 

@@ -3,7 +3,7 @@
 #include <type_traits>
 
 #include "sentree/scxml/detail/duktape.h"
-#include "sentree/scxml/script_heap.h"
+#include "sentree/scxml/detail/script_heap.h"
 
 namespace sentree::scxml {
 

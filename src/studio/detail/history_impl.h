@@ -5,8 +5,8 @@
 #include <map>
 #include <mutex>
 
+#include "sentree/studio/detail/record_reader.h"
 #include "sentree/studio/history.h"
-#include "sentree/studio/record_reader.h"
 
 // What the files of History share.
 

@@ -10,7 +10,7 @@
 #include "sentree/rpc/client.h"
 #include "sentree/rpc/line.h"
 #include "sentree/yarp/address.h"
-#include "sentree/yarp/encoding.h"
+#include "sentree/yarp/detail/encoding.h"
 #include "sentree/yarp/names.h"
 
 /// The client's side of a port. Private to the library.

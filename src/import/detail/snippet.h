@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sentree/import/cpp_expression.h"
+#include "sentree/import/detail/cpp_expression.h"
 #include "sentree/import/import.h"
 
 namespace sentree::import {

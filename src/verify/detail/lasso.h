@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sentree/verify/branching.h"
+#include "sentree/verify/detail/branching.h"
 #include "sentree/verify/judge.h"
 
 namespace sentree::verify {

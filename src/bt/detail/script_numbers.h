@@ -5,8 +5,8 @@
 #include <limits>
 #include <vector>
 
-#include "sentree/bt/blackboard.h"
 #include "sentree/bt/context.h"
+#include "sentree/bt/detail/blackboard.h"
 #include "sentree/bt/script.h"
 
 // The short way of scripts in which nothing but numbers meets: conditions, and one assignment at the end. For the files

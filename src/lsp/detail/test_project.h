@@ -11,8 +11,8 @@
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/base/value.h"
+#include "sentree/lsp/detail/uri.h"
 #include "sentree/lsp/server.h"
-#include "sentree/lsp/uri.h"
 #include "sentree/project/plan.h"
 #include "sentree/text/json.h"
 

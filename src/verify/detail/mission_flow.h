@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "sentree/project/plan.h"
-#include "sentree/verify/reply_flow.h"
+#include "sentree/verify/detail/reply_flow.h"
 
 namespace sentree::verify {
 

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include "sentree/import/detail/source_folder.h"
 #include "sentree/import/import.h"
-#include "sentree/import/source_folder.h"
 
 namespace sentree::import {
 

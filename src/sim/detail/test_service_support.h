@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "sentree/sim/detail/test_support.h"
 #include "sentree/sim/services.h"
-#include "sentree/sim/test_support.h"
 
 namespace sentree::sim::test {
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "sentree/import/detail/source_folder.h"
 #include "sentree/import/import.h"
-#include "sentree/import/source_folder.h"
 
 namespace sentree::import {
 

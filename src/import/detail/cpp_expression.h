@@ -7,7 +7,7 @@
 
 #include "sentree/base/result.h"
 #include "sentree/idl/schema.h"
-#include "sentree/import/cpp_lexer.h"
+#include "sentree/import/detail/cpp_lexer.h"
 
 namespace sentree::import {
 

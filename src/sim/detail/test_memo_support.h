@@ -6,9 +6,9 @@
 
 #include "sentree/base/present.h"
 #include "sentree/base/rng.h"
+#include "sentree/sim/detail/test_support.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
-#include "sentree/sim/test_support.h"
 
 namespace sentree::sim::test {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "sentree/import/detail/ros_interfaces.h"
 #include "sentree/import/import.h"
-#include "sentree/import/ros_interfaces.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::import {

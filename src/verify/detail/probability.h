@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "sentree/verify/branching.h"
+#include "sentree/verify/detail/branching.h"
 #include "sentree/verify/judge.h"
 
 namespace sentree::verify {

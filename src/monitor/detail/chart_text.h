@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sentree/base/time.h"
-#include "sentree/monitor/requirement_script.h"
+#include "sentree/monitor/detail/requirement_script.h"
 #include "sentree/monitor/synthesis.h"
 
 namespace sentree::monitor {

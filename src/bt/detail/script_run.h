@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "sentree/bt/blackboard.h"
+#include "sentree/bt/detail/blackboard.h"
 #include "sentree/bt/model.h"
 
 namespace sentree::bt {

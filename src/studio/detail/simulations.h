@@ -11,7 +11,7 @@
 #include "sentree/base/value.h"
 #include "sentree/bt/palette.h"
 #include "sentree/studio/chart_player.h"
-#include "sentree/studio/tree_player.h"
+#include "sentree/studio/detail/tree_player.h"
 
 namespace sentree::studio {
 

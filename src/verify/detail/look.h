@@ -6,7 +6,7 @@
 
 #include "sentree/base/value.h"
 #include "sentree/idl/schema.h"
-#include "sentree/verify/distinctions.h"
+#include "sentree/verify/detail/distinctions.h"
 
 namespace sentree::verify {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "sentree/monitor/detail/requirement_script.h"
 #include "sentree/monitor/requirement.h"
-#include "sentree/monitor/requirement_script.h"
 
 namespace sentree::monitor {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "sentree/scxml/data_model.h"
+#include "sentree/scxml/detail/data_model.h"
 
 namespace sentree::scxml {
 

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sentree/monitor/requirement_script.h"
+#include "sentree/monitor/detail/requirement_script.h"
 
 namespace sentree::monitor {
 

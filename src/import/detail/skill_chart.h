@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sentree/idl/schema.h"
-#include "sentree/import/cpp_expression.h"
+#include "sentree/import/detail/cpp_expression.h"
 #include "sentree/import/import.h"
 #include "sentree/text/xml.h"
 

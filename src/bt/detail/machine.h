@@ -6,11 +6,11 @@
 #include <string_view>
 #include <vector>
 
-#include "sentree/bt/blackboard.h"
 #include "sentree/bt/context.h"
+#include "sentree/bt/detail/blackboard.h"
+#include "sentree/bt/detail/script_numbers.h"
+#include "sentree/bt/detail/script_run.h"
 #include "sentree/bt/model.h"
-#include "sentree/bt/script_numbers.h"
-#include "sentree/bt/script_run.h"
 #include "sentree/bt/state.h"
 #include "sentree/bt/step.h"
 

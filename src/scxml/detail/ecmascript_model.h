@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "sentree/scxml/data_model.h"
+#include "sentree/scxml/detail/data_model.h"
+#include "sentree/scxml/detail/script_heap.h"
 #include "sentree/scxml/expression.h"
-#include "sentree/scxml/script_heap.h"
 #include "sentree/scxml/session.h"
 
 namespace sentree::scxml {

@@ -10,11 +10,11 @@
 
 #include "sentree/base/time.h"
 #include "sentree/scxml/chart.h"
-#include "sentree/scxml/data_model.h"
-#include "sentree/scxml/ecmascript_model.h"
+#include "sentree/scxml/detail/data_model.h"
+#include "sentree/scxml/detail/ecmascript_model.h"
+#include "sentree/scxml/detail/null_model.h"
 #include "sentree/scxml/host.h"
 #include "sentree/scxml/model.h"
-#include "sentree/scxml/null_model.h"
 #include "sentree/scxml/session.h"
 #include "sentree/scxml/step.h"
 
