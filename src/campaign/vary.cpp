@@ -229,15 +229,9 @@ void find_parts(const YamlNode& node, std::vector<std::string> path, Reader& rea
   }
 }
 
-template <std::size_t... kKind>
-constexpr auto intervention_words(std::index_sequence<kKind...> /*of*/) {
-  return std::array{std::variant_alternative_t<kKind, project::Intervention>::kWord...};
-}
-
 std::string default_name(const YamlNode& entry) {
-  constexpr auto kWords = intervention_words(std::make_index_sequence<std::variant_size_v<project::Intervention>>());
-  for (const std::string_view kind : kWords) {
-    std::string word(kind);
+  for (const project::Intervention& kind : project::every_kind()) {
+    std::string word(project::word_of(kind));
     const YamlNode* what = entry.find(word);
     if (what == nullptr) continue;
     if (what->is_scalar()) return fmt::format("{} {}", word, what->scalar);
