@@ -283,8 +283,8 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
                                     .robot = service.robot,
                                     .former = std::exchange(served.former, Value())},
                                    now_);
-    if (!result) return {.ok = false, .result = {}, .kind = "exception", .message = result.error().message};
-    return {.ok = true, .result = std::move(*result), .kind = {}, .message = {}};
+    if (!result) return mission::CallOutcome::failed(rpc::CallErrorKind::kException, result.error().message);
+    return mission::CallOutcome::returned(std::move(*result));
   }
 
   void served(const mission::Call& call, Value&& result) override { served_[&call].former = std::move(result); }

@@ -78,7 +78,7 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
     if (!checked) return finish(false, "", "arguments", checked.error().message);
   }
   const auto outcome = processes::call_once(address, service, address.service, command.method, arguments, deadline);
-  return finish(outcome.ok, to_json(outcome.result), outcome.kind, outcome.message);
+  return finish(outcome.ok, to_json(outcome.result), std::string(outcome.kind_word()), outcome.message);
 }
 
 }  // namespace

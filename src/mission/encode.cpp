@@ -167,7 +167,7 @@ class Writer {
   void write(const CallOutcome& outcome) {
     flag(outcome.ok);
     value(outcome.result);
-    out_.text(outcome.kind);
+    out_.text(outcome.kind_word());
     out_.text(outcome.message);
   }
 

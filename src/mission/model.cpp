@@ -37,10 +37,6 @@ std::vector<std::string> names_of(const ComponentModel& model) {
   return names;
 }
 
-CallOutcome failed(std::string kind, std::string message) {
-  return {.ok = false, .result = {}, .kind = std::move(kind), .message = std::move(message)};
-}
-
 }  // namespace
 
 ComponentModel component_model(const project::Plan& plan, std::size_t model) {
@@ -264,11 +260,17 @@ Result<std::variant<ModelMachine::Answer, ModelMachine::Topic>> ModelMachine::me
   if (what == "error") {
     const Value* kind = param(send, "kind");
     const Value* message = param(send, "message");
-    answer.outcome = failed(kind != nullptr ? std::string(kind->text()) : "exception",
-                            message != nullptr ? std::string(message->text()) : "");
+    const std::string word(kind != nullptr ? kind->text() : "exception");
+    const auto known = rpc::parse_call_error_kind(word);
+    if (!known) {
+      return fail("model.answer",
+                  fmt::format("there is no kind of error \"{}\"{}", word, did_you_mean(word, rpc::call_error_kinds())),
+                  send.span);
+    }
+    answer.outcome = CallOutcome::failed(*known, message != nullptr ? std::string(message->text()) : "");
     const Value* exception = param(send, "exception");
     if (exception == nullptr) return answer;
-    if (answer.outcome.kind != "exception")
+    if (*known != rpc::CallErrorKind::kException)
       return fail("model.answer", "an exception is of kind 'exception', and of no other", send.span);
     auto thrown = idl::conform_exception(**found, *exception);
     if (!thrown) return tl::unexpected(thrown.error());
@@ -306,18 +308,20 @@ class ModelMachine::Step {
     const idl::Method* const method = model_.serves.at(serve.call->service)->find(serve.call->method);
     const bool is_answered = method == nullptr || !method->oneway;
     if (!state_.session.running())
-      return host_.answer(serve.leaf, serve.call,
-                          failed("unreachable", fmt::format("the model {} has ended", model_.name)));
+      return host_.answer(
+          serve.leaf, serve.call,
+          CallOutcome::failed(rpc::CallErrorKind::kUnreachable, fmt::format("the model {} has ended", model_.name)));
     if (is_answered && state_.open.size() >= kOpenCallsMax) {
       return host_.answer(serve.leaf, serve.call,
-                          failed("unreachable", fmt::format("{} calls are open already", kOpenCallsMax)));
+                          CallOutcome::failed(rpc::CallErrorKind::kUnreachable,
+                                              fmt::format("{} calls are open already", kOpenCallsMax)));
     }
     const Call& call = *serve.call;
     const std::uint64_t id = is_answered ? unused_id() : 0;
     if (is_answered)
       state_.open.push_back({serve.leaf, serve.call, add_saturating(host_.now(), model_.patience), id});
     else
-      host_.answer(serve.leaf, serve.call, {.ok = true, .result = {}, .kind = {}, .message = {}});
+      host_.answer(serve.leaf, serve.call, CallOutcome::returned());
     scxml::Event event;
     event.name = fmt::format("{}.{}.request", call.service, call.method);
     event.origintype = "thrift";
@@ -358,8 +362,9 @@ class ModelMachine::Step {
       const ModelState::OpenCall late = state_.open.front();
       state_.open.erase(state_.open.begin());
       host_.answer(late.leaf, late.call,
-                   failed("late", late.lost ? std::string(kMadeLate)
-                                            : fmt::format("the model {} has not answered in time", model_.name)));
+                   CallOutcome::failed(rpc::CallErrorKind::kLate,
+                                       late.lost ? std::string(kMadeLate)
+                                                 : fmt::format("the model {} has not answered in time", model_.name)));
     }
   }
 
@@ -501,9 +506,9 @@ void ModelMachine::step(ModelState& state, ModelDelivery delivery, ModelHost& ho
 
 void ModelMachine::refuse(ModelState& state, const ModelDelivery& delivery, const std::string& why, ModelHost& host) {
   for (const ModelState::OpenCall& open : std::exchange(state.open, {}))
-    host.answer(open.leaf, open.call, failed("unreachable", why));
+    host.answer(open.leaf, open.call, CallOutcome::failed(rpc::CallErrorKind::kUnreachable, why));
   if (const auto* serve = std::get_if<ServeCall>(&delivery))
-    host.answer(serve->leaf, serve->call, failed("unreachable", why));
+    host.answer(serve->leaf, serve->call, CallOutcome::failed(rpc::CallErrorKind::kUnreachable, why));
 }
 
 }  // namespace sentree::mission

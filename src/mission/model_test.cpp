@@ -79,7 +79,7 @@ class ModelPlayer final : public ModelHost {
   void answer(std::size_t leaf, const Shared<Call>& call, CallOutcome outcome) override {
     EXPECT_EQ(leaf, 0U);
     done_.push_back(std::to_string(call->id) + " " + call->method + ": " +
-                    (outcome.ok ? to_json(outcome.result) : outcome.kind + " " + outcome.message) +
+                    (outcome.ok ? to_json(outcome.result) : std::string(outcome.kind_word()) + " " + outcome.message) +
                     (outcome.ok || outcome.result.is_null() ? "" : to_json(outcome.result)));
   }
   void problem(const std::string& what) override { done_.push_back("! " + what); }
@@ -154,6 +154,14 @@ TEST(Model, AnAnswerThatTheInterfaceDoesNotHaveIsAnErrorOfTheChart) {
   p.call("ask", 1);
   EXPECT_THAT(p.done(),
               ElementsAre("robot.log {\"label\":\"error\",\"text\":\"result: expected i32, got string \\\"x\\\"\"}"));
+}
+
+TEST(Model, AnErrorIsOfOneOfTheKindsThatThereAre) {
+  ModelPlayer p(R"(<state id="a">
+    <transition event="s.ask.request"><send type="thrift" target="s" event="ask.error"><param name="kind" expr="'unreachabel'"/></send></transition>
+    <transition event="error.execution"><log label="error" expr="_event.data.message"/></transition></state>)");
+  p.call("ask", 1);
+  EXPECT_THAT(p.done(), ElementsAre(testing::ContainsRegex("no kind of error .*did you mean .*unreachable")));
 }
 
 TEST(Model, WhoseScriptFailsSaysSo) {

@@ -105,7 +105,7 @@ class Parts::SkillSide final : public SkillHost {
   }
   void send(const Shared<Call>& call, const idl::Method&) override {
     if (of_.plan_.services.at(call->service).at == "topics")
-      deliver(Outcome{call, {.ok = true, .result = {}, .kind = {}, .message = {}}});
+      deliver(Outcome{call, CallOutcome::returned()});
     else
       ground->call(leaf_, call);
   }
@@ -226,11 +226,8 @@ Delivery Parts::delivery_of(std::size_t leaf, const Shared<Call>& call) const {
 }
 
 SkillDelivery Parts::unreachable(const Shared<Call>& call) {
-  return Outcome{call,
-                 {.ok = false,
-                  .result = {},
-                  .kind = "unreachable",
-                  .message = fmt::format("service {} was killed", call->service)}};
+  return Outcome{
+      call, CallOutcome::failed(rpc::CallErrorKind::kUnreachable, fmt::format("service {} was killed", call->service))};
 }
 
 namespace {

@@ -63,7 +63,7 @@ bool SkillMachine::Step::operator()(Outcome&& answered) {
   const std::string& name = called.name;
   const bool is_served = answered.outcome.is_served();
   if (is_served && host_.fails(Failing::kLate, name)) {
-    CallOutcome late{.ok = false, .result = {}, .kind = "late", .message = std::string(kMadeLate)};
+    auto late = CallOutcome::failed(rpc::CallErrorKind::kLate, std::string(kMadeLate));
     host_.deliver_at(add_saturating(host_.now(), model_.call_deadline), Rank::kMessage,
                      Finish{answered.call, std::move(late), {}});
     return false;
@@ -89,7 +89,7 @@ bool SkillMachine::Step::operator()(Finish&& finish) {
   if (outcome.ok) {
     data.append("result", std::move(outcome.result));
   } else {
-    data.append("kind", outcome.kind);
+    data.append("kind", outcome.kind_word());
     data.append("message", std::move(outcome.message));
     if (!outcome.result.is_null()) data.append("exception", std::move(outcome.result));
     if (!finish.vetoed_by.empty()) data.append("vetoed_by", std::move(finish.vetoed_by));
@@ -111,8 +111,9 @@ bool SkillMachine::Step::operator()(Finish&& finish) {
     return false;
   }
   message.data = data;
-  const bool undelivered = outcome.kind == "unreachable" || outcome.kind == "late" || outcome.kind == "protocol" ||
-                           outcome.kind == "interrupted";
+  using Kind = rpc::CallErrorKind;
+  const bool undelivered = outcome.kind == Kind::kUnreachable || outcome.kind == Kind::kLate ||
+                           outcome.kind == Kind::kProtocol || outcome.kind == Kind::kInterrupted;
   // SCXML 6.2.5: what prevents delivery is an error event of the platform.
   const bool platform = !outcome.ok && undelivered;
   const std::string event = platform ? "error.communication" : message.name;
@@ -217,7 +218,7 @@ void SkillMachine::Step::make(Call call) {
   SkillState::Line& line = line_of(state_, shared->service);
   if (line.waiting.size() >= kGatedCallsMax) {
     const std::string why = fmt::format("{} calls are waiting for a gate already", kGatedCallsMax);
-    host_.deliver(Finish{shared, {.ok = false, .result = {}, .kind = "unreachable", .message = why}, {}});
+    host_.deliver(Finish{shared, CallOutcome::failed(rpc::CallErrorKind::kUnreachable, why), {}});
     return;
   }
   line.waiting.push_back(shared);
@@ -255,18 +256,15 @@ void SkillMachine::Step::admit(const std::string& service) {
 void SkillMachine::Step::admitted(const Shared<Call>& call, const Admission& admission) {
   if (admission.veto) {
     const std::string by = admission.veto->by.empty() ? "" : " by " + admission.veto->by;
-    host_.deliver(Finish{call,
-                         {.ok = false,
-                          .result = {},
-                          .kind = "vetoed",
-                          .message = fmt::format("vetoed{}: {}", by, admission.veto->reason)},
-                         admission.veto->by});
+    host_.deliver(Finish{
+        call, CallOutcome::failed(rpc::CallErrorKind::kVetoed, fmt::format("vetoed{}: {}", by, admission.veto->reason)),
+        admission.veto->by});
     return;
   }
   const Called& called = machine_.called(*call);
   if (!called.method->oneway && host_.fails(Failing::kUnreachable, called.name)) {
-    host_.deliver(Finish{
-        call, {.ok = false, .result = {}, .kind = "unreachable", .message = "a fault: nobody can be reached"}, {}});
+    host_.deliver(
+        Finish{call, CallOutcome::failed(rpc::CallErrorKind::kUnreachable, "a fault: nobody can be reached"), {}});
     return;
   }
   const TimePoint now = host_.now();

@@ -57,9 +57,7 @@ class SkillPlayer final : public SkillHost {
   void hear(std::int64_t n) { take(Published{Shared<Publication>({"s.level", "somebody", Map{{"n", n}}})}); }
   void halt() { take(HaltSkill{}); }
   void cancel() { take(CancelSkill{}); }
-  void reply(const Shared<Call>& call, Value result) {
-    take(Outcome{call, {.ok = true, .result = std::move(result), .kind = {}, .message = {}}});
-  }
+  void reply(const Shared<Call>& call, Value result) { take(Outcome{call, CallOutcome::returned(std::move(result))}); }
   void reply(Value result = {}) { reply(last_call, std::move(result)); }
   void wait(Duration duration) {
     time += duration;

@@ -134,7 +134,7 @@ mission::CallOutcome SimServer::call(const SimComponent::Served& served, const i
   message.kind = outcome.ok ? MessageKind::kReply : MessageKind::kError;
   message.name = name + (outcome.ok ? ".reply" : ".error");
   message.data =
-      outcome.ok ? Map{{"result", outcome.result}} : Map{{"kind", outcome.kind}, {"message", outcome.message}};
+      outcome.ok ? Map{{"result", outcome.result}} : Map{{"kind", outcome.kind_word()}, {"message", outcome.message}};
   observe(std::move(message));
   return outcome;
 }
@@ -164,7 +164,7 @@ ControlHandler SimServer::control(std::string world_file) {
   };
   handler.call = [this](const std::string& name, const std::string& method, const Value& arguments) {
     const auto refused = [](std::string message) {
-      return mission::CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = std::move(message)};
+      return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments, std::move(message));
     };
     const auto served =
         std::find_if(served_.begin(), served_.end(), [&](const SimComponent::Served& s) { return s.name == name; });

@@ -81,13 +81,13 @@ rpc::Outcome serve(const ControlHandler& handler, const idl::Method& method, con
   const auto args = text::parse_json(arguments.find("arguments")->text());
   mission::CallOutcome outcome;
   if (!args)
-    outcome = {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
+    outcome = mission::CallOutcome::failed(rpc::CallErrorKind::kArguments, args.error().message);
   else
     outcome = handler.call(std::string(arguments.find("target")->text()), std::string(arguments.find("method")->text()),
                            *args);
   return Map{{"ok", outcome.ok},
              {"result", outcome.ok ? to_json(outcome.result) : ""},
-             {"kind", outcome.kind},
+             {"kind", outcome.kind_word()},
              {"message", outcome.message}};
 }
 

@@ -147,10 +147,8 @@ class PartsElsewhere final : public runtime::Elsewhere {
                             const std::string& method, const Value& args, Duration patience) override {
     const auto address = rpc::Address::parse(at);
     if (address) return call_once(*address, interface, name, method, args, patience);
-    return {.ok = false,
-            .result = {},
-            .kind = "unreachable",
-            .message = fmt::format("nothing in the run serves \"{}\"", name)};
+    return mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable,
+                                        fmt::format("nothing in the run serves \"{}\"", name));
   }
 
   // Test control is served beside the simulated services, wherever that is.
@@ -272,7 +270,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
       if (told.ok) {
         data.append("result", std::move(told.result));
       } else {
-        data.append("kind", std::move(told.kind));
+        data.append("kind", told.kind_word());
         data.append("message", std::move(told.message));
         if (!told.result.is_null()) data.append("exception", std::move(told.result));
       }

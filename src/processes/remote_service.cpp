@@ -10,10 +10,9 @@ namespace sentree::processes {
 using runtime::ServicePort;
 
 mission::CallOutcome to_call_outcome(rpc::Outcome outcome) {
-  if (outcome) return {.ok = true, .result = std::move(*outcome), .kind = {}, .message = {}};
+  if (outcome) return mission::CallOutcome::returned(std::move(*outcome));
   rpc::CallError& error = outcome.error();
-  mission::CallOutcome failed{
-      .ok = false, .result = {}, .kind = std::string(to_string(error.kind)), .message = std::move(error.message)};
+  auto failed = mission::CallOutcome::failed(error.kind, std::move(error.message));
   if (error.exception.empty()) return failed;
   failed.result = Map{{error.exception, std::move(error.data)}};
   return failed;
@@ -63,7 +62,7 @@ Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& addres
 mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface, const std::string& name,
                                const std::string& method, const Value& args, Duration deadline) {
   const auto client = rpc::connect(address, interface, options_for(address, name));
-  if (!client) return {.ok = false, .result = {}, .kind = "unreachable", .message = client.error().message};
+  if (!client) return mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable, client.error().message);
   return to_call_outcome(rpc::call_and_wait(**client, method, args, std::chrono::steady_clock::now() + deadline));
 }
 

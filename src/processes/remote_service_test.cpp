@@ -74,7 +74,7 @@ TEST_F(RemoteService, IsAskedByItsName) {
 TEST_F(RemoteService, ThatKnowsNoSuchMethodIsAskedForOthers) {
   for (int i = 0; i < 2; ++i) {
     const auto outcome = call("turns", Map());
-    EXPECT_EQ(outcome.kind, "protocol");
+    EXPECT_EQ(outcome.kind_word(), "protocol");
     EXPECT_THAT(outcome.message, HasSubstr("knows no turns"));
   }
   EXPECT_EQ(to_json(call("turn", Map{{"by", 1}}).result), "2");
@@ -82,7 +82,7 @@ TEST_F(RemoteService, ThatKnowsNoSuchMethodIsAskedForOthers) {
 
 TEST_F(RemoteService, SaysWhatAnExceptionHolds) {
   const auto outcome = call("turn", Map{{"by", 10}});
-  EXPECT_EQ(outcome.kind, "exception");
+  EXPECT_EQ(outcome.kind_word(), "exception");
   EXPECT_EQ(to_json(outcome.result), R"({"Worn":{"why":"too far","colour":"BLUE"}})");
 }
 

@@ -136,7 +136,7 @@ TEST_F(TwoRobots, AComponentServesEachRobotByItsName) {
   EXPECT_EQ(control.services().size(), names.size());
   const auto ask = [&](const std::string& service, const std::string& method, Map arguments = {}) {
     const mission::CallOutcome outcome = control.call(service, method, Value(std::move(arguments)));
-    return outcome.ok ? to_json(outcome.result) : outcome.kind + ": " + outcome.message;
+    return outcome.ok ? to_json(outcome.result) : std::string(outcome.kind_word()) + ": " + outcome.message;
   };
   EXPECT_EQ(ask("right/battery", "getBatteryCharge"), "50.0");
   EXPECT_EQ(ask("left/simulation", "setBatteryCharge", {{"percent", 20}}), "\"OK\"");

@@ -94,13 +94,13 @@ TEST(Kill, MakesSimulatedServicesUnreachable) {
   EXPECT_EQ(status_of_last_tick(run, "BatteryLevelAbove30"), "FAILURE");
   const auto outcome = run.steering().apply(Call{"battery.getBatteryCharge", Map()});
   ASSERT_TRUE(outcome.has_value());
-  EXPECT_EQ(outcome->outcome.kind, "unreachable");
+  EXPECT_EQ(outcome->outcome.kind_word(), "unreachable");
   // Other services of the simulator, and its test control, go on.
   EXPECT_TRUE(run.steering().apply(Call{"navigation.getNavigationStatus", Map()})->outcome.ok);
   EXPECT_TRUE(run.steering().apply(Call{"simulation.plugIn", Map()})->outcome.ok);
   ASSERT_TRUE(run.steering().apply(Restart{"battery"}).has_value());
   ASSERT_TRUE(run.steering().apply(Kill{"sim"}).has_value());
-  EXPECT_EQ(run.steering().apply(Call{"battery.getBatteryCharge", Map()})->outcome.kind, "unreachable");
+  EXPECT_EQ(run.steering().apply(Call{"battery.getBatteryCharge", Map()})->outcome.kind_word(), "unreachable");
   ASSERT_TRUE(run.steering().apply(Restart{"sim"}).has_value());
   EXPECT_TRUE(run.steering().apply(Call{"battery.getBatteryCharge", Map()})->outcome.ok);
 }

@@ -265,8 +265,7 @@ services:
     return std::make_unique<AnsweredInBetween>(done);
   };
   record_options_.arrival = [&](std::size_t, runtime::RunOptions::LeafMessage what) {
-    if (what == runtime::RunOptions::LeafMessage::kTick && ++ticks == 2)
-      done({.ok = true, .result = Value(1), .kind = {}, .message = {}});
+    if (what == runtime::RunOptions::LeafMessage::kTick && ++ticks == 2) done(mission::CallOutcome::returned(Value(1)));
     return TimePoint{};
   };
   RecordedRun run = record_run(folder_.path() / "sentree.yaml", false, std::chrono::seconds(20));
@@ -298,9 +297,7 @@ TEST_F(Replays, ATopicIsHeldBackAsLongAsThen) {
 
 class AnsweredAtOnce final : public runtime::ServicePort {
  public:
-  void call(const idl::Method&, Value, Done done) override {
-    done({.ok = true, .result = Value(1), .kind = {}, .message = {}});
-  }
+  void call(const idl::Method&, Value, Done done) override { done(mission::CallOutcome::returned(Value(1))); }
 };
 
 TEST_F(Replays, ACountedDelayIsUsedUpByWhatUsedItUpThen) {

@@ -1,17 +1,27 @@
 #include "sentree/rpc/call.h"
 
+#include <algorithm>
+#include <array>
+
 namespace sentree::rpc {
 
-std::string_view to_string(CallErrorKind kind) {
-  switch (kind) {
-    case CallErrorKind::kException: return "exception";
-    case CallErrorKind::kVetoed: return "vetoed";
-    case CallErrorKind::kUnreachable: return "unreachable";
-    case CallErrorKind::kLate: return "late";
-    case CallErrorKind::kProtocol: return "protocol";
-    case CallErrorKind::kArguments: return "arguments";
-  }
-  return "";
+namespace {
+
+// In the order of the enumeration.
+constexpr std::array<std::string_view, 7> kKinds{"exception", "vetoed",    "unreachable", "late",
+                                                 "protocol",  "arguments", "interrupted"};
+static_assert(kKinds.size() == static_cast<std::size_t>(CallErrorKind::kInterrupted) + 1);
+
+}  // namespace
+
+std::string_view to_string(CallErrorKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
+
+std::optional<CallErrorKind> parse_call_error_kind(std::string_view word) {
+  const auto* const found = std::find(kKinds.begin(), kKinds.end(), word);
+  if (found == kKinds.end()) return std::nullopt;
+  return static_cast<CallErrorKind>(found - kKinds.begin());
 }
+
+std::vector<std::string> call_error_kinds() { return {kKinds.begin(), kKinds.end()}; }
 
 }  // namespace sentree::rpc

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <vector>
 
 #include "sentree/base/value.h"
 #include "sentree/idl/schema.h"
@@ -19,10 +20,14 @@ enum class CallErrorKind : std::uint8_t {
   kLate,         ///< The deadline passed; a reply that still comes reaches nobody.
   kProtocol,     ///< The peer broke the protocol, knows no such method, or failed without a declared exception.
   kArguments,    ///< The arguments do not fit the IDL; nothing was sent.
+  kInterrupted,  ///< Who has called was gone when the outcome came; the service may or may not have acted.
 };
 
-/// "exception", "vetoed", "unreachable", "late", "protocol", "arguments".
+/// "exception", "vetoed", "unreachable", "late", "protocol", "arguments", "interrupted".
 [[nodiscard]] std::string_view to_string(CallErrorKind kind);
+[[nodiscard]] std::optional<CallErrorKind> parse_call_error_kind(std::string_view word);
+/// All of these words.
+[[nodiscard]] std::vector<std::string> call_error_kinds();
 
 struct CallError {
   CallErrorKind kind = CallErrorKind::kUnreachable;

@@ -243,14 +243,13 @@ void Durability::resumed(const Gap& gap, Duration lost) {
   std::erase_if(open_, [&](const auto& entry) {
     const Open& open = entry.second;
     if (!open.sent || is_idempotent(*open.call)) return false;
-    scheduler_.post(skill_(open.leaf)->actor(),
-                    mission::Delivery{open.leaf, mission::Outcome{open.call,
-                                                                  {.ok = false,
-                                                                   .result = {},
-                                                                   .kind = "interrupted",
-                                                                   .message = "the run was interrupted while the call "
-                                                                              "was on its way; it may have been "
-                                                                              "executed"}}});
+    scheduler_.post(
+        skill_(open.leaf)->actor(),
+        mission::Delivery{open.leaf, mission::Outcome{open.call, mission::CallOutcome::failed(
+                                                                     rpc::CallErrorKind::kInterrupted,
+                                                                     "the run was interrupted while the call "
+                                                                     "was on its way; it may have been "
+                                                                     "executed")}});
     return true;
   });
   for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {

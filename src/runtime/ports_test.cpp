@@ -36,9 +36,9 @@ class FakePort final : public ServicePort {
   void call(const idl::Method& method, Value /*args*/, Done done) override {
     told_.add("call " + method.name);
     if (is_there_)
-      done({.ok = true, .result = Value(1), .kind = {}, .message = {}});
+      done(mission::CallOutcome::returned(Value(1)));
     else
-      done({.ok = false, .result = {}, .kind = "unreachable", .message = "nobody listens"});
+      done(mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable, "nobody listens"));
   }
 
  private:

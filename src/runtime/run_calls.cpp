@@ -24,10 +24,8 @@ class UnreachablePort final : public ServicePort {
  public:
   explicit UnreachablePort(std::string name) : name_(std::move(name)) {}
   void call(const idl::Method&, Value, Done done) override {
-    done({.ok = false,
-          .result = {},
-          .kind = "unreachable",
-          .message = fmt::format("{} is elsewhere{}", name_, kOnlyHere)});
+    done(mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable,
+                                      fmt::format("{} is elsewhere{}", name_, kOnlyHere)));
   }
 
  private:
@@ -153,14 +151,14 @@ mission::CallOutcome Run::Impl::call_service(const std::string& name, const std:
                                     : service != services_.end() ? service->second.service
                                                                  : nullptr;
   if (!interface)
-    return {
-        .ok = false, .result = {}, .kind = "arguments", .message = fmt::format("the run has no service \"{}\"", name)};
+    return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments,
+                                        fmt::format("the run has no service \"{}\"", name));
   const auto found = idl::find_method(*interface, method, name);
-  if (!found) return {.ok = false, .result = {}, .kind = "arguments", .message = found.error().message};
+  if (!found) return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments, found.error().message);
   const auto args = idl::conform_arguments(**found, arguments);
-  if (!args) return {.ok = false, .result = {}, .kind = "arguments", .message = args.error().message};
+  if (!args) return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments, args.error().message);
   if (const auto checked = idl::check_ranges(**found, *args); !checked)
-    return {.ok = false, .result = {}, .kind = "arguments", .message = checked.error().message};
+    return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments, checked.error().message);
   const std::string at = !controlled  ? service->second.at
                          : sim_       ? "sim"
                          : elsewhere_ ? elsewhere_->control_address(services_, name)
@@ -174,7 +172,7 @@ mission::CallOutcome Run::Impl::call_service(const std::string& name, const std:
     request.call = publisher_.next_call();
     request.data = Map{{"args", *args}};
     stream_.publish(std::move(request));
-    if (!controlled && is_published_only(service->second)) return {.ok = true, .result = {}, .kind = {}, .message = {}};
+    if (!controlled && is_published_only(service->second)) return mission::CallOutcome::returned();
   }
   if (at == "sim") return sim_->call(interface->name, method, *args, controlled ? *controlled : service->second.robot);
   if (at == "model") {
@@ -188,12 +186,10 @@ mission::CallOutcome Run::Impl::call_service(const std::string& name, const std:
     return model_of(name)->call(std::move(call), "scenario", kCallPatience);
   }
   // It has left the run already.
-  if (is_again()) return {.ok = true, .result = {}, .kind = {}, .message = {}};
+  if (is_again()) return mission::CallOutcome::returned();
   if (!elsewhere_)
-    return {.ok = false,
-            .result = {},
-            .kind = "unreachable",
-            .message = fmt::format("nothing in the run serves \"{}\"", name)};
+    return mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable,
+                                        fmt::format("nothing in the run serves \"{}\"", name));
   return elsewhere_->call(at, interface, name, method, *args, kCallPatience);
 }
 
@@ -219,7 +215,7 @@ void Run::Impl::serve_control() {
     auto applied = steering_.apply_for(
         project::intervention::Call{.method = fmt::format("{}.{}", service, method), .args = arguments}, "control");
     if (applied) return std::move(applied->outcome);
-    return mission::CallOutcome{.ok = false, .result = {}, .kind = "arguments", .message = applied.error().message};
+    return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments, applied.error().message);
   };
   handler.tap = &tap_;
   handler.open_page = options_.open_page;

@@ -33,7 +33,8 @@ class RunSteering::GuardedPort final : public ServicePort {
     return !service_down_.killed && !all_down_.killed && port_->take(leaf, call);
   }
   static mission::CallOutcome killed(const std::string& service) {
-    return {.ok = false, .result = {}, .kind = "unreachable", .message = fmt::format("service {} was killed", service)};
+    return mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable,
+                                        fmt::format("service {} was killed", service));
   }
 
  private:

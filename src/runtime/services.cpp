@@ -95,8 +95,8 @@ mission::CallOutcome SimHost::call(const std::string& interface, const std::stri
   auto result = sim::call_uncast(*world_, state_,
                                  {.service = interface, .method = method, .args = map ? *map : none, .robot = robot},
                                  keeps_up_ ? advanced_to_ : clock_.now());
-  if (!result) return {.ok = false, .result = {}, .kind = "exception", .message = result.error().message};
-  return {.ok = true, .result = std::move(*result), .kind = {}, .message = {}};
+  if (!result) return mission::CallOutcome::failed(rpc::CallErrorKind::kException, result.error().message);
+  return mission::CallOutcome::returned(std::move(*result));
 }
 
 sim::State SimHost::snapshot() {
@@ -140,9 +140,7 @@ class SimPort final : public ServicePort {
 
 class TopicPort final : public ServicePort {
  public:
-  void call(const idl::Method&, Value, Done done) override {
-    done({.ok = true, .result = {}, .kind = {}, .message = {}});
-  }
+  void call(const idl::Method&, Value, Done done) override { done(mission::CallOutcome::returned()); }
 };
 
 }  // namespace

@@ -260,7 +260,7 @@ class Follower final : public mission::ModelHost {
     return of_result(call, result != nullptr ? *result : Value());
   }
   Answer answer_of(const CallOutcome& outcome, const std::string& call) const {
-    return outcome.ok ? of_result(call, outcome.result) : of_error(outcome.kind);
+    return outcome.ok ? of_result(call, outcome.result) : of_error(std::string(outcome.kind_word()));
   }
 
   // ---- what the model does
@@ -367,7 +367,7 @@ class Follower final : public mission::ModelHost {
     for (const Given& given : one.given) {
       out.number(given.call);
       out.integer(given.at.time_since_epoch().count());
-      out.text(given.outcome.ok ? to_json(given.outcome.result) : given.outcome.kind);
+      out.text(given.outcome.ok ? to_json(given.outcome.result) : std::string(given.outcome.kind_word()));
     }
     out.text("");
     for (const auto& [key, value] : one.meant) out.text(key + '\n' + to_json(value));

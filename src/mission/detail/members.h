@@ -115,7 +115,9 @@ requires archive::MaybeConst<S, CallOutcome>
 void visit_members(S& s, V&& visit) {
   visit("ok", s.ok);
   visit("result", s.result);
-  visit("kind", s.kind);
+  std::string kind(s.kind_word());
+  visit("kind", kind);
+  if constexpr (!std::is_const_v<S>) s.kind = rpc::parse_call_error_kind(kind);
   visit("message", s.message);
 }
 template <class S, class V>
