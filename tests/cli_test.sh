@@ -657,6 +657,13 @@ sed -i 's/=== 6/=== 4/' "$work/anew/skills/Ask.scxml"
 expect 1 'd.ask: 3, 4, 5, 6, 9, 10' "$sentree" verify "$work/anew"
 sed -i 's/=== 4/% 2 === 0/' "$work/anew/skills/Ask.scxml"
 expect 3 'skills/Ask.scxml:3:.*_event.data.result is compared after %' "$sentree" verify "$work/anew"
+# Replies that a requirement orders: each may be greater than all before.
+sed -i 's/% 2 === 0/=== 4/' "$work/anew/skills/Ask.scxml"
+printf '<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence><Condition ID="Ask" name="A"/><Condition ID="Ask" name="B"/></Sequence></BehaviorTree></root>' >"$work/anew/mission.xml"
+printf 'let a = reply(d.ask from A)\nlet b = reply(d.ask from B)\nboth: never (a < b and b < a).\nfour: never a = 7 and a = b and b = 4.\n' >"$work/anew/r.req"
+expect 124 'not tried   r.req:3:.*d.ask is ordered against earlier replies.*both +not decided: d.ask.*four +holds' \
+  bash -c "set -o pipefail; '$sentree' verify '$work/anew' | tr '\\n' ' '"
+expect 124 '"name":"both","verdict":"unknown",.*"complete":false,.*"undecided_because":"d.ask is ordered' "$sentree" verify "$work/anew" --json
 # Choices have numbers, and alternatives.
 expect 0 'robot chooses starts_at = 3 .robot#1, not 2; models/robot.scxml:11' \
   bash -c "'$sentree' verify '$work/verified' --faults none --only never_empty --explain | tr '\\n' ' '"

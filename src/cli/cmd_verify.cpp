@@ -39,6 +39,7 @@ std::string models_text(const std::vector<verify::MadeModel>& made) {
     out += model.file + "\n";
     for (const std::string& line : model.tried) out += fmt::format("  {}\n", line);
     if (model.unsure) out += fmt::format("  that is not all: {}\n", to_string(*model.unsure));
+    for (const verify::Untried& one : model.untried) out += fmt::format("  that is not all: {}\n", to_string(one.told));
   }
   out += "to use them, in sentree.yaml:\nmodels:\n";
   for (const verify::MadeModel& model : made)
@@ -78,6 +79,7 @@ class Verifying {
   int operator()() {
     verify::Asked asked;
     if (!read_options(command_, plan_, asked)) return kUsage;
+    asked.untried = verify::untried(any_);
     if (!command_.graph.empty() && !command_.graph.ends_with(".aut") && !command_.graph.ends_with(".dot")) {
       say(fmt::format("--graph {}: a file that ends in .aut or .dot", command_.graph));
       return kUsage;

@@ -156,7 +156,7 @@ void add_verify(CLI::App& app, Commands& commands) {
       "  sentree test verify/never_empty.yaml                     a counterexample, run again\n"
       "Exit code: 0 everything holds, 1 something is refuted or holds vacuously, 3 the project is invalid or cannot "
       "be\n"
-      "explored, 124 a limit ended it and nothing is refuted, 130 interrupted. See docs/verification.md.");
+      "explored, 124 not everything was tried and nothing is refuted, 130 interrupted. See docs/verification.md.");
   sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
   sub->add_option("--scenario", command.scenario, "A scenario whose overrides and timeline apply");
   sub->add_option("--only", command.only, "Only this requirement or monitor; several: again for each")

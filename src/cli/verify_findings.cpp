@@ -36,9 +36,8 @@ class Telling {
       for (const std::string& tried : any.tried) out += fmt::format("any reply   {}.{}\n", any.service, tried);
     }
     out += fmt::format("explored    {} states, {} periods, {}   {:.2f} s\n", grouped(graph.nodes.size()),
-                       grouped(graph.edges.size()),
-                       graph.complete ? "complete" : fmt::format("up to tick {}: {}", graph.complete_to, graph.limit),
-                       found_.result.explored_s);
+                       grouped(graph.edges.size()), how_far(), found_.result.explored_s);
+    for (const verify::Untried& one : found_.asked.untried) out += fmt::format("not tried   {}\n", to_string(one.told));
     if (!graph.grows.empty()) out += fmt::format("            most values had {}\n", graph.grows);
     std::size_t width = 0;
     for (const auto& judgement : found_.result.judgements) width = std::max(width, judgement.requirement.size());
@@ -75,6 +74,7 @@ class Telling {
         one["never_seen"] = std::move(never_seen);
       }
       if (!judgement.error.empty()) one["error"] = judgement.error;
+      if (!judgement.limit.empty()) one["undecided_because"] = judgement.limit;
       List fair;
       for (const std::string& name : judgement.fair) fair.emplace_back(name);
       one["fair"] = std::move(fair);
@@ -130,7 +130,12 @@ class Telling {
       any[model.service] = Map{{"file", model.file}, {"tried", std::move(tried)}};
     }
     Map limits{{"complete_to_tick", static_cast<std::int64_t>(graph.complete_to)}, {"same_hash", same_hash()}};
-    if (!graph.complete) limits["ended_by"] = graph.limit;
+    if (!graph.limit.empty()) limits["ended_by"] = graph.limit;
+    if (!found_.asked.untried.empty()) {
+      List not_tried;
+      for (const verify::Untried& one : found_.asked.untried) not_tried.emplace_back(to_string(one.told));
+      limits["not_tried"] = std::move(not_tried);
+    }
     if (!graph.grows.empty()) limits["most_values"] = graph.grows;
     return Map{{"tool", "sentree verify"},
                {"version", SENTREE_VERSION},
@@ -153,6 +158,12 @@ class Telling {
   }
 
  private:
+  std::string how_far() const {
+    const verify::Graph& graph = found_.result.graph;
+    if (graph.complete) return "complete";
+    return graph.limit.empty() ? "not complete" : fmt::format("up to tick {}: {}", graph.complete_to, graph.limit);
+  }
+
   std::string basis() const {
     std::string text = found_.asked.explore.faults.empty()
                            ? "no faults"

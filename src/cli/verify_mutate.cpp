@@ -88,9 +88,10 @@ class Mutating {
     if (!any) {
       plan.value.reset();
       plan.diagnostics.push_back(any.error());
-    } else if (!any->empty()) {
-      plan = project::prepare(verify::with_models(std::move(*scenario.value)), cache_);
+      return plan;
     }
+    asked_.untried = verify::untried(*any);
+    if (!any->empty()) plan = project::prepare(verify::with_models(std::move(*scenario.value)), cache_);
     return plan;
   }
 
@@ -139,9 +140,12 @@ class Mutating {
       const verify::Judgement& before = original_.judgements[i];
       if (notices(before, now)) out.by.push_back(now.requirement);
       if (!now.error.empty()) out.why = now.error;
-      if (!now.limit.empty()) out.why = fmt::format("{} was {}", now.requirement, now.limit);
+      if (!now.limit.empty()) out.why = fmt::format("{}: {}", now.requirement, now.limit);
+      const bool is_new = now.finding == verify::Finding::kRefuted && !notices(before, now);
+      if (is_new && before.finding == verify::Finding::kUnknown)
+        out.why = fmt::format("{} is refuted, and was not decided before", now.requirement);
     }
-    if (!found.graph.complete) out.why = found.graph.limit;
+    if (!found.graph.complete) out.why = found.graph.limit.empty() ? "not every reply was tried" : found.graph.limit;
     if (!out.by.empty()) {
       out.fate = Fate::kNoticed;
       out.why.clear();
@@ -184,7 +188,7 @@ class Mutating {
       }
     };
     list(Fate::kNotNoticed, "no requirement notices");
-    list(Fate::kUnknown, "not known: a limit ended it");
+    list(Fate::kUnknown, "not known: not everything could be tried");
     return out;
   }
 

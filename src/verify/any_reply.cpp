@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -49,6 +50,8 @@ class Writer {
         service_);
     for (const std::string& line : out_.tried) out_.chart += fmt::format("    {}\n", comment(line));
     if (out_.unsure) out_.chart += fmt::format("  That is not all: {}\n", comment(to_string(*out_.unsure)));
+    for (const Untried& one : out_.untried)
+      out_.chart += fmt::format("  That is not all: {}\n", comment(to_string(one.told)));
     out_.chart += fmt::format(
         "  In a folder verify/any it is written anew each time. In models/, where the option model of sentree verify "
         "puts one to "
@@ -113,20 +116,22 @@ class Writer {
       case idl::Kind::kI16:
       case idl::Kind::kI32:
       case idl::Kind::kI64:
-      case idl::Kind::kDouble: return named ? picked(path, numbers(type, name, field)) : plain_decimal(zero(field));
-      case idl::Kind::kString: return named ? picked(path, texts(name)) : "''";
+      case idl::Kind::kDouble:
+        return named ? picked(path, numbers(type, name, path, field)) : plain_decimal(zero(field));
+      case idl::Kind::kString: return named ? picked(path, texts(name, path)) : "''";
       case idl::Kind::kBinary: return "''";
       case idl::Kind::kEnum: {
-        // What nothing names is told apart by nothing: one stands for all.
+        // What nothing names is told apart by nothing: one stands for all, or as many as are compared with each other.
         std::vector<std::string> values;
-        const std::string* other = nullptr;
+        std::vector<std::string> others;
+        const std::size_t count = uses_.ordered.contains(name) ? SIZE_MAX : at_once(name);
         for (const idl::Enumerator& one : type.enumeration->enumerators) {
           if (named && uses_.writes(one.name))
             values.push_back(script_text(one.name));
-          else if (other == nullptr)
-            other = &one.name;
+          else if (others.size() < count)
+            others.push_back(script_text(one.name));
         }
-        if (other != nullptr) values.push_back(script_text(*other));
+        values.insert(values.end(), others.begin(), others.end());
         return values.empty() ? "0" : picked(path, values);
       }
       case idl::Kind::kStruct: return record(*type.structure, path, depth);
@@ -169,7 +174,7 @@ class Writer {
                            field.type->kind == idl::Kind::kI8 || field.type->kind == idl::Kind::kI16 ||
                            field.type->kind == idl::Kind::kI32 || field.type->kind == idl::Kind::kI64;
     return !is_handed || uses_.absent.contains(field.name) || uses_.numbers.contains(field.name) ||
-           uses_.texts.contains(field.name);
+           uses_.texts.contains(field.name) || uses_.at_once.contains(field.name);
   }
 
   // Of a union: exactly one member, each that somebody names, or one that nobody does.
@@ -259,7 +264,25 @@ class Writer {
     return all;
   }
 
-  std::vector<std::string> numbers(const idl::Type& type, const std::string& name, const idl::Field* field) const {
+  // Of a value that is ordered against earlier ones not all are tried.
+  void leave_untried(const std::string& name, const std::string& path) {
+    for (const Distinctions::Ordered& ordered : uses_.ordered.at(name)) {
+      const std::string value = fmt::format("{}.{}", service_, path);
+      out_.untried.push_back(
+          {value,
+           {Severity::kWarning, "verify.not-all",
+            fmt::format("{} is ordered against earlier replies, of which each may be greater than the one before: of "
+                        "rows that are longer than the values that are tried nothing is known. Let the interface bound "
+                        "it to at most {} whole numbers (min, max), or write a model of the service; sentree verify "
+                        "--model writes one to begin with",
+                        value, kReplyValuesMax),
+            ordered.place},
+           ordered.monitor});
+    }
+  }
+
+  std::vector<std::string> numbers(const idl::Type& type, const std::string& name, const std::string& path,
+                                   const idl::Field* field) {
     const std::size_t count = at_once(name);
     const auto found = uses_.numbers.find(name);
     if (found == uses_.numbers.end() && count == 1) return {plain_decimal(zero(field))};
@@ -276,6 +299,14 @@ class Writer {
     };
     if (field != nullptr && field->min) add(low);
     if (field != nullptr && field->max) add(high);
+    if (uses_.ordered.contains(name)) {
+      const bool is_small = is_whole && high - low < static_cast<double>(kReplyValuesMax);
+      if (is_small) {
+        for (double number = std::ceil(low); number <= high; ++number) add(number);
+      } else {
+        leave_untried(name, path);
+      }
+    }
     // Beyond the outermost there may be room for less than a step.
     if (count > 1) {
       if (*constants.begin() - low < step * static_cast<double>(count)) constants.insert(low);
@@ -298,7 +329,8 @@ class Writer {
     return out;
   }
 
-  std::vector<std::string> texts(const std::string& name) const {
+  std::vector<std::string> texts(const std::string& name, const std::string& path) {
+    if (uses_.ordered.contains(name)) leave_untried(name, path);
     std::vector<std::string> out;
     const auto found = uses_.texts.find(name);
     const bool is_compared = found != uses_.texts.end();
@@ -364,6 +396,12 @@ Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service
   return any_reply(plan, MissionDistinctions(plan), service);
 }
 
+std::vector<Untried> untried(const std::vector<MadeModel>& made) {
+  std::vector<Untried> all;
+  for (const MadeModel& model : made) all.insert(all.end(), model.untried.begin(), model.untried.end());
+  return all;
+}
+
 Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const project::Plan& plan,
                                           const std::filesystem::path& folder, bool keeps) {
   std::vector<MadeModel> made;
@@ -391,8 +429,11 @@ Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const pro
     const auto absolute = std::filesystem::absolute(file, error);
     const std::string path =
         std::filesystem::relative(absolute, std::filesystem::absolute(scenario.project.folder, error), error).string();
-    made.push_back(
-        {.service = service.name, .file = path, .tried = std::move(reply->tried), .unsure = std::move(reply->unsure)});
+    made.push_back({.service = service.name,
+                    .file = path,
+                    .tried = std::move(reply->tried),
+                    .untried = std::move(reply->untried),
+                    .unsure = std::move(reply->unsure)});
   }
   for (const MadeModel& model : made) {
     project::ModelEntry entry;

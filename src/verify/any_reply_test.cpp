@@ -44,8 +44,10 @@ class AnyReplyOf : public InFolder {
     const auto before_comma = [](const std::string& text) { return text.substr(0, text.find(',')); };
     if (!reply) return before_comma(reply.error().message);
     if (reply->unsure) return before_comma(reply->unsure->message);
+    tried_ = reply->tried;
     return reply->tried.empty() ? "" : reply->tried.front();
   }
+  std::vector<std::string> tried_;
 
   std::string tried(const std::string& type, const std::string& condition, const std::string& port = "") {
     write("interfaces/door.thrift",
@@ -241,6 +243,102 @@ TEST_F(AnyReplyOf, IsRefusedWhereSomebodyWaitsForWhatIsPublished) {
 <transition event="halt" target="failure"/></state><final id="success"/><final id="failure"/></scxml>)");
   tree("<Action ID=\"Ask\"/>");
   EXPECT_EQ(told("skills: {Ask: {subscribe: [door.opened]}}\n"), "Ask waits for door.opened");
+}
+
+TEST_F(AnyReplyOf, TriesOtherEnumeratorsAndNoneWhereOneIsComparedWithAnEarlierOne) {
+  EXPECT_EQ(tried("C", "v === _event.data.result"), "ask: 'A', 'B'");
+  EXPECT_EQ(tried("C", "v < _event.data.result"), "ask: 'A', 'B', 'D'");
+  tried("S", "v.o === _event.data.result.o");
+  EXPECT_THAT(tried_, testing::Contains("ask.o is there: true, false"));
+}
+
+// Replies that are ordered against earlier ones.
+class Rows : public AnyReplyOf {
+ protected:
+  // A skill that succeeds with the eighth reply of a row, each above the one before; with `sign` otherwise.
+  void counts(const std::string& type, const std::string& sign) {
+    write("interfaces/door.thrift", "struct S { 1: " + type + ", 2: bool b }\nservice Door { S ask() }\n");
+    write("skills/Count.scxml", kChart + R"(initial="a"><datamodel><data id="last" expr="0"/><data id="n" expr="0"/>
+</datamodel><state id="a"><onentry><send type="thrift" target="door" event="ask"/></onentry>
+<transition event="door.ask.reply" target="b">
+  <if cond="_event.data.result.x )" +
+                                    text::xml_escape(sign) +
+                                    R"( last"><assign location="n" expr="n &lt; 8 ? n + 1 : 8"/>
+  <else/><assign location="n" expr="0"/></if><assign location="last" expr="_event.data.result.x"/></transition></state>
+<state id="b"><transition cond="n === 8" target="success"/><transition event="tick" target="a"/><transition event="halt" target="failure"/></state>
+<final id="success"/><final id="failure"/></scxml>)");
+    tree("<Action ID=\"Count\"/>");
+  }
+  Verification verified(const std::string& requirements) {
+    write("r.req", requirements);
+    write("sentree.yaml",
+          "mission: {file: mission.xml, rate: 10 Hz}\nservices: {door: {interface: door.thrift/Door, at: "
+          "'tcp://localhost:1'}}\nmonitors: [{file: r.req}]\n");
+    auto project = project::load_project(folder_.path());
+    EXPECT_TRUE(project.ok());
+    project::Scenario scenario = project::plain_scenario(std::move(*project.value));
+    auto plan = project::prepare(with_models(scenario));
+    EXPECT_TRUE(plan.ok()) << to_string(plan.diagnostics.front());
+    const auto any = add_models(scenario, *plan.value, folder_.path() / "any");
+    EXPECT_TRUE(any);
+    plan = project::prepare(with_models(std::move(scenario)));
+    EXPECT_TRUE(plan.ok());
+    Asked asked;
+    asked.untried = untried(*any);
+    told_.clear();
+    for (const Untried& one : asked.untried) told_ += to_string(one.told) + "\n";
+    return verify(*plan.value, asked);
+  }
+  std::string told_;
+};
+
+TEST_F(Rows, AreNotAllTriedWhereASkillOrdersReplies) {
+  const std::string kNever = "rows: never node(Count) in SUCCESS.\n";
+  for (const char* type : {"i32 x", "double x (min = \"0\", max = \"1\")", "i32 x (min = \"0\", max = \"40\")"}) {
+    SCOPED_TRACE(type);
+    counts(type, ">");
+    const Verification found = verified(kNever);
+    EXPECT_EQ(found.judgements.front().finding, Finding::kUnknown);
+    EXPECT_THAT(found.judgements.front().limit,
+                testing::HasSubstr("door.ask.x is ordered against earlier replies at "));
+    EXPECT_FALSE(found.graph.complete);
+    EXPECT_TRUE(found.not_reached.empty()) << "a longer row may reach it";
+    EXPECT_THAT(told_, testing::AllOf(testing::HasSubstr("Count.scxml:4:13: "), testing::HasSubstr("write a model")));
+  }
+  // What is tried is tried.
+  EXPECT_EQ(verified("shut: always reply(door.ask).b.\n").judgements.front().finding, Finding::kRefuted);
+  // Other values tell only alike from different: two of them do.
+  counts("i32 x", "!==");
+  EXPECT_EQ(verified(kNever).judgements.front().finding, Finding::kRefuted);
+  EXPECT_EQ(told_, "");
+}
+
+TEST_F(Rows, AreAllTriedWhereTheInterfaceBoundsThem) {
+  counts("i32 x (min = \"0\", max = \"7\")", ">");
+  const Verification seven = verified("rows: never node(Count) in SUCCESS.\n");
+  EXPECT_EQ(seven.judgements.front().finding, Finding::kHolds);
+  EXPECT_TRUE(seven.graph.complete);
+  EXPECT_EQ(told_, "");
+  counts("i32 x (min = \"0\", max = \"8\")", ">");
+  EXPECT_EQ(verified("rows: never node(Count) in SUCCESS.\n").judgements.front().finding, Finding::kRefuted);
+}
+
+TEST_F(Rows, OfOneRequirementLeaveTheOthersComplete) {
+  write("interfaces/door.thrift", "service Door { i32 ask() }\n");
+  for (const char* name : {"One", "Two"}) {
+    write(std::string("skills/") + name + ".scxml",
+          kChart +
+              "initial=\"a\"><state id=\"a\"><onentry><send type=\"thrift\" target=\"door\" event=\"ask\"/></onentry>"
+              "<transition event=\"door.ask.reply\" target=\"success\"/></state><final id=\"success\"/></scxml>");
+  }
+  tree("<Sequence><Action ID=\"One\"/><Action ID=\"Two\"/></Sequence>");
+  const Verification found = verified(
+      "let one = reply(door.ask from One)\nlet two = reply(door.ask from Two)\n"
+      "grows: whenever one < two, one < two eventually.\nfails: never node(One) in FAILURE.\n");
+  EXPECT_EQ(found.judgements[0].finding, Finding::kUnknown);
+  EXPECT_EQ(found.judgements[1].finding, Finding::kHolds);
+  EXPECT_TRUE(found.graph.complete);
+  EXPECT_THAT(told_, testing::HasSubstr("r.req:3:"));
 }
 
 // A port's entry is not what the chart's variable begins with.

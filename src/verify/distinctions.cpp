@@ -118,9 +118,11 @@ struct Given {
 // One chart's comparisons.
 class Comparisons {
  public:
-  /// @param place  Of what the chart was written from; nothing: it has places of its own.
-  Comparisons(const ReplyFlow& flow, Given given, Distinctions& uses, std::optional<SourceSpan> place = std::nullopt)
-      : flow_(flow), given_(std::move(given)), uses_(uses), place_(std::move(place)) {
+  /// @param place    Of what the chart was written from; nothing: it has places of its own.
+  /// @param monitor  Whose chart it is; empty: one that decides what the mission does.
+  Comparisons(const ReplyFlow& flow, Given given, Distinctions& uses, std::optional<SourceSpan> place = std::nullopt,
+              std::string monitor = {})
+      : flow_(flow), given_(std::move(given)), uses_(uses), place_(std::move(place)), monitor_(std::move(monitor)) {
     for (const scxml::Expression& expression : expressions()) {
       for (const std::string& name : scxml::names_in_script(expression.text)) uses_.own.names.insert(name);
     }
@@ -136,6 +138,7 @@ class Comparisons {
     }
     // Charts that compare stand side by side, so that what all of them keep is compared with one and the same reply.
     for (const std::string& name : compared_) uses_.at_once[name] += std::max<std::size_t>(flow_.held(name), 1);
+    for (auto& [name, place] : ordered_) uses_.ordered[name].push_back({std::move(place), monitor_});
     if (flow_.forwards() && !uses_.trouble) {
       uses_.trouble = Diagnostic{Severity::kError, "verify.any-reply",
                                  "every reply is handed on to what the chart invokes (autoforward), and which of its "
@@ -276,6 +279,9 @@ class Comparisons {
     if (!flow_.is_of_reply(tree, value)) return;
     const auto names = flow_.sources(tree, value);
     compared_.insert(names.begin(), names.end());
+    for (const std::string& name : names) {
+      if (is_order) ordered_.try_emplace(name, place());
+    }
     std::set<std::string> seen;
     equal_first(tree, value, tree, other, seen);
   }
@@ -496,8 +502,10 @@ class Comparisons {
   Given given_;
   Distinctions& uses_;
   std::optional<SourceSpan> place_;
+  std::string monitor_;
   std::set<scxml::ExpressionId> conditions_;
   std::set<std::string> compared_;                         // names of values that are compared with earlier ones
+  std::map<std::string, SourceSpan> ordered_;              // of those that are ordered, and where first
   std::map<std::string, std::optional<Constants>> known_;  // by variable
   std::map<std::string, std::vector<double>> followed_;    // variables on the way from a comparison to a reply
   scxml::ExpressionId expression_ = 0;
@@ -617,6 +625,7 @@ struct Sent {
 // A monitor, and of which services it may see replies.
 struct Seeing {
   const monitor::Model* monitor;
+  bool is_gate = false;
   bool all = false;
   std::set<std::string> heads = {};  // of what it waits for, up to the first point
 };
@@ -657,9 +666,11 @@ MissionDistinctions::MissionDistinctions(const project::Plan& plan) {
     }
   }
   common->made_events = verify::made_events(plan, common->looked_at);
+  std::set<std::size_t> gates;
+  for (const project::GatePlan& gate : plan.gates) gates.insert(gate.monitor);
   for (const monitor::Model& monitor : plan.monitors) {
     add_looked_at(monitor.chart(), common->looked_at);
-    Seeing seeing{.monitor = &monitor};
+    Seeing seeing{.monitor = &monitor, .is_gate = gates.contains(common->monitors.size())};
     for (const auto& transition : monitor.chart().transitions()) {
       for (const std::string& event : transition.events) {
         seeing.heads.insert(event.substr(0, event.find('.')));
@@ -753,7 +764,8 @@ Distinctions MissionDistinctions::of(const std::string& service, std::vector<con
     const monitor::Model& monitor = *seeing.monitor;
     std::optional<SourceSpan> place;
     if (monitor.origin() != nullptr) place = monitor.origin()->requirement.span;
-    Comparisons(ReplyFlow(monitor.chart(), service, types, {}, {}), {}, uses, place)(looked_at);
+    Comparisons(ReplyFlow(monitor.chart(), service, types, {}, {}), {}, uses, place,
+                seeing.is_gate ? "" : monitor.name())(looked_at);
   }
   // What variables hold, and what the reply brings that just comes.
   for (auto& [name, count] : uses.at_once) {

@@ -81,7 +81,7 @@ struct Graph {
   std::vector<std::string> places{""};  ///< Where choices stand, "models/robot.scxml:31"; the first: it is not known.
   std::vector<std::string> parts;       ///< Of the mission, by name.
   bool complete = true;
-  std::string limit;  ///< Why it is not complete; empty: it is.
+  std::string limit;  ///< Why exploring ended before it was complete; empty: it did not.
   std::string grows;  ///< What took most values until a limit, with a way out (`most_varied`); may be empty.
   Duration period{};
   std::uint32_t complete_to = 0;  ///< Ticks up to which every behaviour is known.

@@ -62,6 +62,25 @@ std::vector<std::string> choice_names(const Graph& graph) {
   return names;
 }
 
+// Takes back what was said of a requirement as if everything had been tried.
+void leave_open(const std::vector<Untried>& untried, Judgement& judgement) {
+  const auto found = std::find_if(untried.begin(), untried.end(), [&](const Untried& one) {
+    return one.monitor.empty() || one.monitor == judgement.requirement;
+  });
+  if (found == untried.end()) return;
+  judgement.least.reset();
+  judgement.greatest.reset();
+  judgement.avoided.clear();
+  if (judgement.finding == Finding::kRefuted) return;
+  judgement.finding = Finding::kUnknown;
+  judgement.vacuous.clear();
+  judgement.never_seen.clear();
+  judgement.fair.clear();
+  if (judgement.limit.empty())
+    judgement.limit = fmt::format("{} is ordered against earlier replies at {}, and not every row of them was tried",
+                                  found->value, to_string(found->told.span));
+}
+
 }  // namespace
 
 project::Scenario with_models(project::Scenario scenario) {
@@ -154,6 +173,11 @@ Verification verify(const project::Plan& plan, const Asked& asked) {
     };
     out.judgements[i] = judge(out.graph, *judged[i], how);
   });
+  for (Judgement& judgement : out.judgements) leave_open(asked.untried, judgement);
+  if (std::any_of(asked.untried.begin(), asked.untried.end(), [](const Untried& one) { return one.monitor.empty(); })) {
+    out.graph.complete = false;
+    out.graph.complete_to = 0;
+  }
   if (out.graph.complete) out.not_reached = not_reached(plan, out.graph);
   return out;
 }

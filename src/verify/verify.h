@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sentree/project/plan.h"
+#include "sentree/verify/any_reply.h"
 #include "sentree/verify/counterexample.h"
 #include "sentree/verify/explore.h"
 #include "sentree/verify/judge.h"
@@ -29,10 +30,12 @@ struct Asked {
   JudgeOptions judge;
   std::vector<std::string> only;  ///< Names of monitors; empty: all.
   Each each;                      ///< Explores and judges, perhaps several at a time; the result is the same.
+  std::vector<Untried> untried;   ///< By the models of the plan.
 };
 
-/// Explores the mission once and judges each requirement on what was found.
-/// Codes: those of `obstacles` and `explore`; verify.unknown-requirement, verify.fair.
+/// Explores the mission once and judges each requirement on what was found. What is refuted by what is tried is
+/// refuted; nothing else is said of a requirement on which something untried has a bearing. Codes: those of `obstacles`
+/// and `explore`; verify.unknown-requirement, verify.fair.
 [[nodiscard]] Verification verify(const project::Plan& plan, const Asked& asked);
 
 /// The text of a scenario file that shows a counterexample.

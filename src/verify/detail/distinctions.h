@@ -26,6 +26,12 @@ struct Distinctions {
   std::map<std::string, std::set<std::string>> texts;  ///< Likewise.
   /// That are compared with such values that came before: how many are there at once, those that just come among them.
   std::map<std::string, std::size_t> at_once;
+  /// Where values are ordered against such earlier ones ("<", not "==="): each may be greater than all before.
+  struct Ordered {
+    SourceSpan place;
+    std::string monitor;  ///< Whose verdict depends on it; empty: what the mission does.
+  };
+  std::map<std::string, std::vector<Ordered>> ordered;
   std::set<std::string> absent;  ///< Of which it is asked whether they are there.
   /// What is told apart is not known: values are compared with each other, or otherwise than with constants.
   std::optional<Diagnostic> trouble;
