@@ -558,6 +558,41 @@ bool is_always_true(const Condition& condition) {
   return inner.kind == Kind::kTruth && inner.number != 0;
 }
 
+// Why nothing is ever observed of it; empty: it may be, or that is not known.
+std::string never_comes(const Source& source, const Vocabulary& vocabulary) {
+  if (source.service.empty() || !vocabulary.calls) return {};
+  // On topics others publish too, and what is overheard others call.
+  const auto service = vocabulary.services.find(source.service);
+  if (service != vocabulary.services.end()) {
+    const auto method = service->second.find(source.method);
+    if (method != service->second.end() && (method->second.oneway || (method->second.overheard && source.from.empty())))
+      return {};
+  }
+  const bool called =
+      std::any_of(vocabulary.calls->begin(), vocabulary.calls->end(), [&](const Vocabulary::Call& call) {
+        return call.service == source.service && call.method == source.method &&
+               (source.from.empty() || source.from == call.leaf);
+      });
+  if (called) return {};
+  return fmt::format("{} calls {}.{}",
+                     source.from.empty() ? std::string("no skill") : fmt::format("\"{}\" never", source.from),
+                     source.service, source.method);
+}
+
+// Values that leaves never bring: who calls besides skills has no name of a leaf.
+void find_unseen(const Requirement& r, const Vocabulary& vocabulary, Diagnostics& diagnostics) {
+  for (const Source& source : sources_of(r)) {
+    const auto& leaves = vocabulary.leaves;
+    if (std::find(leaves.begin(), leaves.end(), source.from) == leaves.end()) continue;
+    const std::string why = never_comes(source, vocabulary);
+    if (why.empty()) continue;
+    Diagnostic found{Severity::kWarning, "requirement.never-seen",
+                     fmt::format("{} is never observed: {}", source.text(), why), source.span};
+    if (std::find(diagnostics.begin(), diagnostics.end(), found) == diagnostics.end())
+      diagnostics.push_back(std::move(found));
+  }
+}
+
 // Why the condition can never hold in this project; empty: it can.
 std::string never_holds(const Condition& condition, const Vocabulary* vocabulary) {
   if (is_never(condition)) return "it contradicts itself";
@@ -576,25 +611,7 @@ std::string never_holds(const Condition& condition, const Vocabulary* vocabulary
   std::vector<Source> sources;
   collect_sources(inner, sources);
   for (const Source& source : sources) {
-    if (source.service.empty()) continue;
-    // On topics others publish too, and what is overheard others call.
-    const auto service = vocabulary->services.find(source.service);
-    if (service != vocabulary->services.end()) {
-      const auto method = service->second.find(source.method);
-      if (method != service->second.end() &&
-          (method->second.oneway || (method->second.overheard && source.from.empty())))
-        continue;
-    }
-    const bool called =
-        std::any_of(vocabulary->calls->begin(), vocabulary->calls->end(), [&](const Vocabulary::Call& call) {
-          return call.service == source.service && call.method == source.method &&
-                 (source.from.empty() || source.from == call.leaf);
-        });
-    if (!called) {
-      return fmt::format("{} calls {}.{}",
-                         source.from.empty() ? std::string("no skill") : fmt::format("\"{}\" never", source.from),
-                         source.service, source.method);
-    }
+    if (std::string why = never_comes(source, *vocabulary); !why.empty()) return why;
   }
   return {};
 }
@@ -693,7 +710,9 @@ Typing check_requirement(const Requirement& requirement, const Vocabulary* vocab
       checker.condition(*condition);
     }
   }
+  const std::size_t before = diagnostics.size();
   find_vacuous(requirement, vocabulary, diagnostics);
+  if (vocabulary != nullptr && diagnostics.size() == before) find_unseen(requirement, *vocabulary, diagnostics);
   return checker.typing;
 }
 

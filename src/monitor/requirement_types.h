@@ -57,6 +57,7 @@ struct DataType {
   std::vector<std::string> samples;
   bool samples_are_all = false;  ///< It never is anything else.
   DataMembers members;           ///< kRecord.
+  DataMembers items;             ///< kOther, of a list or of a map by texts: one, which is what it holds; or none.
   friend bool operator==(const DataType&, const DataType&) = default;
 };
 

@@ -320,6 +320,20 @@ TEST(Vacuous, RequirementsArePointedOut) {
   EXPECT_THAT(found("R: before event(request(navigation.goTo)), eventually node(Look) in SUCCESS."), IsEmpty());
 }
 
+TEST(Vacuous, ValuesThatALeafNeverBringsArePointedOut) {
+  EXPECT_THAT(found("let v = reply(battery.getBatteryState from GoToKitchen).voltage\nR: always v > 3.\nS: always v > "
+                    "3 and v < 9."),
+              ElementsAre("r.req:1:15: warning: reply(battery.getBatteryState from GoToKitchen) is never observed: "
+                          "\"GoToKitchen\" never calls battery.getBatteryState"));
+  EXPECT_THAT(found("R: always error(navigation.goTo from Look).kind != late."),
+              ElementsAre(HasSubstr("\"Look\" never calls navigation.goTo")));
+  EXPECT_THAT(found("R: never reply(battery.getBatteryState from GoToKitchen).voltage < 3."),
+              ElementsAre(HasSubstr("requirement R never says anything")))
+      << "once";
+  EXPECT_THAT(found("R: always reply(battery.getBatteryState from Look).voltage > 3."), IsEmpty());
+  EXPECT_THAT(found("R: always reply(battery.isCharging) = true."), IsEmpty()) << "a scenario may call it";
+}
+
 TEST(Vacuous, WhatIsOverheardOthersCall) {
   const auto told = [](const std::string& text) {
     const auto file = parse_requirements(text, "r.req");

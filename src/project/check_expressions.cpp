@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "sentree/project/check_literal.h"
 #include "sentree/project/detail/expression_type.h"
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/loader.h"
@@ -76,7 +77,6 @@ class ChartReader {
         in_scripts.merge(scxml::names_in_script(expression.text));
       } else if (expression.use == scxml::ExpressionUse::kItem) {
         names_[expression.text];
-        fixed_.insert(expression.text);
       }
     }
     for (Id i = 0; i < model_.expressions.size(); ++i) {
@@ -151,7 +151,10 @@ class ChartReader {
           content(branch.body, scope);
         }
       } else if (const auto* loop = std::get_if<scxml::Foreach>(&action.what)) {
-        expression(loop->array, scope);
+        const ExpressionType array = expression(loop->array, scope);
+        if (loop->item != scxml::kNoExpression) write(model_.expressions[loop->item].text, items_of(array));
+        if (loop->index != scxml::kNoExpression)
+          write(model_.expressions[loop->index].text, of(DataType{.kind = TypeKind::kNumber, .name = "number"}));
         content(*loop->body, scope);
       } else if (const auto* cancel = std::get_if<scxml::Cancel>(&action.what)) {
         expression(cancel->sendid_expr, scope);
@@ -203,8 +206,14 @@ class ChartReader {
       return;  // of constants it has been said
     const DataType wanted = events_.param_of(send.target.constant, send.event.constant, param.name);
     std::set<std::pair<const void*, const void*>> compared;
-    check_sent(wanted, type, fmt::format("param \"{}\"", param.name), chart_.span(model_.expressions[param.expr].place),
-               compared);
+    const std::string what = fmt::format("param \"{}\"", param.name);
+    const SourceSpan span = chart_.span(model_.expressions[param.expr].place);
+    const std::size_t before = told_->size();
+    check_sent(wanted, type, what, span, compared);
+    const idl::Type* const exact =
+        events_.type_of ? events_.type_of(send.target.constant, send.event.constant, param.name) : nullptr;
+    if (told_->size() == before && exact != nullptr && facts_.tree(param.expr))
+      check_literal(*exact, *facts_.tree(param.expr), what, span, *told_);
   }
 
   // @param compared  Records that were, which may come again at many places of those around them.

@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "sentree/idl/conform.h"
+#include "sentree/monitor/observed.h"
 
 namespace sentree::project {
 
@@ -291,11 +292,25 @@ class Check {
   const SourceSpan& span_;
 };
 
+std::optional<Diagnostic> doubt_about_message(const Breakpoint& breakpoint, const InterventionScope& scope,
+                                              const SourceSpan& span) {
+  if (breakpoint.point != Breakpoint::Point::kMessage || scope.vocabulary == nullptr) return std::nullopt;
+  const monitor::Observations observations(*scope.vocabulary);
+  const Names& names = observations.names();
+  if (std::any_of(names.begin(), names.end(),
+                  [&](const auto& name) { return matches_pattern(breakpoint.target, name); }))
+    return std::nullopt;
+  return Diagnostic{Severity::kWarning, "steering.unknown-message",
+                    fmt::format("nothing in this project is observed as \"{}\", so it is never reached{}",
+                                breakpoint.target, did_you_mean(breakpoint.target, names)),
+                    span};
+}
+
 }  // namespace
 
 InterventionScope scope_of(const Plan& plan) {
-  return {&plan.scenario,    &plan.tree,       &plan.leaves,  &plan.services,
-          plan.test_control, plan.world.get(), &plan.monitors};
+  return {&plan.scenario,    &plan.tree,       &plan.leaves,   &plan.services,
+          plan.test_control, plan.world.get(), &plan.monitors, nullptr};
 }
 
 Result<void> check_intervention(const Intervention& what, const InterventionScope& scope, const SourceSpan& span) {
@@ -304,6 +319,7 @@ Result<void> check_intervention(const Intervention& what, const InterventionScop
 
 std::optional<Diagnostic> doubt_about(const Intervention& what, const InterventionScope& scope,
                                       const SourceSpan& span) {
+  if (const auto* breakpoint = std::get_if<Breakpoint>(&what)) return doubt_about_message(*breakpoint, scope, span);
   const auto* falsify = std::get_if<Falsify>(&what);
   if (falsify == nullptr) return std::nullopt;
   for (const auto& [name, service] : *scope.services) {

@@ -18,6 +18,7 @@ struct InterventionScope {
   idl::ServicePtr test_control;
   const sim::World* world = nullptr;
   const std::vector<monitor::Model>* monitors = nullptr;
+  const monitor::Vocabulary* vocabulary = nullptr;
 };
 [[nodiscard]] InterventionScope scope_of(const Plan& plan);
 
@@ -32,7 +33,8 @@ inline constexpr std::string_view kSimulatorPart = "sim";
 /// A `clear` of the timeline for whose number nothing can stand by then, as faults are numbered as they come.
 [[nodiscard]] std::optional<Diagnostic> doubt_about_number(const Scenario& scenario, const Injection& injection);
 
-/// What may well be meant, but is likely a slip: a falsified value beyond the IDL's range.
+/// What may well be meant, but is likely a slip: a falsified value beyond the IDL's range, a breakpoint at what nothing
+/// in the project is observed as.
 [[nodiscard]] std::optional<Diagnostic> doubt_about(const Intervention& what, const InterventionScope& scope,
                                                     const SourceSpan& span);
 

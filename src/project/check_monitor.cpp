@@ -190,6 +190,20 @@ const monitor::Vocabulary::Method* method_of(const std::string& service, const s
   return of == found->second.end() ? nullptr : &of->second;
 }
 
+const idl::Method* method_of(const std::string& service, const std::string& method,
+                             const std::map<std::string, ServicePlan>& services) {
+  const auto found = services.find(service);
+  return found == services.end() ? nullptr : found->second.service->find(method);
+}
+
+// Null: there is none.
+const idl::Type* argument_of(const std::string& service, const std::string& method, const std::string& name,
+                             const std::map<std::string, ServicePlan>& services) {
+  const idl::Method* const found = method_of(service, method, services);
+  const idl::Field* const argument = found == nullptr ? nullptr : found->arguments.find(name);
+  return argument == nullptr ? nullptr : argument->type;
+}
+
 DataType member_of(const DataType& record, const std::string& name) {
   const auto found = std::find_if(record.members.begin(), record.members.end(),
                                   [&](const monitor::DataMember& member) { return member.name == name; });
@@ -203,7 +217,8 @@ DataType arguments_of(const std::string& service, const std::string& method, con
 
 }  // namespace
 
-void check_model_expressions(const ModelEntry& entry, const ChartFacts& facts, const monitor::Vocabulary& vocabulary,
+void check_model_expressions(const ModelEntry& entry, const ChartFacts& facts,
+                             const std::map<std::string, ServicePlan>& services, const monitor::Vocabulary& vocabulary,
                              Diagnostics& diagnostics) {
   ChartEvents events;
   for (const std::string& service : entry.serves) {
@@ -230,6 +245,11 @@ void check_model_expressions(const ModelEntry& entry, const ChartFacts& facts, c
     if (!event.ends_with(".reply")) return member_of(arguments_of(target, event, vocabulary), param);
     const auto* const method = method_of(target, event.substr(0, event.rfind('.')), vocabulary);
     return method == nullptr || param != "result" ? DataType() : method->result;
+  };
+  events.type_of = [&](const std::string& target, const std::string& event, const std::string& param) {
+    if (!event.ends_with(".reply")) return argument_of(target, event, param, services);
+    const idl::Method* const method = method_of(target, event.substr(0, event.rfind('.')), services);
+    return method == nullptr || param != "result" ? nullptr : method->result;
   };
   check_expressions(facts, events, diagnostics);
 }
@@ -338,6 +358,9 @@ void check_skill_events(const ChartFacts& facts, const std::map<std::string, Ser
   events.param_of = [&](const std::string& target, const std::string& event, const std::string& param) {
     const auto arguments = arguments_of(target, event, vocabulary);
     return member_of(arguments, param);
+  };
+  events.type_of = [&](const std::string& target, const std::string& event, const std::string& param) {
+    return argument_of(target, event, param, services);
   };
 
   for_each_unknown(

@@ -4,8 +4,10 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sentree/bt/model.h"
+#include "sentree/bt/types.h"
 #include "sentree/project/detail/check_monitor.h"
 
 namespace sentree::project {
@@ -48,6 +50,104 @@ void check_inputs(const bt::Tree& tree, const LeafPlan& leaf, bool has_plugins, 
   }
 }
 
+// Of nodes that are no leaves of the mission.
+void check_read(const bt::Tree& tree, Diagnostics& diagnostics) {
+  std::set<bt::NodeId> leaves;
+  for (const bt::NodeId leaf : tree.external_leaves()) leaves.insert(leaf);
+  const bt::Model& model = tree.model();
+  for (const bt::UnwrittenEntry& entry : model.unwritten) {
+    const bt::Binding* const ports = model.bindings.data() + model.nodes[entry.node].ports;
+    // What a node reads unless it is told otherwise need not be there.
+    const bool is_default = std::any_of(
+        ports, ports + model.nodes[entry.node].port_count,
+        [&](const bt::Binding& port) { return port.from_default && model.strings[port.name] == entry.port; });
+    if (is_default || leaves.contains(entry.node)) continue;
+    add(diagnostics, Severity::kWarning, "check.unwritten-entry",
+        fmt::format("port \"{}\" of {} reads blackboard entry \"{}\", which nothing in the tree writes", entry.port,
+                    tree.name(entry.node), entry.entry),
+        tree.span(entry.node));
+  }
+}
+
+// The enumeration of that name in the types of all services; null: there is none.
+class Enumerations {
+ public:
+  explicit Enumerations(const std::map<std::string, ServicePlan>& services) : services_(services) {}
+
+  const idl::Enum* find(std::string_view name) {
+    if (!is_read_) {
+      is_read_ = true;
+      for (const auto& [service, plan] : services_) {
+        for (const idl::Method* method : plan.service->methods) {
+          add(method->arguments);
+          add(*method->result);
+        }
+      }
+    }
+    const auto found = all_.find(name.substr(name.rfind(':') + 1));
+    return found == all_.end() ? nullptr : found->second;
+  }
+
+ private:
+  void add(const idl::Struct& structure) {
+    if (!seen_.insert(&structure).second) return;
+    for (const idl::Field& field : structure.fields) add(*field.type);
+  }
+  void add(const idl::Type& type) {
+    if (type.enumeration != nullptr) all_.emplace(type.enumeration->name, type.enumeration);
+    if (type.structure != nullptr) add(*type.structure);
+    if (type.element != nullptr) add(*type.element);
+  }
+
+  const std::map<std::string, ServicePlan>& services_;
+  bool is_read_ = false;
+  std::map<std::string, const idl::Enum*, std::less<>> all_;
+  std::set<const idl::Struct*> seen_;
+};
+
+// The enumeration that a chart sends a port as, if it is one.
+const idl::Enum* sent_as(const std::string& port, const scxml::Chart& chart,
+                         const std::map<std::string, ServicePlan>& services) {
+  std::set<const idl::Enum*> words;
+  for (const scxml::SendInfo& send : chart.sends()) {
+    if (send.type != "thrift" || !send.target || !send.event) continue;
+    for (const scxml::SendParam& param : send.params) {
+      if (param.expression != port) continue;
+      const auto service = services.find(*send.target);
+      const idl::Method* const method =
+          service == services.end() ? nullptr : service->second.service->find(*send.event);
+      const idl::Field* const field = method == nullptr ? nullptr : method->arguments.find(param.name);
+      words.insert(field != nullptr && field->type->kind == idl::Kind::kEnum ? field->type->enumeration : nullptr);
+    }
+  }
+  return words.size() == 1 ? *words.begin() : nullptr;
+}
+
+// What is written down for a port that is to be one of the words of an interface.
+void check_words(const bt::Tree& tree, const LeafPlan& leaf, const std::map<std::string, ServicePlan>& services,
+                 Enumerations& enumerations, ChartMemory& charts, Diagnostics& diagnostics) {
+  for (const bt::PortFact& port : tree.ports(leaf.node)) {
+    const std::string text(port.text);
+    const bool is_number = text.find_first_not_of("-0123456789") == std::string::npos;
+    if (!port.input || is_number || text.find('{') != std::string::npos) continue;
+    const std::string name(port.name);
+    const bool is_of_interface = !port.type.empty() && bt::type_named(port.type) == nullptr;
+    const idl::Enum* words = is_of_interface ? enumerations.find(port.type) : nullptr;
+    if (words == nullptr && !charts.facts(*leaf.chart).is_written(name)) words = sent_as(name, *leaf.chart, services);
+    if (words == nullptr || words->find(text) != nullptr) continue;
+    if (text.starts_with(words->name + ".") && words->find(text.substr(words->name.size() + 1)) != nullptr) continue;
+    std::vector<std::string> known;
+    for (const idl::Enumerator& one : words->enumerators) known.push_back(one.name);
+    const std::string near = did_you_mean(text, known);
+    constexpr std::size_t kShownMax = 8;
+    const std::string all = known.size() <= kShownMax ? fmt::format("; there are {}", fmt::join(known, ", ")) : "";
+    add(diagnostics, near.empty() ? Severity::kWarning : Severity::kError, "check.unknown-word",
+        fmt::format("port \"{}\" of {}: \"{}\" is no {}{}", name, leaf.name, text, words->name,
+                    near.empty() ? all : near),
+        tree.span(leaf.node));
+  }
+}
+
 void check_entries(const bt::Tree& tree, const Project& project, Diagnostics& diagnostics) {
   std::vector<std::string> known;
   const auto is_known = [&](const std::string& leaf) {
@@ -76,8 +176,10 @@ void check_skills(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
                   const std::map<std::string, ServicePlan>& services, const monitor::Vocabulary& vocabulary,
                   const Project& project, ChartMemory& charts, Diagnostics& diagnostics) {
   check_entries(tree, project, diagnostics);
+  check_read(tree, diagnostics);
   // Of services that could not be read it has been said.
   const bool are_services_known = services.size() == project.services.size();
+  Enumerations enumerations(services);
   std::set<std::string> checked;
   // Findings of skills depend on what is called alone.
   monitor::Vocabulary called;
@@ -86,6 +188,7 @@ void check_skills(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
   for (const LeafPlan& leaf : leaves) {
     if (!leaf.chart) continue;
     check_inputs(tree, leaf, !project.plugins.empty(), charts, diagnostics);
+    check_words(tree, leaf, services, enumerations, charts, diagnostics);
     if (!are_services_known || !checked.insert(leaf.chart->file()).second) continue;
     SkillUse use;
     for (const LeafPlan& other : leaves) {

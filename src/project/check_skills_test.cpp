@@ -101,6 +101,110 @@ TEST(CheckMonitors, TellsOfSendsThatNobodyReceives) {
               Contains(HasSubstr("a monitor only watches: nobody receives its <send type=\"thrift\">")));
 }
 
+// A member that what a list holds lacks, wherever the list goes.
+TEST(CheckSkills, KnowsWhatListsHold) {
+  const ExampleEdit part{"interfaces/cell.thrift", "service Camera {\n  string findPart()",
+                         "struct Part { 1: string label, 2: list<i32> sizes }\n"
+                         "service Camera {\n  list<Part> findPart(), map<string, Part> shelf()"};
+  const auto told = [&](const char* condition, const char* assigned = "_event.data.result[0].label") {
+    return told_of("pick-and-place", {part,
+                                      {"skills/Find.scxml", "_event.data.result !== ''", condition},
+                                      {"skills/Find.scxml", "expr=\"_event.data.result\"", assigned}});
+  };
+  const char* const kFound = "expr=\"_event.data.result[0].label\"";
+  EXPECT_THAT(
+      told("_event.data.result[0].lable === 'mug'", kFound),
+      Contains(HasSubstr("_event.data.result[0].lable: Part has no member \"lable\"; did you mean \"label\"?")));
+  EXPECT_THAT(told("_event.data.result[0]['lable'] === 'mug'", kFound), Contains(HasSubstr("no member \"lable\"")));
+  EXPECT_THAT(told("_event.data.result[0].sizes[1] === 'big'", kFound), Contains(HasSubstr("they are never equal")));
+  EXPECT_THAT(told("_event.data.result.length > 0",
+                   "expr=\"''\"/><foreach array=\"_event.data.result\" item=\"one\" index=\"i\"><assign "
+                   "location=\"found\" expr=\"one.lable + i.lable\"/></foreach><log"),
+              Contains(HasSubstr("one.lable: Part has no member \"lable\"")));
+  for (const char* right : {"_event.data.result[0].label === 'mug' || _event.data.result[1].sizes.length > 2",
+                            "_event.data.result[0].sizes[0] > 3 || _event.data.result[0]['label'] !== ''"})
+    EXPECT_THAT(told(right, kFound), Not(Contains(HasSubstr("Find.scxml")))) << right;
+}
+
+TEST(CheckSkills, TellsOfRecordsThatAnInterfaceRefuses) {
+  const auto told = [](const char* argument) {
+    const std::string sent = std::string("event=\"pick\"><param name=\"part\" expr=\"") + argument + "\"/>";
+    return told_of("pick-and-place",
+                   {{"interfaces/cell.thrift", "service Arm {\n  void pick(1: string part)",
+                     "union Thing { 1: string name, 2: i32 number }\nstruct Part { 1: Thing thing, 2: string colour }\n"
+                     "service Arm {\n  void pick(1: Part part)"},
+                    {"skills/Pick.scxml", "event=\"pick\"><param name=\"part\" expr=\"part\"/>", sent.c_str()}});
+  };
+  EXPECT_THAT(told("{thing: {name: 'mug', number: 3}, colour: part}"),
+              Contains(HasSubstr("param \"part\".thing: union Thing holds one member, got \"name\" and \"number\"")));
+  EXPECT_THAT(told("{thing: {name: part}}"), Contains(HasSubstr("Pick.scxml:")));
+  EXPECT_THAT(told("{thing: {name: part}}"), Contains(HasSubstr("param \"part\".colour is missing")));
+  EXPECT_THAT(told("{thing: {name: part}, colour: 'red'}"), Not(Contains(HasSubstr("Pick.scxml:"))));
+}
+
+TEST(CheckSkills, TellsOfPortsThatAreNoWordOfAnInterface) {
+  const auto told = [](const char* bin, const char* type) {
+    const std::string written = std::string("<Place name=\"Place\" bin=\"") + bin + "\"/>";
+    const std::string declared = std::string("name=\"bin\" type=\"") + type + "\"";
+    return told_of("pick-and-place",
+                   {{"interfaces/cell.thrift", "service Arm {", "enum Bin { LEFT, RIGHT }\nservice Arm {"},
+                    {"interfaces/cell.thrift", "place(1: string bin)", "place(1: Bin bin)"},
+                    {"mission.xml", "<Place name=\"Place\" bin=\"left\"/>", written.c_str()},
+                    {"mission.xml", "name=\"bin\" type=\"std::string\"", declared.c_str()}});
+  };
+  for (const char* type : {"std::string", "Bin"}) {
+    EXPECT_THAT(told("LEFFT", type),
+                Contains(HasSubstr("port \"bin\" of Place: \"LEFFT\" is no Bin; did you mean \"LEFT\"?")));
+    EXPECT_THAT(told("middle", type), Contains(HasSubstr("\"middle\" is no Bin; there are LEFT, RIGHT")));
+    for (const char* right : {"LEFT", "Bin.RIGHT", "1", "{part}"})
+      EXPECT_THAT(told(right, type), Not(Contains(HasSubstr("is no Bin")))) << right;
+  }
+}
+
+TEST(CheckSkills, TellsOfEntriesThatNobodyWritesForOtherNodesToo) {
+  EXPECT_THAT(told_of("pick-and-place", {{"mission.xml", "num_cycles=\"3\"", "num_cycles=\"{rounds}\""}}),
+              Contains(HasSubstr("mission.xml:6:7: warning: port \"num_cycles\" of AllParts reads blackboard entry "
+                                 "\"rounds\", which nothing in the tree writes")));
+}
+
+TEST(CheckScenarios, TellOfBreakpointsAtWhatNobodySays) {
+  const auto told = [](const char* message) {
+    const std::string scenario = std::string("timeline:\n  - {at: 1 s, breakpoint: {message: \"") + message + "\"}}\n";
+    return told_of("pick-and-place", {{"scenarios/b.yaml", nullptr, scenario.c_str()}});
+  };
+  EXPECT_THAT(
+      told("arm.pick.rply"),
+      Contains(HasSubstr("b.yaml:2:5: warning: nothing in this project is observed as \"arm.pick.rply\", so it is "
+                         "never reached; did you mean \"arm.pick.reply\"?")));
+  EXPECT_THAT(told("amr.*"), Contains(HasSubstr("never reached")));
+  for (const char* right : {"arm.pick.reply", "arm.*", "*.error", "mission.tick", "Find.log"})
+    EXPECT_THAT(told(right), Not(Contains(HasSubstr("b.yaml")))) << right;
+}
+
+TEST(CheckMonitors, TellOfSourcesThatNeverSaySo) {
+  const auto told = [](const char* on, const char* from) {
+    const std::string entry =
+        std::string("monitors:\n  - {file: m.scxml, events: {seen: {on: ") + on + ", from: \"" + from + "\"}}}";
+    return told_of(
+        "pick-and-place",
+        {{"sentree.yaml", "monitors:", entry.c_str()},
+         {"m.scxml", nullptr,
+          "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\"><state><transition event=\"seen\" "
+          "target=\"violated\"/></state><final id=\"violated\"/></scxml>"}});
+  };
+  EXPECT_THAT(told("arm.pick.request", "Place"),
+              Contains(HasSubstr("event \"seen\" never comes from \"Place\": no leaf that is called so says "
+                                 "arm.pick.request")));
+  EXPECT_THAT(told("Find.log", "Place"), Contains(HasSubstr("never comes from")));
+  EXPECT_THAT(told("arm.pick.request", "Place*"), Contains(HasSubstr("never comes from")));
+  for (const auto& [on, from] : {std::pair("arm.pick.request", "Pick"),
+                                 {"arm.*", "Place"},
+                                 {"Find.*", "Find"},
+                                 {"arm.pick.request", "P*"},
+                                 {"arm.pick.request", "scenario"}})
+    EXPECT_THAT(told(on, from), Not(Contains(HasSubstr("never comes from")))) << on << " " << from;
+}
+
 TEST(CheckSkills, TellsOfAListWithAHole) {
   EXPECT_THAT(told_of("porter", {{"models/porter.scxml", "expr=\"[0, 1, 2]\"", "expr=\"[, 1, 2]\""}}),
               Contains(HasSubstr("nothing between two commas")));

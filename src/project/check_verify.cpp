@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/script_syntax.h"
@@ -18,22 +20,6 @@ namespace {
 using scxml::ScriptNode;
 using scxml::ScriptTree;
 using Node = ScriptNode::Kind;
-
-/// What is known of the choices that a chart makes by pick('NAME', …).
-struct NamedChoices {
-  struct Alternatives {
-    std::vector<Value> values;
-    bool open = false;  ///< Or others, which are computed.
-  };
-  std::map<std::string, Alternatives> by_name;
-  bool open = false;  ///< Or others, whose names are computed.
-
-  [[nodiscard]] std::vector<std::string> names() const {
-    std::vector<std::string> all;
-    for (const auto& [name, alternatives] : by_name) all.push_back(name);
-    return all;
-  }
-};
 
 // As it is written: 4, not 4.0.
 Value number(double number) {
@@ -55,29 +41,69 @@ std::optional<Value> constant_of_script(const ScriptTree& tree, std::uint32_t id
   }
 }
 
-NamedChoices choices_of(const scxml::Chart& chart) {
-  NamedChoices found;
+const std::set<std::string> kChoosing{"choose", "pick", "between", "chance", "draw", "fresh"};
+
+/// What a choice can be.
+struct Alternatives {
+  std::vector<Value> values;
+  bool numbers = false;  ///< Or numbers, which are not listed.
+  bool open = false;     ///< Or others, which are computed.
+
+  void add(const ScriptTree& tree, const ScriptNode& call, std::size_t first) {
+    for (std::size_t i = first; i < call.operands.size(); ++i) {
+      if (auto value = constant_of_script(tree, call.operands[i]))
+        values.push_back(std::move(*value));
+      else
+        open = true;
+    }
+  }
+};
+
+/// What is known of the choices that a chart makes.
+struct KnownChoices {
+  std::map<std::string, Alternatives> by_name;  ///< By pick('NAME', …).
+  bool open = false;                            ///< Or others, whose names are computed.
+  Alternatives all;                             ///< Of all together, those without a name too.
+
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    for (const auto& [name, alternatives] : by_name) names.push_back(name);
+    return names;
+  }
+};
+
+KnownChoices choices_of(const scxml::Chart& chart) {
+  KnownChoices found;
   for (const scxml::Expression& expression : chart.model().expressions) {
     const auto tree = expression.use == scxml::ExpressionUse::kScript ? std::nullopt
                                                                       : scxml::parse_script_expression(expression.text);
-    if (!tree) {
-      found.open = found.open || scxml::names_in_script(expression.text).contains("pick");
-      continue;
-    }
-    for (const ScriptNode& n : tree->nodes) {
-      // A function's body is not looked into.
-      if (n.kind == Node::kOpaque) found.open = found.open || scxml::names_in_script(expression.text).contains("pick");
-      if (n.kind != Node::kCall || tree->path(n.operands[0]) != "pick") continue;
-      if (n.operands.size() < 2 || tree->at(n.operands[1]).kind != Node::kText) {
-        found.open = true;
-        continue;
+    // A function's body is not looked into.
+    const bool is_opaque = !tree || std::any_of(tree->nodes.begin(), tree->nodes.end(),
+                                                [](const ScriptNode& n) { return n.kind == Node::kOpaque; });
+    if (is_opaque) {
+      for (const std::string& name : scxml::names_in_script(expression.text)) {
+        found.open = found.open || name == "pick";
+        found.all.open = found.all.open || kChoosing.contains(name);
       }
-      auto& alternatives = found.by_name[tree->at(n.operands[1]).text];
-      for (std::size_t i = 2; i < n.operands.size(); ++i) {
-        if (auto value = constant_of_script(*tree, n.operands[i]))
-          alternatives.values.push_back(std::move(*value));
+    }
+    if (!tree) continue;
+    for (const ScriptNode& n : tree->nodes) {
+      if (n.kind != Node::kCall) continue;
+      const std::string function = tree->path(n.operands[0]);
+      if (function == "chance") {
+        found.all.values.insert(found.all.values.end(), {Value(false), Value(true)});
+      } else if (function == "choose") {
+        found.all.add(*tree, n, 1);
+      } else if (function == "between") {
+        found.all.numbers = true;
+      } else if (function == "draw") {
+        found.all.open = true;
+      } else if (function == "pick") {
+        found.all.add(*tree, n, 2);
+        if (n.operands.size() >= 2 && tree->at(n.operands[1]).kind == Node::kText)
+          found.by_name[tree->at(n.operands[1]).text].add(*tree, n, 2);
         else
-          alternatives.open = true;
+          found.open = true;
       }
     }
   }
@@ -89,7 +115,7 @@ bool is_same(const Value& a, const Value& b) {
   return to_json(a) == to_json(b);
 }
 
-void check_fair(const VerifySection& verify, const std::map<std::string, NamedChoices>& known,
+void check_fair(const VerifySection& verify, const std::map<std::string, KnownChoices>& known,
                 Diagnostics& diagnostics) {
   std::vector<std::string> all;
   bool open = false;
@@ -107,31 +133,36 @@ void check_fair(const VerifySection& verify, const std::map<std::string, NamedCh
   }
 }
 
-void check_choice(const ScenarioChoice& choice, const NamedChoices& known, Diagnostics& diagnostics) {
-  if (choice.name.empty()) return;
+void check_choice(const ScenarioChoice& choice, const KnownChoices& known, Diagnostics& diagnostics) {
   const auto error = [&](std::string message) {
     diagnostics.push_back({Severity::kError, "scenario.choice", std::move(message), choice.span});
   };
   const auto named = known.by_name.find(choice.name);
-  if (named == known.by_name.end()) {
+  if (named == known.by_name.end() && !choice.name.empty()) {
     if (known.open) return;
     error(fmt::format("model \"{}\" makes no choice called \"{}\"{}", choice.model, choice.name,
                       did_you_mean(choice.name, known.names())));
     return;
   }
-  const auto& alternatives = named->second;
-  if (alternatives.open || std::any_of(alternatives.values.begin(), alternatives.values.end(),
-                                       [&](const Value& value) { return is_same(value, choice.value); }))
+  const Alternatives& alternatives = choice.name.empty() ? known.all : named->second;
+  if (alternatives.open || (alternatives.numbers && choice.value.is_number()) ||
+      std::any_of(alternatives.values.begin(), alternatives.values.end(),
+                  [&](const Value& value) { return is_same(value, choice.value); }))
     return;
-  std::string there;
+  std::vector<std::string> there;
   std::vector<std::string> texts;
   for (const Value& value : alternatives.values) {
-    there += (there.empty() ? "" : ", ") + to_json(value);
+    if (std::string shown = to_json(value); std::find(there.begin(), there.end(), shown) == there.end())
+      there.push_back(std::move(shown));
     if (const std::string* text = value.as_string()) texts.push_back(*text);
   }
+  if (alternatives.numbers) there.emplace_back("numbers");
   const std::string* const text = choice.value.as_string();
-  error(fmt::format("choice \"{}\" of model \"{}\" has no alternative {}; there are {}{}", choice.name, choice.model,
-                    to_json(choice.value), there, text != nullptr ? did_you_mean(*text, texts) : ""));
+  const std::string what =
+      choice.name.empty() ? fmt::format("no choice of model \"{}\" has the alternative", choice.model)
+                          : fmt::format("choice \"{}\" of model \"{}\" has no alternative", choice.name, choice.model);
+  error(fmt::format("{} {}; there are {}{}", what, to_json(choice.value), fmt::join(there, ", "),
+                    text != nullptr ? did_you_mean(*text, texts) : ""));
 }
 
 }  // namespace
@@ -148,7 +179,7 @@ void check_verify(const Scenario& scenario, const InterventionScope& scope, cons
       diagnostics.push_back(std::move(*doubt));
   }
   if (verify.fair.empty() && !scenario.choices) return;
-  std::map<std::string, NamedChoices> known;
+  std::map<std::string, KnownChoices> known;
   for (const auto& [name, chart] : models) known[name] = choices_of(chart);
   // Charts that could not be read have been told, and may make any choice.
   if (models.size() == scenario.project.models.size()) check_fair(verify, known, diagnostics);

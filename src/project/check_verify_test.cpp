@@ -83,6 +83,10 @@ TEST(CheckVerify, ChoicesAreOfTheModelAndItsAlternatives) {
       said("", "{model: robot, number: 1, name: starts_at, value: 5}"),
       ElementsAre("scenarios/one.yaml:3:11: choice \"starts_at\" of model \"robot\" has no alternative 5; there "
                   "are 3, 2"));
+  EXPECT_THAT(
+      said("", "{model: robot, number: 1, value: 36}"),
+      ElementsAre("scenarios/one.yaml:3:11: no choice of model \"robot\" has the alternative 36; there are 3, 2, "
+                  "35, 32, false, true"));
   EXPECT_THAT(said("", "{model: robt, number: 1, name: starts_at, value: 2}"),
               ElementsAre(testing::HasSubstr("has no model \"robt\"; did you mean \"robot\"?")));
 }

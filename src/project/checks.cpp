@@ -6,8 +6,10 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sentree/idl/conform.h"
+#include "sentree/monitor/observed.h"
 
 namespace sentree::project {
 
@@ -357,19 +359,70 @@ void check_gate(const MonitorEntry& entry, const monitor::Model& model,
       entry.gate_span);
 }
 
+namespace {
+
+// Whether an observation of that name may be of one of these leaves.
+bool may_say(const std::vector<std::string>& leaves, const std::string& name, const monitor::Vocabulary& vocabulary,
+             const monitor::Observations& observations) {
+  const auto is_one = [&](const std::string& leaf) {
+    return std::find(leaves.begin(), leaves.end(), leaf) != leaves.end();
+  };
+  const monitor::DataType data = observations.data_of(name);
+  const auto source = std::find_if(data.members.begin(), data.members.end(),
+                                   [](const monitor::DataMember& member) { return member.name == "source"; });
+  if (source == data.members.end() || source->type.words.empty()) return true;
+  if (std::none_of(source->type.words.begin(), source->type.words.end(), is_one)) return false;
+  const std::string call = name.substr(0, name.rfind('.'));
+  const std::string service = call.substr(0, call.rfind('.'));
+  if (!vocabulary.calls || !vocabulary.services.contains(service)) return true;
+  return std::any_of(vocabulary.calls->begin(), vocabulary.calls->end(), [&](const monitor::Vocabulary::Call& made) {
+    return is_one(made.leaf) && made.service == service && call.substr(service.size() + 1) == made.method;
+  });
+}
+
+// Leaves that are meant, and nobody else, and that say nothing of it.
+void check_said(const EventRename& rename, const std::string& pattern, const std::vector<LeafPlan>& all,
+                const monitor::Vocabulary& vocabulary, Diagnostics& diagnostics) {
+  std::vector<std::string> leaves;
+  for (const LeafPlan& leaf : all) {
+    if (matches_pattern(pattern, leaf.name)) leaves.push_back(leaf.name);
+  }
+  const monitor::Observations observations(vocabulary);
+  bool is_known = false;
+  for (const std::string& name : observations.names()) {
+    const bool is_meant = std::any_of(rename.on.begin(), rename.on.end(),
+                                      [&](const std::string& on) { return matches_pattern(on, name); });
+    if (is_meant && may_say(leaves, name, vocabulary, observations)) return;
+    is_known = is_known || is_meant;
+  }
+  if (!is_known) return;  // of that it has been said
+  add(diagnostics, Severity::kWarning, "check.source",
+      fmt::format("event \"{}\" never comes from \"{}\": no leaf that is called so says {}", rename.event, pattern,
+                  fmt::join(rename.on, " or ")),
+      rename.from_span);
+}
+
+}  // namespace
+
 void check_sources(const EventRename& rename, const std::vector<LeafPlan>& leaves,
                    const std::map<std::string, ServicePlan>& services, const Project& project,
-                   Diagnostics& diagnostics) {
+                   const monitor::Vocabulary* vocabulary, Diagnostics& diagnostics) {
   // Without its mission a project has no leaves, which has been said.
   if (leaves.empty()) return;
-  std::vector<std::string> sources = names_of(services);
+  std::vector<std::string> others = names_of(services);
+  for (const ModelEntry& model : project.models) others.push_back(model.name);
+  others.insert(others.end(), std::begin(kReservedNames), std::end(kReservedNames));
+  std::vector<std::string> sources = others;
   for (const LeafPlan& leaf : leaves) sources.push_back(leaf.name);
-  for (const ModelEntry& model : project.models) sources.push_back(model.name);
-  sources.insert(sources.end(), std::begin(kReservedNames), std::end(kReservedNames));
   for (const std::string& pattern : rename.from) {
-    if (std::any_of(sources.begin(), sources.end(),
-                    [&](const std::string& source) { return matches_pattern(pattern, source); }))
+    const auto is_any = [&](const std::vector<std::string>& of) {
+      return std::any_of(of.begin(), of.end(),
+                         [&](const std::string& source) { return matches_pattern(pattern, source); });
+    };
+    if (is_any(sources)) {
+      if (vocabulary != nullptr && !is_any(others)) check_said(rename, pattern, leaves, *vocabulary, diagnostics);
       continue;
+    }
     add(diagnostics, Severity::kError, "check.source",
         fmt::format("event \"{}\" is of nobody: \"{}\" is no leaf of the mission{}", rename.event, pattern,
                     did_you_mean(pattern, sources)),

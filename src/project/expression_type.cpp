@@ -93,7 +93,13 @@ class Reader {
   [[nodiscard]] const ScriptNode& at(std::uint32_t id) const { return tree_.at(id); }
   [[nodiscard]] std::string name_of(std::uint32_t id) const {
     const std::string path = tree_.path(id);
-    return path.empty() ? "it" : path;
+    if (!path.empty()) return path;
+    const ScriptNode& n = at(id);
+    if (n.kind == Node::kMember) return fmt::format("{}.{}", name_of(n.operands[0]), n.text);
+    if (n.kind != Node::kIndex) return "it";
+    const ScriptNode& index = at(n.operands[1]);
+    return fmt::format("{}[{}]", name_of(n.operands[0]),
+                       index.kind == Node::kNumber ? plain_decimal(index.number) : "…");
   }
 
   ExpressionType visit(std::uint32_t id) {
@@ -104,10 +110,12 @@ class Reader {
       case Node::kTruth: return truth();
       case Node::kName: return name(n.text);
       case Node::kMember: return member(id);
-      case Node::kIndex:
-        visit(n.operands[0]);
+      case Node::kIndex: {
+        const ExpressionType object = visit(n.operands[0]);
         visit(n.operands[1]);
-        return {};
+        const ScriptNode& index = at(n.operands[1]);
+        return index.kind == Node::kText ? member_of(object, index.text, name_of(n.operands[0])) : items_of(object);
+      }
       case Node::kCall: return call(id);
       case Node::kRecord: return record(n);
       case Node::kUnary: return unary(n);
@@ -177,6 +185,11 @@ class Reader {
         owner = "a list";
         known.insert(known.end(), functions.begin(), functions.end());
         known.emplace_back("length");
+        continue;
+      }
+      if (!form.items.empty()) {
+        any = true;
+        join(result, of(Form(shared, form.items.begin()->type)));
         continue;
       }
       if (form.kind == TypeKind::kUnknown || form.kind == TypeKind::kOther) return {};
@@ -594,6 +607,15 @@ void join(ExpressionType& into, const ExpressionType& other) {
     return;
   }
   into.forms.insert(into.forms.end(), other.forms.begin(), other.forms.end());
+}
+
+ExpressionType items_of(const ExpressionType& collection) {
+  ExpressionType result{.open = collection.open || collection.forms.empty(), .forms = {}};
+  for (const Form& form : collection.forms) {
+    if (form->items.empty()) return {};
+    join(result, of(Form(form, form->items.begin()->type)));
+  }
+  return result;
 }
 
 ExpressionType read_expression(const ScriptTree& tree, const ExpressionScope& scope, const SourceSpan& span,

@@ -137,7 +137,7 @@ class Preparation {
           known_.findings.add_findings(
               *chart, entry, context,
               [&](Diagnostics& found) {
-                check_model_expressions(entry, known_.findings.facts(*chart), *called, found);
+                check_model_expressions(entry, known_.findings.facts(*chart), services_, *called, found);
               },
               diagnostics);
         }
@@ -323,7 +323,7 @@ class Preparation {
       for (const ModelEntry& model : project_.models) vocabulary_->models.push_back(model.name);
       context = known_.findings.context(*vocabulary_, services_);
     }
-    const monitor::Vocabulary* known = is_known ? &*vocabulary_ : nullptr;
+    const monitor::Vocabulary* known = observed_ = is_known ? &*vocabulary_ : nullptr;
     for (const ObserverEntry& entry : project_.observers) {
       check_address(fmt::format("observer \"{}\"", entry.name), entry.at, entry.span);
       observers_.push_back({.name = entry.name, .at = entry.at, .is_monitor = false});
@@ -356,7 +356,7 @@ class Preparation {
         diagnostics);
     monitor::Spec spec{.name = entry.name, .chart = *chart, .violated = entry.violated, .span = entry.span};
     for (const EventRename& rename : entry.events) {
-      check_sources(rename, leaves_, services_, project_, diagnostics);
+      check_sources(rename, leaves_, services_, project_, vocabulary, diagnostics);
       spec.renames.push_back({rename.event, rename.on, rename.from, rename.data, rename.when, rename.span});
     }
     auto model = monitor::Model::make(std::move(spec));
@@ -414,6 +414,7 @@ class Preparation {
   std::vector<ObserverPlan> observers_;
   std::shared_ptr<const sim::World> world_;
   idl::ServicePtr test_control_;
+  const monitor::Vocabulary* observed_ = nullptr;  // null: not all of it is known
 
  private:
   void check_address(const std::string& what, const std::string& at, const SourceSpan& span) {
@@ -624,7 +625,8 @@ Loaded<Plan> prepare(Scenario scenario, PartCache& known) {
                                 .services = &preparation.services_,
                                 .test_control = preparation.test_control_,
                                 .world = preparation.world_.get(),
-                                .monitors = tree ? &preparation.monitors_ : nullptr};
+                                .monitors = tree ? &preparation.monitors_ : nullptr,
+                                .vocabulary = preparation.observed_};
   for (const Injection& injection : scenario.timeline) {
     if (auto checked = check_intervention(injection.what, scope, injection.span); !checked)
       preparation.diagnostics.push_back(checked.error());

@@ -42,6 +42,14 @@ class DataTypes {
         for (const idl::Enumerator& one : type.enumeration->enumerators) result.words.push_back(one.name);
         break;
       case idl::Kind::kStruct: return record(*type.structure, may_be_absent, depth);
+      case idl::Kind::kList:
+      case idl::Kind::kSet:
+      case idl::Kind::kMap:
+        result.kind = DataType::Kind::kOther;
+        // A map of other keys is a list of pairs.
+        if ((type.key == nullptr || type.key->kind == idl::Kind::kString) && depth < kMembersNestingMax)
+          result.items.push_back({"", of(*type.element, "", true, depth + 1)});
+        break;
       default: result.kind = DataType::Kind::kOther; break;
     }
     return result;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/idl/schema.h"
 #include "sentree/monitor/requirement_types.h"
 #include "sentree/project/chart_facts.h"
 #include "sentree/project/project.h"
@@ -24,6 +25,9 @@ struct ChartEvents {
   /// What a param of a <send type="thrift"> must be: a type, or unknown. Null: that is not looked at.
   std::function<monitor::DataType(const std::string& target, const std::string& event, const std::string& param)>
       param_of = {};
+  /// The same as its interface has it; null: that is not known.
+  std::function<const idl::Type*(const std::string& target, const std::string& event, const std::string& param)>
+      type_of = {};
 };
 
 /// What the expressions of a chart say that cannot be: names that nobody declares, members that the event's data do not
@@ -31,8 +35,9 @@ struct ChartEvents {
 ///
 /// What cannot be told is taken to be right: data that scripts write, events of the chart itself, functions.
 /// Errors: check.unknown-send (of <cancel>), check.delay, check.unknown-name, check.unknown-member, check.unknown-word,
-/// check.never-equal, check.unit. Warnings: check.unknown-word (where other words are possible), check.out-of-range,
-/// check.always-true. Cost: O(size of the chart · events that a transition takes).
+/// check.never-equal, check.unit, idl.* (of records that are sent: `check_literal`). Warnings: check.unknown-word
+/// (where other words are possible), check.out-of-range, check.always-true. Cost: O(size of the chart · events that a
+/// transition takes).
 void check_expressions(const ChartFacts& facts, const ChartEvents& events, Diagnostics& diagnostics);
 
 /// The same of the expressions of a renamed event, whose names are the members of the observations' data.

@@ -24,7 +24,8 @@ void check_monitor(const MonitorEntry& entry, const ChartFacts& facts, const mon
 
 /// What the expressions of a model's chart say of calls and topics that it gets, and of what it answers and publishes.
 /// Errors: those of `check_expressions`.
-void check_model_expressions(const ModelEntry& entry, const ChartFacts& facts, const monitor::Vocabulary& vocabulary,
+void check_model_expressions(const ModelEntry& entry, const ChartFacts& facts,
+                             const std::map<std::string, ServicePlan>& services, const monitor::Vocabulary& vocabulary,
                              Diagnostics& diagnostics);
 
 /// <send>s of a skill or a model that nobody receives. Error: check.unknown-receiver.

@@ -13,9 +13,10 @@ namespace sentree::project {
 
 /// The skills' charts against what they are fed with: events, expressions, outcomes, and inputs that have no value.
 ///
-/// Errors: check.missing-input, check.unwritten-entry, those of `check_skill_events`. Warnings: check.unwritten-entry
-/// of what the skill can do without, check.unused-skill (an entry of `skills:` that no leaf uses; an error if it is a
-/// leaf's name misspelt).
+/// Errors: check.missing-input, check.unwritten-entry, check.unknown-word (of a port that is a word of an interface),
+/// those of `check_skill_events`. Warnings: check.unwritten-entry of what the skill can do without and of other nodes,
+/// check.unknown-word where it is near to none, check.unused-skill (an entry of `skills:` that no leaf uses; an error
+/// if it is a leaf's name misspelt).
 void check_skills(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
                   const std::map<std::string, ServicePlan>& services, const monitor::Vocabulary& vocabulary,
                   const Project& project, ChartMemory& charts, Diagnostics& diagnostics);

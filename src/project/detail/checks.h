@@ -36,10 +36,11 @@ void check_tolerances(const std::vector<LeafPlan>& leaves, const sim::World& wor
 void check_gate(const MonitorEntry& entry, const monitor::Model& model,
                 const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
 
-/// A source (`from:`) of a monitor's event that nobody in the project is.
+/// A source (`from:`) of a monitor's event that nobody in the project is, or that says nothing of what it is to say.
+/// @param vocabulary  Null: it is not known who says what.
 void check_sources(const EventRename& rename, const std::vector<LeafPlan>& leaves,
                    const std::map<std::string, ServicePlan>& services, const Project& project,
-                   Diagnostics& diagnostics);
+                   const monitor::Vocabulary* vocabulary, Diagnostics& diagnostics);
 
 /// Places that the mission names and the world does not have.
 void check_locations(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, const sim::World& world,

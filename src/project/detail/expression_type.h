@@ -41,6 +41,9 @@ struct ExpressionType {
 /// Or what `other` is.
 void join(ExpressionType& into, const ExpressionType& other);
 
+/// What a list holds, or a map under any name: nothing of it need be there.
+[[nodiscard]] ExpressionType items_of(const ExpressionType& collection);
+
 /// What the names of an expression mean.
 struct ExpressionScope {
   const std::map<std::string, ExpressionType, std::less<>>* names = nullptr;  ///< Declared.
