@@ -161,6 +161,13 @@ Value Workshop::Impl::summary() const {
   }
   List names;
   for (const std::string& name : scenarios) names.emplace_back(name);
+  bool expects = false;
+  List unmet;
+  if (shadow) {
+    const project::Scenario& ran = shadow->plan.scenario;
+    expects = ran.mission || !ran.mission_reason.empty() || !ran.verdicts.empty();
+    unmet.assign(shadow->report.unmet.begin(), shadow->report.unmet.end());
+  }
   return Map{{"type", "design"},
              {"project", folder.filename().string()},
              {"files", std::move(files)},
@@ -180,7 +187,9 @@ Value Workshop::Impl::summary() const {
                             {"current", shadow != nullptr && shadow_of == revision},
                             {"problem", shadow_problem},
                             {"ended", shadow ? shadow->report.ended.time_since_epoch().count() : std::int64_t{0}},
-                            {"differences", std::move(differences)}}}};
+                            {"differences", std::move(differences)},
+                            {"expects", expects},
+                            {"unmet", std::move(unmet)}}}};
 }
 
 void Workshop::Impl::tell_document(const std::string& file) {

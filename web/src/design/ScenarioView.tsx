@@ -105,14 +105,21 @@ export default function ScenarioView({ doc }: { doc: Doc }) {
     if (value) go_to(doc.places.byte(value.from));
   };
   const move = ({ i, at, time_ns }: Injection, to_ns: number, meant_of?: number) => (to_ns === time_ns ? Promise.resolve(true) : set_value(["timeline", i, "at"], duration_like(to_ns, at?.text ?? "s"), meant_of));
+  /** Then the entry beside it is chosen. */
   const remove = (i: number) => {
+    const left = injections.length - 1;
     useScenario.setState({ chosen: null });
-    void gesture({ what: "yaml_remove", path: ["timeline", i] });
+    void gesture({ what: "yaml_remove", path: ["timeline", i] }).then((done) => done && left > 0 && useScenario.setState({ chosen: Math.min(i, left - 1) }));
   };
   const insert = (kind: InterventionKind, time_ns: number) => {
     const later = injections.findIndex((one) => (one.time_ns ?? 0) > time_ns);
     const index = later < 0 ? injections.length : later;
-    void gesture({ what: "yaml_insert", path: ["timeline"], index, value: { at: duration_like(time_ns, "s"), ...new_injection(kind) } }).then((done) => done && useScenario.setState({ chosen: index }));
+    void gesture({ what: "yaml_insert", path: ["timeline"], index, value: { at: duration_like(time_ns, "s"), ...new_injection(kind) } }).then((done) => {
+      if (!done) return;
+      useScenario.setState({ chosen: index });
+      // The next keys are of what was added.
+      svg.current?.focus({ preventScroll: true });
+    });
   };
   const insert_now = (kind: InterventionKind) => insert(kind, Math.min(Math.round((now ?? 0) / kGrid_ns) * kGrid_ns, end));
   const follow = (event: React.PointerEvent, start: (time_ns: number, moved: PointerEvent) => Drag, drop: (dragged: Drag) => void) =>
@@ -276,6 +283,7 @@ function Expectations({ scenario, text }: { scenario: ScenarioText; text: string
   const model = useStudio((studio) => studio.index?.model ?? null);
   const expect = entry(scenario.root, "expect");
   const monitors = entry(expect, "monitors");
+  const shadow = useDesign(({ summary, file }) => (summary?.shadow.current && file === `scenarios/${summary.scenario}.yaml` ? summary.shadow : null));
   const names = [...new Set([...(monitors?.entries.map(([name]) => name) ?? []), ...names_of(model).monitors])];
   return (
     <section className="scenario-expect" aria-label="What is expected">
@@ -287,6 +295,11 @@ function Expectations({ scenario, text }: { scenario: ScenarioText; text: string
           <ChoiceField key={name} label={name} path={["expect", "monitors", name]} written={typed_text(entry(monitors, name), text)} options={kVerdicts} hint="anything" />
         ))}
       </Editable>
+      {shadow?.unmet.map((one) => (
+        <p key={one} className="inspector-finding error" data-testid="unmet">
+          {one}
+        </p>
+      ))}
     </section>
   );
 }

@@ -1,4 +1,5 @@
 import { clock_text } from "../draw/format";
+import { MissionStatus } from "../panels/mission/MissionStatus";
 import { go_to_violation } from "../panels/violation/violations";
 import { MenuButton } from "../picture/PictureTools";
 import type { Violation } from "../protocol/types";
@@ -74,6 +75,7 @@ export function ShadowStrip() {
         )
       )}
       <span className="header-space" />
+      {on_show === "" && <Expected />}
       <Verdicts />
       <TimelineSwitch />
     </div>
@@ -133,6 +135,30 @@ export function Happened() {
   );
 }
 
+/** Whether the shadow run came out as its scenario expects. */
+function Expected() {
+  const shadow = useDesign((state) => state.summary?.shadow);
+  const file = useDesign((state) => `scenarios/${state.summary?.scenario ?? ""}.yaml`);
+  if (!shadow?.ready || !shadow.current) return null;
+  const { expects, unmet } = shadow;
+  if (unmet.length > 0)
+    return (
+      <span className="expected" data-testid="expected">
+        <MenuButton
+          label={`Not as the scenario expects: ${unmet.join("; ")}`}
+          data_view="expected"
+          text={`✗ ${unmet.length} unexpected`}
+          entries={unmet.map((one) => ({ label: one, run: () => void open_file(file) }))}
+        />
+      </span>
+    );
+  return expects ? (
+    <span className="badge satisfied expected" data-testid="expected" title="Mission and monitors came out as the scenario expects">
+      ✓ as expected
+    </span>
+  ) : null;
+}
+
 function Verdicts() {
   const monitors = useStudio((studio) => studio.state?.monitors);
   const time = useStudio((studio) => studio.state?.time ?? 0);
@@ -143,6 +169,9 @@ function Verdicts() {
     <ul className="verdict-chips" aria-label={`Verdicts at ${clock_text(time)}`}>
       <li className="mono muted" data-testid="design-clock">
         {clock_text(time)}
+      </li>
+      <li className="how">
+        <MissionStatus />
       </li>
       {Object.entries(monitors).map(([name, { verdict }]) => {
         const violation = violations.find(({ monitor }) => monitor === name);

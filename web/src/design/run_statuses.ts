@@ -44,10 +44,9 @@ export const statuses_of = (code: number): [now: number, last: number] => [code 
 /** By element, its `status_code` in the run that goes on, or in the recording on show. */
 export function useRunStatuses(tree: OutlineTree): ReadonlyMap<number, number> {
   const recorded = useMode(({ runs }) => runs.on_show !== "");
-  // Of the shadow run too, while one looks at what happened in it.
-  const happened = useMode((state) => state.happened);
-  const told = useStudio(({ violations }) => violations.some(({ monitor }) => monitor === happened));
-  const shown = recorded || told;
+  // Of the shadow run too, while one looks at a moment of it: beside its end the tree is only what is edited.
+  const looked_at = useStudio(({ state }) => state !== null && !state.live);
+  const shown = recorded || looked_at;
   const ran = useStudio(({ index }) => index?.model.tree);
   const now = useStudio(({ state }) => (shown ? state?.tree : undefined));
   const of_run = useMemo(() => (shown && ran ? nodes_of_run(tree, ran.nodes, ran.id) : kNone), [shown, tree, ran]);

@@ -302,6 +302,8 @@ export const Design = object({
     problem: string(),
     ended: Time,
     differences: or_null(Type.Array(RunDifference, { description: "From the run with what is saved; the first of each part" })),
+    expects: Type.Boolean({ description: "Its scenario says what is to come out" }),
+    unmet: Type.Array(string(), { description: "What did not, one sentence each" }),
   }),
 });
 export const OutlineNode = object({

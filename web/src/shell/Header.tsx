@@ -5,7 +5,7 @@ import { ask, retry } from "../store/store";
 import { clock_text, duration_text } from "../draw/format";
 import { useCommand } from "../widgets/commands";
 import { Dialog } from "../widgets/Dialog";
-import { Icon, type IconName } from "../widgets/Icon";
+import { Icon } from "../widgets/Icon";
 import { MenuButton } from "../picture/PictureTools";
 import { open_help } from "./Help";
 import { open_palette } from "./Palette";
@@ -13,25 +13,8 @@ import { Panels } from "./Panels";
 import { open_what_if } from "./WhatIf";
 import { kSpeeds, next_tick, run_again, stop_run, toggle_running } from "../widgets/run_commands";
 import { toggle_theme, useTheme } from "../widgets/theme";
+import { MissionStatus } from "../panels/mission/MissionStatus";
 import { useViolations } from "../panels/violation/violations";
-
-const kMissionClass: Record<string, string> = { RUNNING: "running", SUCCESS: "success", FAILURE: "failure", HALTING: "halting" };
-const kMissionIcon: Record<string, IconName> = { RUNNING: "play", SUCCESS: "check", FAILURE: "cross" };
-
-function Mission() {
-  const status = useStudio((studio) => studio.state?.run.mission ?? "");
-  const reason = useStudio((studio) => studio.state?.run.reason ?? "");
-  // Ended from outside: by its time limit, or by a person.
-  const cut = useStudio(({ state }) => state?.run.state === "ended" && state.live) && status === "RUNNING";
-  if (!status) return null;
-  return (
-    <span className={`badge mission-badge ${cut ? "" : (kMissionClass[status] ?? "")}`} data-testid="mission-status" title={cut ? "The run ended before the mission did" : reason || "Status of the mission"}>
-      <Icon name={cut ? "minus" : (kMissionIcon[status] ?? "minus")} />
-      {cut ? `${status} at the end` : status}
-      {reason && <span className="reason ellipsis">{reason}</span>}
-    </span>
-  );
-}
 
 function Clock() {
   const time = useStudio((studio) => studio.state?.time ?? 0);
@@ -264,7 +247,7 @@ export function Header() {
       </h1>
       <ModeSwitch />
       <Recording />
-      {!designs && <Mission />}
+      {!designs && <MissionStatus />}
       {!designs && <Violations />}
       <span className="header-space" />
       {!designs && <Presence />}
