@@ -52,6 +52,47 @@ bool is_name(std::string_view name) {
          });
 }
 
+// As a document of their own: the nodes are the children of `parent`.
+struct Pasted {
+  XmlDocument document;
+  XmlElement parent;
+};
+
+Result<Pasted> pasted_nodes(std::string xml) {
+  std::erase(xml, '\r');
+  // The declaration of a file stands at its beginning only.
+  if (const std::size_t begin = xml.find_first_not_of(" \t\n"); begin != std::string::npos &&
+                                                                 xml.compare(begin, 5, "<?xml") == 0)
+    xml.erase(0, xml.find("?>") == std::string::npos ? begin : xml.find("?>") + 2);
+  // Who selects from the first '<' on leaves the first line without the indentation that the last has.
+  xml.erase(0, std::min(xml.find_first_not_of('\n'), xml.size()));
+  xml.erase(xml.find_last_not_of(" \t\n") + 1);
+  if (const std::size_t line = xml.rfind('\n'); xml.starts_with('<') && line != std::string::npos)
+    xml.insert(0, xml.substr(line + 1, xml.find_first_not_of(" \t", line + 1) - line - 1));
+  auto document = XmlDocument::parse(fmt::format("<pasted>\n{}\n</pasted>", xml), {}, {.lenient = true});
+  if (!document || document->root().children().empty())
+    return fail("design.no-nodes", "what was copied is no XML of nodes");
+  XmlElement parent = document->root();
+  const auto trees_in = [](const XmlElement& element) {
+    std::vector<XmlElement> trees;
+    for (const XmlElement& child : element.children()) {
+      if (child.name() == "BehaviorTree") trees.push_back(child);
+    }
+    return trees;
+  };
+  if (parent.first_child().name() == "root") parent = parent.first_child();
+  const auto trees = trees_in(parent);
+  if (trees.size() > 1)
+    return fail("design.no-nodes", fmt::format("what was copied has {} trees; paste it into the text", trees.size()));
+  if (trees.size() == 1) parent = trees.front();
+  for (const XmlElement& node : parent.children()) {
+    if (node.name() == "root" || node.name() == "BehaviorTree" || node.name() == "TreeNodesModel")
+      return fail("design.no-nodes", fmt::format("<{}> is no node of a tree", node.name()));
+  }
+  if (parent.children().empty()) return fail("design.no-nodes", "there is no node in what was copied");
+  return Pasted{std::move(*document), parent};
+}
+
 // Makes the edits of one document.
 class TreeEditor {
  public:
@@ -212,6 +253,55 @@ class TreeEditor {
     const bool is_main = document_.root().attribute("main_tree_to_execute").value_or("") == id;
     if (uses == 1 && !is_main && tree.children().size() == 1 && !is_in(*node, tree)) edits_.take_out(tree);
     return done(fmt::format("put the tree {} in the place of {}", id, shown(*node)));
+  }
+
+  Result<GestureResult> operator()(const PasteNodes& paste) {
+    const auto parent = parent_of(paste.at);
+    if (!parent) return tl::unexpected(parent.error());
+    const auto pasted = pasted_nodes(paste.xml);
+    if (!pasted) return tl::unexpected(pasted.error());
+    const auto nodes = pasted->parent.children();
+    if (auto room = check_room(*parent, nodes.size(), {}); !room) return tl::unexpected(room.error());
+    const ElementEdits written(pasted->document);
+    std::string xml;
+    for (const XmlElement& node : nodes) {
+      if (auto ok = check_recursion(*parent, subtrees_in(node)); !ok) return tl::unexpected(ok.error());
+      xml += (xml.empty() ? "" : "\n") + written.text_of(node);
+    }
+    edits_.put(*parent, paste.at.index, xml);
+    const std::string what =
+        nodes.size() == 1 ? shown(nodes.front()) : fmt::format("{} nodes", nodes.size());
+    return done(fmt::format("paste {} under {}", what, shown(*parent)));
+  }
+
+  Result<GestureResult> operator()(const AddTree& add) {
+    if (!is_name(add.id)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a tree", add.id));
+    if (tree_of(add.id)) return fail("design.bad-name", fmt::format("there is a tree {} already", add.id));
+    const auto siblings = document_.root().children();
+    std::size_t behind = 0;
+    for (std::size_t i = 0; i < siblings.size(); ++i) {
+      if (siblings[i].name() == "BehaviorTree") behind = i + 1;
+    }
+    edits_.put(document_.root(), behind, fmt::format("<BehaviorTree ID=\"{}\"/>", add.id));
+    return done("add a tree " + add.id);
+  }
+
+  Result<GestureResult> operator()(const DeleteTree& gesture) {
+    const auto tree = element_at(gesture.tree);
+    if (!tree) return tl::unexpected(tree.error());
+    if (tree->name() != "BehaviorTree")
+      return fail("design.no-such-node", fmt::format("<{}> is no tree", tree->name()));
+    const std::string id(tree->attribute("ID").value_or(""));
+    if (document_.root().attribute("main_tree_to_execute").value_or("") == id)
+      return fail("design.used", fmt::format("the tree {} is the main one", id));
+    std::size_t uses = 0;
+    for (const XmlElement& element : elements_)
+      uses += is_subtree(element.name()) && id_of(element) == id && !is_in(element, *tree) ? 1 : 0;
+    if (uses > 0)
+      return fail("design.used", fmt::format("{} SubTree{} of the tree {}; delete {} first", uses,
+                                             uses == 1 ? " is" : "s are", id, uses == 1 ? "it" : "them"));
+    edits_.take_out(*tree);
+    return done("delete the tree " + id);
   }
 
  private:

@@ -103,12 +103,27 @@ struct ExtractTree {
   std::uint32_t node = 0;
   std::string id;  ///< Of the new tree.
 };
+/// Nodes written elsewhere, as another file or another editor has them: one or several elements; a <BehaviorTree>, or a
+/// file of one, stands for what is in it.
+struct PasteNodes {
+  std::string xml;
+  Slot at;
+};
+/// Without nodes, behind the others.
+struct AddTree {
+  std::string id;
+};
+/// A tree that no SubTree of the file is of, nor the main one.
+struct DeleteTree {
+  std::uint32_t tree = 0;  ///< Element.
+};
 /// A SubTree: the nodes of its tree take its place. The tree goes too, if no other SubTree of the file is of it.
 struct InlineTree {
   std::uint32_t node = 0;
 };
 using TreeGesture =
-    std::variant<InsertNode, DeleteNode, MoveNode, WrapNode, UnwrapNode, SetAttribute, ExtractTree, InlineTree>;
+    std::variant<InsertNode, DeleteNode, MoveNode, WrapNode, UnwrapNode, SetAttribute, ExtractTree, InlineTree,
+                 PasteNodes, AddTree, DeleteTree>;
 
 struct GestureResult {
   TextEdits edits;
@@ -119,8 +134,8 @@ struct GestureResult {
 /// order and quotes of attributes, line ends. A node that gets a line of its own is indented like its neighbours.
 ///
 /// Errors: those of `outline_of`; design.no-such-node; design.arity (a parent that takes no more children, or none),
-/// design.inside-itself (a node into itself, a SubTree into its own tree), design.bad-name, design.nothing-to-do. The
-/// message says why, for whoever drags.
+/// design.inside-itself (a node into itself, a SubTree into its own tree), design.bad-name, design.nothing-to-do,
+/// design.no-nodes (what is pasted), design.used (a tree that is deleted). The message says why, for whoever drags.
 /// Cost: O(size).
 [[nodiscard]] Result<GestureResult> edit_tree(std::string_view xml, const TreeGesture& gesture, const Kinds& kinds,
                                               const std::string& file = {});

@@ -139,6 +139,42 @@ TEST(TreeEdit, SaysWhyADropIsImpossible) {
   EXPECT_THAT(edited(kFile, UnwrapNode{element(kFile, "A")}), HasSubstr("delete it instead"));
 }
 
+TEST(TreeEdit, PastesWhatOtherFilesAndEditorsHave) {
+  const std::uint32_t all = element(kFile, "All");
+  const auto pasted = [&](const std::string& xml, std::size_t index = 0) {
+    return edited(kFile, PasteNodes{xml, {all, index}});
+  };
+  // Several nodes, at the place's indentation; what is inside keeps its own.
+  EXPECT_THAT(pasted("      <Fallback>\r\n        <!-- why -->\r\n        <A/>\r\n      </Fallback>\r\n      <B/>\r\n"),
+              HasSubstr("<Sequence name=\"All\">\n      <Fallback>\n        <!-- why -->\n        <A/>\n      </Fallback>\n"
+                        "      <B/>\n"));
+  EXPECT_THAT(pasted("<Fallback>\n          <A/>\n        </Fallback>"),
+              HasSubstr("<Sequence name=\"All\">\n      <Fallback>\n        <A/>\n      </Fallback>\n"));
+  // A tree, or a file with one, stands for what is in it.
+  const std::string file = R"(<?xml version="1.0"?><root BTCPP_format="4"><BehaviorTree ID="X"><Fallback name="f"/>)"
+                           R"(</BehaviorTree><TreeNodesModel><Action ID="A"/></TreeNodesModel></root>)";
+  EXPECT_THAT(pasted(file, 3), HasSubstr("<SubTree ID=\"Other\"/>\n      <Fallback name=\"f\"/>\n    </Sequence>"));
+  EXPECT_EQ(edit_tree(kFile, PasteNodes{file, {all, 0}}, builtin_kinds())->name, "paste f under All");
+  EXPECT_EQ(edit_tree(kFile, PasteNodes{"<A/><B/>", {all, 0}}, builtin_kinds())->name, "paste 2 nodes under All");
+  for (const char* nothing : {"", "plain text", "<A", "<!-- only that -->", "<?xml", "<root/>"})
+    EXPECT_THAT(pasted(nothing), testing::AnyOf(HasSubstr("no XML of nodes"), HasSubstr("no node"))) << nothing;
+  EXPECT_THAT(pasted("<root><BehaviorTree ID='x'/><BehaviorTree ID='y'/></root>"), HasSubstr("2 trees"));
+  EXPECT_THAT(pasted("<TreeNodesModel/>"), HasSubstr("no node of a tree"));
+  EXPECT_THAT(pasted("<SubTree ID=\"Main\"/>"), HasSubstr("would contain itself"));
+  EXPECT_THAT(edited(kFile, PasteNodes{"<A/>", {element(kFile, "Inverter"), 0}}), HasSubstr("one child only"));
+}
+
+TEST(TreeEdit, AddsATreeAndDeletesItAgain) {
+  const std::string with = edited(kFile, AddTree{"Third"});
+  EXPECT_THAT(with, HasSubstr("</BehaviorTree>\n  <BehaviorTree ID=\"Third\"/>\n  <TreeNodesModel>"));
+  EXPECT_EQ(edited(with, DeleteTree{element(with, "Third")}), kFile);
+  EXPECT_THAT(edited(kFile, AddTree{"Other"}), HasSubstr("there is a tree Other already"));
+  EXPECT_THAT(edited(kFile, AddTree{"no name"}), HasSubstr("is no name of a tree"));
+  EXPECT_THAT(edited(kFile, DeleteTree{outline_of(kFile, builtin_kinds())->trees[1].element}), HasSubstr("1 SubTree is of the tree Other"));
+  EXPECT_THAT(edited(kFile, DeleteTree{element(kFile, "Main")}), HasSubstr("the main one"));
+  EXPECT_THAT(edited(kFile, DeleteTree{element(kFile, "All")}), HasSubstr("is no tree"));
+}
+
 TEST(TreeEdit, KeepsLineEndsOfOtherSystems) {
   std::string crlf;
   for (const char c : kFile) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);

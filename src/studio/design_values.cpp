@@ -409,6 +409,9 @@ Result<design::TreeGesture> gesture_of(const Value& gesture) {
   if (what == "unwrap") return design::UnwrapNode{node};
   if (what == "extract") return design::ExtractTree{node, string_of(gesture, "id")};
   if (what == "inline") return design::InlineTree{node};
+  if (what == "paste") return design::PasteNodes{string_of(gesture, "xml"), slot};
+  if (what == "add_tree") return design::AddTree{string_of(gesture, "id")};
+  if (what == "delete_tree") return design::DeleteTree{node};
   if (what == "set") {
     const Value* value = gesture.find("value");
     const bool given = value != nullptr && value->as_string() != nullptr;

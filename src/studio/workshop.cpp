@@ -249,7 +249,8 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return value;
   }
   if (op == "design_palette")
-    return Value(Map{{"nodes", palette_value(kinds, own)}, {"places", places}, {"interfaces", interfaces}});
+    return Value(
+        Map{{"nodes", palette_value(kinds, own)}, {"places", places}, {"interfaces", interfaces}, {"charts", charts}});
   if (op == "design_read") {
     const design::Document* document = workspace.find(file);
     if (document == nullptr) return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
@@ -274,7 +275,9 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return Value(Map{{"version", number(workspace.find(file)->version)}});
   }
   if (op == "design_gesture") return edit_by_gesture(asked);
-  if (op == "design_rename") return rename_place(asked.text("location"), asked.text("to"));
+  if (op == "design_rename")
+    return asked.has("tree") ? rename(lsp::SymbolKind::kTree, asked.text("tree"), asked.text("to"))
+                             : rename(lsp::SymbolKind::kLocation, asked.text("location"), asked.text("to"));
   if (op == "design_rename_file") return rename_file(file, asked.text("to"));
   if (op == "design_uses") return uses_of(file);
   if (op == "design_complete" || op == "design_explain")

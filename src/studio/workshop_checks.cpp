@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sentree/base/json.h"
+#include "sentree/project/mission_tree.h"
 #include "sentree/project/skill_models.h"
 #include "sentree/studio/detail/design_values.h"
 #include "sentree/studio/detail/workshop.h"
@@ -33,6 +34,20 @@ Loaded<project::Scenario> Workshop::Impl::chosen_scenario(const std::string& nam
   return chosen;
 }
 
+// By ID, and by name where `skills:` has that; of those whose chart is a file of the project.
+Map Workshop::Impl::charts_of(const project::Project& project, const std::vector<bt::NodeModel>& skills,
+                              const Texts& texts) const {
+  Map found;
+  const auto add = [&](const std::string& leaf) {
+    const project::FileRef file = project::skill_file(project, project.skill(leaf, leaf), leaf);
+    const std::string inside = design::file_inside(folder, (folder / file.path).lexically_normal().string());
+    if (texts.texts.contains(inside)) found[leaf] = inside;
+  };
+  for (const bt::NodeModel& skill : skills) add(skill.id);
+  for (const project::SkillEntry& entry : project.skills) add(entry.leaf);
+  return found;
+}
+
 // What pages are offered.
 void Workshop::Impl::learn(const Texts& texts, const project::Project& project) {
   const auto models = project::skill_models(project);
@@ -48,6 +63,7 @@ void Workshop::Impl::learn(const Texts& texts, const project::Project& project) 
   interfaces = std::move(services);
   if (models.value) {
     own = *models.value;
+    charts = charts_of(project, own, texts);
     kinds = design::Kinds(own);
     std::string told = to_json(palette_value(kinds, own));
     if (told != palette) {

@@ -127,12 +127,14 @@ Result<Value> Workshop::Impl::rename_file(const std::string& file, const std::st
                    {"saved", List(saved.begin(), saved.end())}});
 }
 
-Result<Value> Workshop::Impl::rename_place(const std::string& location, const std::string& to) {
+Result<Value> Workshop::Impl::rename(lsp::SymbolKind kind, const std::string& name, const std::string& to) {
   index.refresh(workspace.overlay());
-  const lsp::Symbol place{lsp::SymbolKind::kLocation, location};
-  if (!index.names().locations.contains(location))
-    return fail("studio.request", fmt::format("the world has no location or area \"{}\"", location));
-  const auto renaming = lsp::rename(index, place, to);
+  const lsp::Symbol symbol{kind, name};
+  if (kind == lsp::SymbolKind::kTree ? index.places_of(symbol).empty() : !index.names().locations.contains(name))
+    return fail("studio.request", kind == lsp::SymbolKind::kTree
+                                      ? fmt::format("there is no tree \"{}\"", name)
+                                      : fmt::format("the world has no location or area \"{}\"", name));
+  const auto renaming = lsp::rename(index, symbol, to);
   if (!renaming) return tl::unexpected(renaming.error());
   auto renamed = renamed_texts(*renaming);
   if (!renamed) return tl::unexpected(renamed.error());
@@ -140,7 +142,7 @@ Result<Value> Workshop::Impl::rename_place(const std::string& location, const st
   std::vector<std::string> files;
   for (const auto& text : texts) files.push_back(text.file);
   if (!texts.empty()) {
-    if (auto put = workspace.put(texts, fmt::format("rename {} to {}", location, to)); !put)
+    if (auto put = workspace.put(texts, fmt::format("rename {} to {}", name, to)); !put)
       return tl::unexpected(put.error());
     changed(files);
   }

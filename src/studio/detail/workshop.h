@@ -43,8 +43,8 @@ struct Workshop::Impl {
   Result<Value> carry_out(const std::string& op, const Value& request);
   Result<Value> edit_by_gesture(const AskedEdit& asked);
   Result<Value> add(const AskedEdit& asked);
-  /// Of the world, wherever it is named, in one step.
-  Result<Value> rename_place(const std::string& location, const std::string& to);
+  /// Of a place of the world, or a tree, wherever it is named, in one step.
+  Result<Value> rename(lsp::SymbolKind kind, const std::string& name, const std::string& to);
   /// Of a file, with what names it, in one step.
   Result<Value> rename_file(const std::string& file, const std::string& to);
   /// Who names a file, or goes with it.
@@ -98,6 +98,8 @@ struct Workshop::Impl {
   [[nodiscard]] Loaded<project::Plan> prepared(Loaded<project::Scenario> chosen);
   [[nodiscard]] Loaded<project::Scenario> chosen_scenario(const std::string& name,
                                                           const Loaded<project::Project>& project) const;
+  [[nodiscard]] Map charts_of(const project::Project& project, const std::vector<bt::NodeModel>& skills,
+                              const Texts& texts) const;
   [[nodiscard]] std::string as_read(std::string message) const;
   void keep_findings(const Texts& texts, const Diagnostics& found, bool whole);
   void judge_past(const Texts& texts, const project::Plan& plan);
@@ -117,6 +119,7 @@ struct Workshop::Impl {
   std::uint64_t palettes = 0;  // that there were; of the worker
   List places;                 // of the world, for completion
   List interfaces;             // of services, too
+  Map charts;                  // by ID or name of leaves: files that the scenario has run
   std::set<std::string> open;  // files whose text some page has asked for
   std::vector<design::Finding> findings;
   std::string scenario;  // file; empty: the mission as it stands

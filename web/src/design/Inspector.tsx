@@ -1,8 +1,8 @@
 import { useState } from "react";
 
-import type { OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
+import type { Finding, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
 import { Icon } from "../widgets/Icon";
-import { add_part, findings_at, findings_of, fix, gesture, node_of, open_file, tree_of, useDesign, kNoFiles } from "./design";
+import { add_part, chart_of, default_chart, findings_at, findings_of, fix, gesture, node_of, open_file, rename_tree, show_tree, tree_of, useDesign } from "./design";
 import { Editable } from "./Editable";
 import { Options, TextField } from "./TextField";
 
@@ -15,6 +15,7 @@ export function Inspector() {
   if (!node || !tree) {
     return (
       <div className="inspector-empty muted">
+        {tree && <TreeForm key={tree.id} tree={tree} />}
         <p>Choose a node to see its ports.</p>
         <dl className="keys">
           <Key keys="Enter" what="add a sibling" />
@@ -35,6 +36,38 @@ export function Inspector() {
   return <NodeForm key={`${node.element}`} node={node} tree={tree} />;
 }
 
+/** The tree as a whole. */
+function TreeForm({ tree }: { tree: OutlineTree }) {
+  const [name, set_name] = useState("");
+  const is_only = useDesign((state) => (state.file === null ? 0 : (state.docs[state.file]?.shown_trees?.length ?? 0)) < 2);
+  const add = () => {
+    if (name.trim() !== "") void gesture({ what: "add_tree", id: name.trim() }).then((done) => done && set_name(""));
+  };
+  return (
+    <form className="tree-form" aria-label="Tree" onSubmit={(event) => event.preventDefault()} data-testid="tree-form">
+      <h2 className="inspector-title">
+        <span className="ellipsis">{tree.id}</span>
+        <span className="badge">tree</span>
+      </h2>
+      <Editable>
+        <TextField id="design-tree-id" label="name, here and wherever it is named" value={tree.id} tell={(to) => to !== "" && void rename_tree(tree.id, to)} />
+        {!is_only && (
+          <button type="button" className="button small" onClick={() => void gesture({ what: "delete_tree", node: tree.element })}>
+            Delete the tree {tree.id}
+          </button>
+        )}
+        <div className="inspector-field add">
+          <label htmlFor="design-new-tree">new tree</label>
+          <input id="design-new-tree" className="field" placeholder="its name" spellCheck={false} value={name} onChange={(event) => set_name(event.target.value)} onKeyDown={(event) => event.key === "Enter" && add()} />
+          <button type="button" className="button small" disabled={name.trim() === ""} onClick={add}>
+            Add a tree
+          </button>
+        </div>
+      </Editable>
+    </form>
+  );
+}
+
 function Key({ keys, what }: { keys: string; what: string }) {
   return (
     <div>
@@ -50,8 +83,7 @@ function NodeForm({ node, tree }: { node: OutlineNode; tree: OutlineTree }) {
   const model = useDesign((state) => state.palette.find(({ id }) => id === node.id) ?? null);
   const summary = useDesign((state) => state.summary);
   const file = useDesign((state) => state.file);
-  const files = useDesign((state) => state.summary?.files ?? kNoFiles);
-  const skill = files.find((candidate) => candidate.file === `skills/${node.id}.scxml`)?.file;
+  const chart = useDesign((state) => chart_of(state, node));
   const is_leaf = node.kind === "action" || node.kind === "condition";
   const written = new Map(node.attributes);
   const ports = model?.ports ?? [];
@@ -65,21 +97,7 @@ function NodeForm({ node, tree }: { node: OutlineNode; tree: OutlineTree }) {
       </h2>
       {model?.description && <p className="muted">{model.description}</p>}
       <Editable>
-        {wrong.map((finding, i) => (
-          <p key={i} className={`inspector-finding ${finding.severity}`}>
-            {finding.message}
-            {finding.fixes.map((which) => (
-              <button key={which.title} type="button" className="button small" onClick={() => void fix(finding, which)}>
-                Write “{which.title}”
-              </button>
-            ))}
-            {finding.code === "bt.unknown-node" && (
-              <button type="button" className="button small" onClick={() => void add_part("skill", node.id, false)}>
-                Make the skill {node.id}
-              </button>
-            )}
-          </p>
-        ))}
+        <Wrong findings={wrong} skill={node.id} />
         <Field id="design-name" label="name" value={node.name} node={node} attribute="name" hint={node.id} options={[]} />
         {ports.map((port) => (
           <Field
@@ -99,12 +117,19 @@ function NodeForm({ node, tree }: { node: OutlineNode; tree: OutlineTree }) {
           <Field key={name} id={`design-port-${name}`} label={name} value={value} node={node} attribute={name} hint="" options={[]} />
         ))}
       </Editable>
+      {node.kind === "subtree" && (
+        <p className="inspector-actions">
+          <button type="button" className="button small" title="Double click on it" onClick={() => void show_tree(node.id)}>
+            Open its tree
+          </button>
+        </p>
+      )}
       {is_leaf && (
         <p className="inspector-actions">
-          {skill ? (
-            <button type="button" className="button small" onClick={() => void open_file(skill)}>
+          {chart !== null ? (
+            <button type="button" className="button small" title={`${chart}: double click on the leaf`} onClick={() => void open_file(chart)}>
               <Icon name="chart" />
-              Open its chart
+              <span className="ellipsis">Open its chart{chart === default_chart(node.id) ? "" : `: ${chart.replace(/^.*\//, "").replace(/\.scxml$/, "")}`}</span>
             </button>
           ) : (
             model === null && (
@@ -123,6 +148,25 @@ function NodeForm({ node, tree }: { node: OutlineNode; tree: OutlineTree }) {
       </Editable>
     </form>
   );
+}
+
+/** What is wrong, with its ways out; `skill`: what may be made one. */
+export function Wrong({ findings, skill }: { findings: readonly Finding[]; skill?: string }) {
+  return findings.map((finding, i) => (
+    <p key={i} className={`inspector-finding ${finding.severity}`}>
+      {finding.message}
+      {finding.fixes.map((which) => (
+        <button key={which.title} type="button" className="button small" onClick={() => void fix(finding, which)}>
+          Write “{which.title}”
+        </button>
+      ))}
+      {skill !== undefined && finding.code === "bt.unknown-node" && (
+        <button type="button" className="button small" onClick={() => void add_part("skill", skill, false)}>
+          Make the skill {skill}
+        </button>
+      )}
+    </p>
+  ));
 }
 
 /** What a port may sensibly be: places for texts, truth values, and entries that are there. */

@@ -13,7 +13,7 @@ import { useCommand } from "../widgets/commands";
 import { Menu } from "../widgets/Menu";
 import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
-import { broken, choose, doc_of, findings_at, findings_of, focus_field, gesture, node_now, obstacle, refusal, tree_of, useDesign, version_now } from "./design";
+import { broken, choose, doc_of, findings_at, findings_of, focus_field, gesture, node_now, obstacle, open_node, refusal, tree_of, useDesign, version_now } from "./design";
 import { kAnswers, play_tree, useSimulation } from "./simulate";
 import { is_same_drawn, is_same_node } from "./same";
 import { near, slot_words, type SlotPlace } from "./slots";
@@ -53,9 +53,28 @@ interface Kept {
   node: OutlineNode;
   file: string;
   cut: boolean;
+  /** As others are given it. */
+  text: string;
+  /** What was cut has been pasted. */
+  spent?: boolean;
 }
 const useKept = create<{ kept: Kept | null }>()(() => ({ kept: null }));
-const keep = (kept: Kept | null) => useKept.setState({ kept });
+/** For other files, and other editors, too. */
+function keep(node: OutlineNode, cut: boolean): void {
+  const doc = doc_of(useDesign.getState());
+  if (!doc) return;
+  const { shown } = doc.places;
+  const from = doc.places.at(node.from);
+  // Its first line is indented as the others are.
+  const before = /[ \t]*$/.exec(shown.slice(0, from))![0];
+  const text = before + shown.slice(from, doc.places.at(node.to));
+  useKept.setState({ kept: { node, file: doc.file, cut, text } });
+  // Not everywhere there is one, nor is it allowed to write to it.
+  void navigator.clipboard?.writeText(text).catch(() => undefined);
+}
+/** Empty where it cannot be read. */
+const clipboard_text = () => Promise.resolve(navigator.clipboard?.readText?.()).then((text) => text ?? "", () => "");
+const is_xml = (text: string) => /^\s*</.test(text);
 
 export function gesture_for(what: Dragged, slot: { parent: number; index: number }, copy: boolean): Gesture {
   if ("node" in what) return { what: "move", node: what.node.element, parent: slot.parent, index: slot.index, ...(copy ? { copy } : {}) };
@@ -188,18 +207,26 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     ask_at(node, title, (id, subtree) => void gesture({ what: "insert", id, ...(subtree ? { subtree } : {}), parent: slot.parent, index: slot.index }, version));
   };
 
-  /** Into the chosen node if it takes one more, else after it. */
-  const paste = (node: OutlineNode | null) => {
+  const slot_for_paste = (node: OutlineNode | null, pasted: OutlineNode | null) => {
+    const count = node ? children_of(tree.nodes.indexOf(node)).length : 0;
+    const inside = !node || (count < node.children_max && node.element !== pasted?.element);
+    if (!node) return { parent: tree.element, index: 0 };
+    if (inside || node.parent < 0) return { parent: node.element, index: count };
+    const { parent, index } = slot_of(node);
+    return { parent, index: index + 1 };
+  };
+  /** Into the chosen node if it takes one more, else after it. `text`: of the clipboard, where it could be read. */
+  const paste = (node: OutlineNode | null, text: string) => {
     const { kept } = useKept.getState();
+    const lines = text.replace(/\r\n?/g, "\n");
+    const is_kept = kept !== null && (lines.trim() === "" || lines.trim() === kept.text.trim());
+    if (is_xml(lines) && !(is_kept && kept.file === file)) return void gesture({ what: "paste", xml: lines, ...slot_for_paste(node, null) });
     const say = (refused: string) => useDesign.setState({ refused });
-    if (!kept) return say("nothing is copied yet: Ctrl+C copies the chosen node");
-    if (kept.file !== file) return say(`${kept.node.name || kept.node.id} was copied in ${kept.file}, and is pasted there only; in another file its text is`);
+    if (!kept || kept.spent) return say("nothing is copied yet: Ctrl+C copies the chosen node");
+    if (kept.file !== file) return say(`${kept.node.name || kept.node.id} was copied in ${kept.file}, and the clipboard cannot be read here: its text can be pasted`);
     const now = node_now(kept.node);
     if (!now) return say(`${kept.node.name || kept.node.id} is not there any more`);
-    const count = node ? children_of(tree.nodes.indexOf(node)).length : 0;
-    const inside = !node || (count < node.children_max && node.element !== now.element);
-    const slot = !node ? { parent: tree.element, index: 0 } : inside || node.parent < 0 ? { parent: node.element, index: count } : { ...slot_of(node), index: slot_of(node).index + 1 };
-    void gesture({ what: "move", node: now.element, parent: slot.parent, index: slot.index, ...(kept.cut ? {} : { copy: true }) }).then((done) => done && kept.cut && keep(null));
+    void gesture({ what: "move", node: now.element, ...slot_for_paste(node, now), ...(kept.cut ? {} : { copy: true }) }).then((done) => done && kept.cut && useKept.setState({ kept: { ...kept, cut: false, spent: true } }));
   };
   const add = (id: string, subtree: boolean) => {
     const node = node_of(chosen);
@@ -231,8 +258,10 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     if (event.ctrlKey || event.metaKey) {
       const letter = event.key.toLowerCase();
       if (["c", "x", "v"].includes(letter) && !event.shiftKey) {
-        if (letter === "v") paste(node);
-        else if (node) keep({ node, file: file ?? "", cut: letter === "x" });
+        // What one presses comes with what is in the clipboard, as an event of its own.
+        if (letter === "v" && event.nativeEvent.isTrusted) return;
+        if (letter === "v") void clipboard_text().then((text) => paste(node, text));
+        else if (node) keep(node, letter === "x");
         else return;
         event.preventDefault();
         event.stopPropagation();
@@ -281,6 +310,18 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     event.stopPropagation();
   };
 
+  const paste_now = useRef<(text: string) => void>(() => undefined);
+  paste_now.current = (text) => paste(node_of(chosen), text);
+  useEffect(() => {
+    const pasted = (event: ClipboardEvent) => {
+      if (document.activeElement !== svg.current) return;
+      event.preventDefault();
+      paste_now.current(event.clipboardData?.getData("text/plain") ?? "");
+    };
+    document.addEventListener("paste", pasted);
+    return () => document.removeEventListener("paste", pasted);
+  }, [svg]);
+
   // The same by name, for who does not know the keys.
   const press_key = (key: string, held: { shiftKey?: boolean; ctrlKey?: boolean } = {}) => {
     svg.current?.focus();
@@ -302,7 +343,8 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
       <svg
         ref={svg}
         className={`picture tree-picture design-picture${why_dim ? " dim" : ""}${drag ? " dragging" : ""}`}
-        role="tree"
+        // A tree of the page is never empty.
+        role={tree.nodes.length > 0 ? "tree" : "group"}
         aria-label={`Tree ${tree.id}`}
         aria-activedescendant={chosen === null ? undefined : `element-${chosen}`}
         tabIndex={0}
@@ -312,7 +354,10 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
           if (event.target === svg.current) choose(null);
         }}
         onDoubleClick={(event) => {
-          if (event.target === svg.current) view.fit();
+          const at = event.target instanceof Element ? event.target.closest("[data-element]")?.getAttribute("data-element") : null;
+          const node = at ? node_of(Number(at)) : null;
+          if (node) void open_node(node);
+          else if (event.target === svg.current) view.fit();
         }}
         onContextMenu={(event) => {
           event.preventDefault();
@@ -327,7 +372,14 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
           {tree.nodes.map((node, i) => (
             <NodeView key={node.element} said={said.get(node.from) ?? ""} run={run_status(node)} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} near={is_near(i, node.parent, chosen_at, chosen_parent)} never={never.has(node.element)} findings={findings} level={levels[i]!} faded={(drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy) || node.element === cut} />
           ))}
-          {tree.nodes.length === 0 && <circle className="slot" cx={30} cy={30} r={9} />}
+          {tree.nodes.length === 0 && (
+            <>
+              <circle className="slot" cx={30} cy={30} r={9} />
+              <text className="slot-hint" x={30} y={58} textAnchor="middle">
+                Enter, or a drag from the palette, makes its root
+              </text>
+            </>
+          )}
           <Played tree={tree} />
           {drag?.slot && <SlotMark slot={drag.slot} into={rects.get(drag.slot.parent)} refused={drag.why_not !== null} />}
         </g>
@@ -380,8 +432,10 @@ async function extract(node: OutlineNode): Promise<void> {
   let id = wanted;
   for (let number = 2; taken.has(id); number++) id = `${wanted}${number}`;
   const tree = tree_of(useDesign.getState())?.id ?? null;
+  if (!(await gesture({ what: "extract", node: node.element, id }))) return;
   // The picture stays with the tree in which the SubTree is now.
-  if (await gesture({ what: "extract", node: node.element, id })) useDesign.setState({ tree });
+  useDesign.setState({ tree });
+  choose(tree_of(useDesign.getState())?.nodes.find((one) => one.kind === "subtree" && one.id === id) ?? null);
 }
 
 const kNone: ReadonlySet<number> = new Set();

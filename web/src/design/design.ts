@@ -28,6 +28,8 @@ export interface DesignState {
   world_places: readonly string[];
   /** `FILE.thrift/SERVICE`. */
   interfaces: readonly string[];
+  /** By ID or name of leaves: the chart that the chosen scenario runs. */
+  charts: Readonly<Record<string, string>>;
   file: string | null;
   /** Of a file with several: which tree the picture shows. */
   tree: string | null;
@@ -65,6 +67,7 @@ export const useDesign = create<DesignState>()(() => ({
   palette: [],
   world_places: [],
   interfaces: [],
+  charts: {},
   file: null,
   tree: null,
   chosen: null,
@@ -196,8 +199,8 @@ function kept({ chosen }: DesignState, trees: readonly OutlineTree[]): DesignSta
 
 async function load_palette(): Promise<void> {
   try {
-    const { nodes, places, interfaces } = await request("design_palette", {});
-    useDesign.setState({ palette: nodes, world_places: places, interfaces });
+    const { nodes, places, interfaces, charts } = await request("design_palette", {});
+    useDesign.setState({ palette: nodes, world_places: places, interfaces, charts });
   } catch {
     // The next summary asks again.
   }
@@ -254,6 +257,38 @@ export async function show_node(id: string, name: string): Promise<boolean> {
   return false;
 }
 useEdit.subscribe(() => void edit_wanted());
+
+/** The chart that a leaf runs in the chosen scenario; null: the project has none. */
+export function chart_of({ charts, summary }: DesignState, { name, id }: OutlineNode): string | null {
+  const found = charts[name] ?? charts[id] ?? default_chart(id);
+  return summary?.files.some(({ file }) => file === found) ? found : null;
+}
+export const default_chart = (id: string) => `skills/${id}.scxml`;
+
+/** Opens the file in which a tree is, and chooses its root. False: none is. */
+export async function show_tree(id: string): Promise<boolean> {
+  const { file: open, summary } = useDesign.getState();
+  const files = summary?.files.filter(({ kind }) => kind === "mission").map(({ file }) => file) ?? [];
+  for (const file of files.sort((a, b) => Number(b === open) - Number(a === open))) {
+    if (useDesign.getState().docs[file] === undefined && !(await read(file))) continue;
+    const tree = useDesign.getState().docs[file]?.trees?.find((one) => one.id === id);
+    if (!tree) continue;
+    await open_file(file);
+    useDesign.setState({ tree: id });
+    choose(tree.nodes[0] ?? null);
+    return true;
+  }
+  useDesign.setState({ refused: `the tree ${id} is in no file of this project` });
+  return false;
+}
+
+/** What a double click on a node is for: its chart, its tree, else its name. */
+export async function open_node(node: OutlineNode): Promise<void> {
+  const chart = chart_of(useDesign.getState(), node);
+  if (node.kind === "subtree") await show_tree(node.id);
+  else if (chart !== null && (node.kind === "action" || node.kind === "condition")) await open_file(chart);
+  else focus_field("design-name");
+}
 
 async function read(file: string): Promise<boolean> {
   try {
@@ -555,7 +590,7 @@ export async function gesture(wanted: Gesture, meant_of = version_now()): Promis
     if (meant_of !== meant.version || named_by_number(wanted, meant) !== named_by_number(wanted, doc)) throw new Error(kChanged);
     return request_whole("design_gesture", { file: doc.file, base: doc.version, gesture: wanted });
   });
-  if (done?.at !== undefined && choices === before && useDesign.getState().file === meant?.file && !/^(?:delete|remove_.*|yaml_remove)$/.test(wanted.what)) go_to(done.at);
+  if (done?.at !== undefined && choices === before && useDesign.getState().file === meant?.file && !/^(?:delete.*|remove_.*|yaml_remove)$/.test(wanted.what)) go_to(done.at);
   return done !== null;
 }
 
@@ -599,11 +634,19 @@ export async function remove_file(file: string): Promise<void> {
   if (next) await open_file(next.file);
 }
 
-/** Gives a location or an area of the world another name, wherever it is named. */
-export async function rename_place(location: string, to: string): Promise<boolean> {
-  const done = await attempt(() => request("design_rename", { location, to }));
-  if (done) note("info", `${location} is ${to} now: in ${done.places} places of ${done.files.join(", ")}`);
+/** Gives a location or an area of the world, or a tree, another name, wherever it is named. */
+async function rename(what: { location: string } | { tree: string }, to: string): Promise<boolean> {
+  const done = await attempt(() => request("design_rename", { ...what, to }));
+  if (done) note("info", `${"tree" in what ? what.tree : what.location} is ${to} now: in ${done.places} ${done.places === 1 ? "place" : "places"} of ${done.files.join(", ")}`);
   return done !== null;
+}
+export const rename_place = (location: string, to: string) => rename({ location }, to);
+/** Of the open file; the picture stays with it. */
+export async function rename_tree(tree: string, to: string): Promise<boolean> {
+  const shown = useDesign.getState().tree;
+  const done = await rename({ tree }, to);
+  if (done && shown === tree) useDesign.setState({ tree: to });
+  return done;
 }
 
 /** The state of a chart that is chosen, or the transition. */

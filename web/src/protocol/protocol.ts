@@ -407,6 +407,9 @@ export const Gesture = Type.Union([
   object({ what: Type.Literal("unwrap"), node: index() }),
   object({ what: Type.Literal("extract"), node: index(), id: string() }),
   object({ what: Type.Literal("inline"), node: index() }),
+  object({ what: Type.Literal("paste"), xml: string(), parent: index(), index: index() }),
+  object({ what: Type.Literal("add_tree"), id: string() }),
+  object({ what: Type.Literal("delete_tree"), node: Type.Integer({ minimum: 0, description: "Element of the tree" }) }),
   object({ what: Type.Literal("set"), node: index(), name: string(), value: or_null(string()) }),
   object({ what: Type.Literal("rename_state"), state: string(), id: string() }),
   object({ what: Type.Literal("add_state"), inside: string(), id: string(), kind: StateKind }),
@@ -552,7 +555,7 @@ export const Operations = {
   save_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
   add_to_scenario: [object({ name: string() }), object({ yaml: string(), file: string() })],
   design: [nothing(), Design],
-  design_palette: [nothing(), object({ nodes: list(PaletteNode), places: list(string()), interfaces: Type.Array(string(), { description: "FILE.thrift/SERVICE" }) })],
+  design_palette: [nothing(), object({ nodes: list(PaletteNode), places: list(string()), interfaces: Type.Array(string(), { description: "FILE.thrift/SERVICE" }), charts: Type.Record(string(), string(), { description: "By ID or name of leaves: the file that the chosen scenario runs" }) })],
   design_read: [object({ file: string() }), DesignDocument],
   design_edit: [object({ file: string(), base: index(), edits: list(TextEdit), cause: string(), join: optional(boolean()) }), object({ version: index() })],
   design_gesture: [
@@ -592,7 +595,7 @@ export const Operations = {
     object({ recording: string() }),
   ],
   design_rename: [
-    object({ location: Type.String({ description: "Or an area, of the world" }), to: string() }),
+    object({ location: optional(Type.String({ description: "Or an area, of the world" })), tree: optional(Type.String({ description: "Instead" })), to: string() }),
     object({ files: list(string()), places: index() }),
   ],
   design_apply: [
