@@ -1,11 +1,13 @@
-import { useEffect, useState } from "react";
+import { useEffect, useMemo, useState } from "react";
 
 import type { EditedChart, EditedState, EditedTransition, StateKind } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { Actions } from "./Actions";
+import { part_lines } from "./chart_places";
 import { condition_words, event_words, is_history, leads_out, transition_text } from "./chart_words";
-import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, focus_field, focus_picture, gesture, gesture_then, useDesign } from "./design";
+import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, findings_of, focus_field, focus_picture, gesture, gesture_then, useDesign } from "./design";
 import { Editable } from "./Editable";
+import { Wrong } from "./Inspector";
 import { Options, TextField } from "./TextField";
 
 export const kStateKinds: readonly { kind: StateKind; name: string }[] = [
@@ -31,9 +33,27 @@ export function ChartForm() {
   if (!chart) return null;
   return (
     <form className="inspector-form scroll" aria-label="Chart" onSubmit={(submitted) => submitted.preventDefault()} data-testid="chart-form">
+      <PartFindings chart={chart} line={transition?.line ?? state?.line ?? null} />
       {transition ? <TransitionPart key={transition.transition} chart={chart} transition={transition} /> : state ? <StatePart key={state.id} chart={chart} state={state} /> : <WholePart chart={chart} />}
       <NewState state={state} />
     </form>
+  );
+}
+
+/** What is wrong with the chosen part. */
+function PartFindings({ chart, line }: { chart: EditedChart; line: number | null }) {
+  const summary = useDesign((state) => state.summary);
+  const doc = useDesign(doc_of);
+  const wrong = useMemo(() => {
+    if (!doc || line === null) return [];
+    const findings = findings_of(summary, doc.file);
+    const lines = part_lines(chart, doc.places.shown, findings.map(({ from }) => doc.places.at(from)));
+    return findings.filter((_, i) => lines[i] === line);
+  }, [summary, doc, chart, line]);
+  return (
+    <Editable>
+      <Wrong findings={wrong} />
+    </Editable>
   );
 }
 

@@ -182,9 +182,18 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
 
   const nests = useMemo(() => composites(layout), [layout]);
   const places = useDesign((state) => doc_of(state)?.places ?? null);
-  const lines = useMemo(() => {
-    const errors = findings_of(summary, file).filter(({ severity }) => severity === "error");
-    return new Set(places ? part_lines(chart, places.shown, errors.map(({ from }) => places.at(from))) : []);
+  // By line of its part: its worst finding, and what there is to say.
+  const wrong = useMemo(() => {
+    const found = new Map<number, { look: "wrong" | "doubtful"; said: string }>();
+    const findings = findings_of(summary, file);
+    const lines = places ? part_lines(chart, places.shown, findings.map(({ from }) => places.at(from))) : [];
+    findings.forEach(({ severity, message }, i) => {
+      const line = lines[i] ?? 0;
+      if (line === 0) return;
+      const before = found.get(line);
+      found.set(line, { look: severity === "error" || before?.look === "wrong" ? "wrong" : "doubtful", said: before ? `${before.said}; ${message}` : message });
+    });
+    return found;
   }, [summary, file, chart, places]);
   const active = useMemo(() => new Set(played?.active ?? []), [played]);
   const taken = useMemo(() => new Set(played?.taken ?? []), [played]);
@@ -253,8 +262,9 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
           const target = event.target instanceof Element ? event.target : null;
           if (target?.closest("[data-transition]")) return focus_field("transition-event");
           const on = state_of(target)?.id ?? "";
-          // Into a state that has some inside already; the others are chosen by a click.
+          // Into a state that has some inside already; the others get another name.
           if (on === "" || holds(on)) void add_fresh_state(on);
+          else focus_field("design-state");
         }}
         onContextMenu={(event) => {
           event.preventDefault();
@@ -310,9 +320,10 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
                 data-id={id}
                 data-active={played ? active.has(at) : undefined}
                 role="img"
-                aria-label={`State ${drawn.name.join(" ") || drawn.kind}${active.has(at) ? ", active" : ""}${hidden > 0 ? `, ${hidden} states hidden in it` : ""}`}
-                className={[lines.has(line) ? "wrong" : "", chosen !== null && id === chosen ? "chosen" : "", carried !== null && id !== "" && id === carried.into ? (carried.why_not ? "refused" : "onto") : "", never.has(state_key(file, id)) ? "never" : ""].filter(Boolean).join(" ") || undefined}
+                aria-label={`State ${drawn.name.join(" ") || drawn.kind}${active.has(at) ? ", active" : ""}${hidden > 0 ? `, ${hidden} states hidden in it` : ""}${wrong.has(line) ? `; ${wrong.get(line)!.said}` : ""}`}
+                className={[wrong.get(line)?.look ?? "", chosen !== null && id === chosen ? "chosen" : "", carried !== null && id !== "" && id === carried.into ? (carried.why_not ? "refused" : "onto") : "", never.has(state_key(file, id)) ? "never" : ""].filter(Boolean).join(" ") || undefined}
               >
+                {wrong.has(line) && <title>{wrong.get(line)!.said}</title>}
                 <StateShape drawn={drawn} nest={nest} active={active.has(at)} />
                 {hidden > 0 && <FoldCount hidden={hidden} x={middle} y={drawn.y + drawn.height} />}
                 {id !== "" && composite.has(at) && <FoldSign id={id} closed={closed.has(id)} hint=" (C)" x={drawn.x + drawn.width - 1} y={drawn.y + 1} />}
@@ -329,7 +340,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
             const line = part?.line ?? 0;
             const mark = can ? "can-take" : mark_of(never.has(transition_key(file, line)), transition_key(file, line) === sought);
             return (
-              <g key={i} data-line={line} data-transition={at} data-enabled={played ? can : undefined} className={[mark, lines.has(line) ? "wrong" : "", part !== undefined && part === chosen_edge ? "chosen" : ""].filter(Boolean).join(" ") || undefined} role="img" aria-label={part ? `Transition ${part.source} ${transition_text(part)}` : undefined}>
+              <g key={i} data-line={line} data-transition={at} data-enabled={played ? can : undefined} className={[mark, wrong.get(line)?.look ?? "", part !== undefined && part === chosen_edge ? "chosen" : ""].filter(Boolean).join(" ") || undefined} role="img" aria-label={part ? `Transition ${part.source} ${transition_text(part)}` : undefined}>
                 <path className="hold" d={curve(edge.curve)} />
                 {can && edge.label.width > 0 && <rect className="take" x={edge.label.x - 5} y={edge.label.y - 3} width={edge.label.width + 10} height={edge.label.height + 6} rx={6} />}
                 <Edge edge={edge} last={taken.has(at)} />

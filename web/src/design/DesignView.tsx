@@ -16,11 +16,12 @@ import { useWindow } from "../widgets/layout";
 import { ChartForm } from "./ChartForm";
 import { ChartView } from "./ChartView";
 import { Completer, type Asked } from "./Completer";
-import { begin_project, broken, doc_of, held, node_of, open_file, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, kNoFiles, type Doc, type Look } from "./design";
+import { begin_project, broken, doc_of, go_to, held, node_of, open_file, redo, resolve, save_all, set_look, show_below, start_design, toggle_autosave, tree_of, undo, useDesign, kNoFiles, type Doc, type Look } from "./design";
 import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
 import { ReachedBelow } from "./ReachedBelow";
+import { line_start } from "./places";
 import { Picture, type PictureHandle } from "./Picture";
 import { ProjectTree } from "./ProjectTree";
 import { RequirementBlocks } from "./RequirementBlocks";
@@ -369,6 +370,10 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
       {doc.kind === "world" ? <WorldView key={doc.file} doc={doc} /> : doc.kind === "scenario" ? <ScenarioView key={doc.file} doc={doc} /> : <ProjectForm key={doc.file} doc={doc} />}
     </Suspense>
   );
+  const go_to_error = () => {
+    if (look === "picture") set_look("both");
+    go_to(doc.places.byte(line_start(doc.places.shown, doc.error?.line ?? 1)), true);
+  };
   const with_picture = drawn !== null && look !== "text";
   const with_text = !has_picture_of(doc) || look !== "picture";
   const which = stacked ? "above" : "beside";
@@ -381,6 +386,11 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
           {why_dim && (
             <p className="dim-why" role="status" data-testid="broken">
               {why_dim}
+              {doc.error && (
+                <button className="button small" onClick={go_to_error}>
+                  Go there
+                </button>
+              )}
             </p>
           )}
           {drawn}
