@@ -120,6 +120,8 @@ test("the border between picture and text is moved, by mouse too, and stays wher
   const program = await serve_design(copy_of("recharge"));
   const { page, close } = await open_design(program.url);
   await node(page, "Root").waitFor();
+  // The timeline below takes its room once there is a run.
+  await settled(page);
   const height = async () => (await page.getByTestId("picture-view").boundingBox()).height;
   const before = await height();
   const border = page.getByRole("separator", { name: "Height of the picture" });
