@@ -283,7 +283,7 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
                                     .robot = service.robot,
                                     .former = std::exchange(served.former, Value())},
                                    now_);
-    if (!result) return mission::CallOutcome::failed(rpc::CallErrorKind::kException, result.error().message);
+    if (!result) return mission::CallOutcome::failed(idl::CallErrorKind::kException, result.error().message);
     return mission::CallOutcome::returned(std::move(*result));
   }
 

@@ -11,8 +11,8 @@
 #include "sentree/base/time.h"
 #include "sentree/base/value.h"
 #include "sentree/bt/status.h"
+#include "sentree/idl/call_error.h"
 #include "sentree/mission/shared.h"
-#include "sentree/rpc/call.h"
 
 namespace sentree::mission {
 
@@ -47,17 +47,17 @@ struct Call {
 struct CallOutcome {
   bool ok = false;
   Value result;  ///< If ok. Else, of an exception that the interface declares: its fields, under its name.
-  std::optional<rpc::CallErrorKind> kind;  ///< Else.
+  std::optional<idl::CallErrorKind> kind;  ///< Else.
   std::string message;
 
   [[nodiscard]] static CallOutcome returned(Value result = {}) {
     return {.ok = true, .result = std::move(result), .kind = {}, .message = {}};
   }
-  [[nodiscard]] static CallOutcome failed(rpc::CallErrorKind kind, std::string message) {
+  [[nodiscard]] static CallOutcome failed(idl::CallErrorKind kind, std::string message) {
     return {.ok = false, .result = {}, .kind = kind, .message = std::move(message)};
   }
   /// Somebody has answered, if only by an exception.
-  [[nodiscard]] bool is_served() const { return ok || kind == rpc::CallErrorKind::kException; }
+  [[nodiscard]] bool is_served() const { return ok || kind == idl::CallErrorKind::kException; }
   /// As observations have it; empty: the call has returned.
   [[nodiscard]] std::string_view kind_word() const { return kind ? to_string(*kind) : std::string_view(); }
   friend bool operator==(const CallOutcome&, const CallOutcome&) = default;

@@ -261,16 +261,16 @@ Result<std::variant<ModelMachine::Answer, ModelMachine::Topic>> ModelMachine::me
     const Value* kind = param(send, "kind");
     const Value* message = param(send, "message");
     const std::string word(kind != nullptr ? kind->text() : "exception");
-    const auto known = rpc::parse_call_error_kind(word);
+    const auto known = idl::parse_call_error_kind(word);
     if (!known) {
       return fail("model.answer",
-                  fmt::format("there is no kind of error \"{}\"{}", word, did_you_mean(word, rpc::call_error_kinds())),
+                  fmt::format("there is no kind of error \"{}\"{}", word, did_you_mean(word, idl::call_error_kinds())),
                   send.span);
     }
     answer.outcome = CallOutcome::failed(*known, message != nullptr ? std::string(message->text()) : "");
     const Value* exception = param(send, "exception");
     if (exception == nullptr) return answer;
-    if (*known != rpc::CallErrorKind::kException)
+    if (*known != idl::CallErrorKind::kException)
       return fail("model.answer", "an exception is of kind 'exception', and of no other", send.span);
     auto thrown = idl::conform_exception(**found, *exception);
     if (!thrown) return tl::unexpected(thrown.error());
@@ -310,10 +310,10 @@ class ModelMachine::Step {
     if (!state_.session.running())
       return host_.answer(
           serve.leaf, serve.call,
-          CallOutcome::failed(rpc::CallErrorKind::kUnreachable, fmt::format("the model {} has ended", model_.name)));
+          CallOutcome::failed(idl::CallErrorKind::kUnreachable, fmt::format("the model {} has ended", model_.name)));
     if (is_answered && state_.open.size() >= kOpenCallsMax) {
       return host_.answer(serve.leaf, serve.call,
-                          CallOutcome::failed(rpc::CallErrorKind::kUnreachable,
+                          CallOutcome::failed(idl::CallErrorKind::kUnreachable,
                                               fmt::format("{} calls are open already", kOpenCallsMax)));
     }
     const Call& call = *serve.call;
@@ -362,7 +362,7 @@ class ModelMachine::Step {
       const ModelState::OpenCall late = state_.open.front();
       state_.open.erase(state_.open.begin());
       host_.answer(late.leaf, late.call,
-                   CallOutcome::failed(rpc::CallErrorKind::kLate,
+                   CallOutcome::failed(idl::CallErrorKind::kLate,
                                        late.lost ? std::string(kMadeLate)
                                                  : fmt::format("the model {} has not answered in time", model_.name)));
     }
@@ -506,9 +506,9 @@ void ModelMachine::step(ModelState& state, ModelDelivery delivery, ModelHost& ho
 
 void ModelMachine::refuse(ModelState& state, const ModelDelivery& delivery, const std::string& why, ModelHost& host) {
   for (const ModelState::OpenCall& open : std::exchange(state.open, {}))
-    host.answer(open.leaf, open.call, CallOutcome::failed(rpc::CallErrorKind::kUnreachable, why));
+    host.answer(open.leaf, open.call, CallOutcome::failed(idl::CallErrorKind::kUnreachable, why));
   if (const auto* serve = std::get_if<ServeCall>(&delivery))
-    host.answer(serve->leaf, serve->call, CallOutcome::failed(rpc::CallErrorKind::kUnreachable, why));
+    host.answer(serve->leaf, serve->call, CallOutcome::failed(idl::CallErrorKind::kUnreachable, why));
 }
 
 }  // namespace sentree::mission

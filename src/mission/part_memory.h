@@ -60,7 +60,7 @@ class PartMemory final : private Ground {
     virtual void refused(const Diagnostic& why) = 0;
     /// Serves a call.
     [[nodiscard]] virtual CallOutcome serve(std::size_t /*leaf*/, const Call& /*call*/) {
-      return CallOutcome::failed(rpc::CallErrorKind::kUnreachable, "nobody serves it");
+      return CallOutcome::failed(idl::CallErrorKind::kUnreachable, "nobody serves it");
     }
     /// Gets back what it has served, when nobody looks at it any more.
     virtual void served(const Call& /*call*/, Value&& /*result*/) {}

@@ -227,7 +227,7 @@ Delivery Parts::delivery_of(std::size_t leaf, const Shared<Call>& call) const {
 
 SkillDelivery Parts::unreachable(const Shared<Call>& call) {
   return Outcome{
-      call, CallOutcome::failed(rpc::CallErrorKind::kUnreachable, fmt::format("service {} was killed", call->service))};
+      call, CallOutcome::failed(idl::CallErrorKind::kUnreachable, fmt::format("service {} was killed", call->service))};
 }
 
 namespace {

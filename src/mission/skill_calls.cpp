@@ -63,7 +63,7 @@ bool SkillMachine::Step::operator()(Outcome&& answered) {
   const std::string& name = called.name;
   const bool is_served = answered.outcome.is_served();
   if (is_served && host_.fails(Failing::kLate, name)) {
-    auto late = CallOutcome::failed(rpc::CallErrorKind::kLate, std::string(kMadeLate));
+    auto late = CallOutcome::failed(idl::CallErrorKind::kLate, std::string(kMadeLate));
     host_.deliver_at(add_saturating(host_.now(), model_.call_deadline), Rank::kMessage,
                      Finish{answered.call, std::move(late), {}});
     return false;
@@ -111,7 +111,7 @@ bool SkillMachine::Step::operator()(Finish&& finish) {
     return false;
   }
   message.data = data;
-  using Kind = rpc::CallErrorKind;
+  using Kind = idl::CallErrorKind;
   const bool undelivered = outcome.kind == Kind::kUnreachable || outcome.kind == Kind::kLate ||
                            outcome.kind == Kind::kProtocol || outcome.kind == Kind::kInterrupted;
   // SCXML 6.2.5: what prevents delivery is an error event of the platform.
@@ -218,7 +218,7 @@ void SkillMachine::Step::make(Call call) {
   SkillState::Line& line = line_of(state_, shared->service);
   if (line.waiting.size() >= kGatedCallsMax) {
     const std::string why = fmt::format("{} calls are waiting for a gate already", kGatedCallsMax);
-    host_.deliver(Finish{shared, CallOutcome::failed(rpc::CallErrorKind::kUnreachable, why), {}});
+    host_.deliver(Finish{shared, CallOutcome::failed(idl::CallErrorKind::kUnreachable, why), {}});
     return;
   }
   line.waiting.push_back(shared);
@@ -257,14 +257,14 @@ void SkillMachine::Step::admitted(const Shared<Call>& call, const Admission& adm
   if (admission.veto) {
     const std::string by = admission.veto->by.empty() ? "" : " by " + admission.veto->by;
     host_.deliver(Finish{
-        call, CallOutcome::failed(rpc::CallErrorKind::kVetoed, fmt::format("vetoed{}: {}", by, admission.veto->reason)),
+        call, CallOutcome::failed(idl::CallErrorKind::kVetoed, fmt::format("vetoed{}: {}", by, admission.veto->reason)),
         admission.veto->by});
     return;
   }
   const Called& called = machine_.called(*call);
   if (!called.method->oneway && host_.fails(Failing::kUnreachable, called.name)) {
     host_.deliver(
-        Finish{call, CallOutcome::failed(rpc::CallErrorKind::kUnreachable, "a fault: nobody can be reached"), {}});
+        Finish{call, CallOutcome::failed(idl::CallErrorKind::kUnreachable, "a fault: nobody can be reached"), {}});
     return;
   }
   const TimePoint now = host_.now();

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "sentree/project/check_literal.h"
+#include "sentree/project/detail/check_literal.h"
 #include "sentree/project/detail/expression_type.h"
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/loader.h"

@@ -1,4 +1,4 @@
-#include "sentree/project/check_literal.h"
+#include "sentree/project/detail/check_literal.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

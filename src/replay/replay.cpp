@@ -53,7 +53,7 @@ mission::CallOutcome outcome_of(const Message& message) {
   // An outcome without `result` and without `kind` is that of a method that returns nothing.
   const Value* kind = message.data.find("kind");
   outcome.ok = kind == nullptr;
-  if (kind != nullptr) outcome.kind = rpc::parse_call_error_kind(kind->text());
+  if (kind != nullptr) outcome.kind = idl::parse_call_error_kind(kind->text());
   if (const Value* text = message.data.find("message")) outcome.message = text->text();
   if (const Value* exception = message.data.find("exception")) outcome.result = *exception;
   return outcome;
@@ -497,7 +497,7 @@ class Replay {
         inside_->end();
       return;
     }
-    if (exchange->outcome.kind != rpc::CallErrorKind::kUnreachable)
+    if (exchange->outcome.kind != idl::CallErrorKind::kUnreachable)
       acts_.push_back({now, inside_->published(), service.interface, method.name, service.robot, std::move(args)});
     if (recorded_.is_virtual()) return answer_at_once(fmt::format("{}.{}", service.name, method.name), *exchange, done);
     const bool again = std::exchange(exchange->used, true);
@@ -517,7 +517,7 @@ class Replay {
   // twice changes nothing.
   void answer_at_once(const std::string& call, const Exchange& exchange, const runtime::ServicePort::Done& done) {
     if (!exchange.after) return;
-    if (exchange.outcome.kind != rpc::CallErrorKind::kLate || !is_made_late(call)) return done(exchange.outcome);
+    if (exchange.outcome.kind != idl::CallErrorKind::kLate || !is_made_late(call)) return done(exchange.outcome);
     done(mission::CallOutcome::returned());  // what the fault keeps back
   }
 
@@ -532,7 +532,7 @@ class Replay {
   void answer_live(const project::ServicePlan& service, const idl::Method& method, const Value& args,
                    const runtime::ServicePort::Done& done) {
     if (service.at != "sim") {
-      done(mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable,
+      done(mission::CallOutcome::failed(idl::CallErrorKind::kUnreachable,
                                         fmt::format("the replay has no \"{}\"", service.name)));
       return;
     }

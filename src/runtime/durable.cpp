@@ -246,7 +246,7 @@ void Durability::resumed(const Gap& gap, Duration lost) {
     scheduler_.post(
         skill_(open.leaf)->actor(),
         mission::Delivery{open.leaf, mission::Outcome{open.call, mission::CallOutcome::failed(
-                                                                     rpc::CallErrorKind::kInterrupted,
+                                                                     idl::CallErrorKind::kInterrupted,
                                                                      "the run was interrupted while the call "
                                                                      "was on its way; it may have been "
                                                                      "executed")}});

@@ -96,7 +96,7 @@ mission::CallOutcome ModelActor::call(mission::Call call, const std::string& sou
   std::unique_lock lock(waiting->mutex);
   if (!scheduler_.is_virtual()) waiting->changed.wait_for(lock, patience, [&] { return waiting->outcome.has_value(); });
   if (waiting->outcome) return *waiting->outcome;
-  return mission::CallOutcome::failed(rpc::CallErrorKind::kLate, "the model does not answer at once");
+  return mission::CallOutcome::failed(idl::CallErrorKind::kLate, "the model does not answer at once");
 }
 
 namespace {
@@ -109,7 +109,7 @@ class ModelPort final : public ServicePort {
     return true;
   }
   void call(const idl::Method&, Value, Done done) override {
-    done(mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable, "a model answers calls of skills only"));
+    done(mission::CallOutcome::failed(idl::CallErrorKind::kUnreachable, "a model answers calls of skills only"));
   }
 
  private:

@@ -38,7 +38,7 @@ class FakePort final : public ServicePort {
     if (is_there_)
       done(mission::CallOutcome::returned(Value(1)));
     else
-      done(mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable, "nobody listens"));
+      done(mission::CallOutcome::failed(idl::CallErrorKind::kUnreachable, "nobody listens"));
   }
 
  private:

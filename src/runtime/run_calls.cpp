@@ -24,7 +24,7 @@ class UnreachablePort final : public ServicePort {
  public:
   explicit UnreachablePort(std::string name) : name_(std::move(name)) {}
   void call(const idl::Method&, Value, Done done) override {
-    done(mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable,
+    done(mission::CallOutcome::failed(idl::CallErrorKind::kUnreachable,
                                       fmt::format("{} is elsewhere{}", name_, kOnlyHere)));
   }
 
@@ -151,14 +151,14 @@ mission::CallOutcome Run::Impl::call_service(const std::string& name, const std:
                                     : service != services_.end() ? service->second.service
                                                                  : nullptr;
   if (!interface)
-    return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments,
+    return mission::CallOutcome::failed(idl::CallErrorKind::kArguments,
                                         fmt::format("the run has no service \"{}\"", name));
   const auto found = idl::find_method(*interface, method, name);
-  if (!found) return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments, found.error().message);
+  if (!found) return mission::CallOutcome::failed(idl::CallErrorKind::kArguments, found.error().message);
   const auto args = idl::conform_arguments(**found, arguments);
-  if (!args) return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments, args.error().message);
+  if (!args) return mission::CallOutcome::failed(idl::CallErrorKind::kArguments, args.error().message);
   if (const auto checked = idl::check_ranges(**found, *args); !checked)
-    return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments, checked.error().message);
+    return mission::CallOutcome::failed(idl::CallErrorKind::kArguments, checked.error().message);
   const std::string at = !controlled  ? service->second.at
                          : sim_       ? "sim"
                          : elsewhere_ ? elsewhere_->control_address(services_, name)
@@ -188,7 +188,7 @@ mission::CallOutcome Run::Impl::call_service(const std::string& name, const std:
   // It has left the run already.
   if (is_again()) return mission::CallOutcome::returned();
   if (!elsewhere_)
-    return mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable,
+    return mission::CallOutcome::failed(idl::CallErrorKind::kUnreachable,
                                         fmt::format("nothing in the run serves \"{}\"", name));
   return elsewhere_->call(at, interface, name, method, *args, kCallPatience);
 }
@@ -215,7 +215,7 @@ void Run::Impl::serve_control() {
     auto applied = steering_.apply_for(
         project::intervention::Call{.method = fmt::format("{}.{}", service, method), .args = arguments}, "control");
     if (applied) return std::move(applied->outcome);
-    return mission::CallOutcome::failed(rpc::CallErrorKind::kArguments, applied.error().message);
+    return mission::CallOutcome::failed(idl::CallErrorKind::kArguments, applied.error().message);
   };
   handler.tap = &tap_;
   handler.open_page = options_.open_page;

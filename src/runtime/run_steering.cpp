@@ -33,7 +33,7 @@ class RunSteering::GuardedPort final : public ServicePort {
     return !service_down_.killed && !all_down_.killed && port_->take(leaf, call);
   }
   static mission::CallOutcome killed(const std::string& service) {
-    return mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable,
+    return mission::CallOutcome::failed(idl::CallErrorKind::kUnreachable,
                                         fmt::format("service {} was killed", service));
   }
 

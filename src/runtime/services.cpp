@@ -95,7 +95,7 @@ mission::CallOutcome SimHost::call(const std::string& interface, const std::stri
   auto result = sim::call_uncast(*world_, state_,
                                  {.service = interface, .method = method, .args = map ? *map : none, .robot = robot},
                                  keeps_up_ ? advanced_to_ : clock_.now());
-  if (!result) return mission::CallOutcome::failed(rpc::CallErrorKind::kException, result.error().message);
+  if (!result) return mission::CallOutcome::failed(idl::CallErrorKind::kException, result.error().message);
   return mission::CallOutcome::returned(std::move(*result));
 }
 

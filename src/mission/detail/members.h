@@ -117,7 +117,7 @@ void visit_members(S& s, V&& visit) {
   visit("result", s.result);
   std::string kind(s.kind_word());
   visit("kind", kind);
-  if constexpr (!std::is_const_v<S>) s.kind = rpc::parse_call_error_kind(kind);
+  if constexpr (!std::is_const_v<S>) s.kind = idl::parse_call_error_kind(kind);
   visit("message", s.message);
 }
 template <class S, class V>

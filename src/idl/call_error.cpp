@@ -1,9 +1,9 @@
-#include "sentree/rpc/call.h"
+#include "sentree/idl/call_error.h"
 
 #include <algorithm>
 #include <array>
 
-namespace sentree::rpc {
+namespace sentree::idl {
 
 namespace {
 
@@ -24,4 +24,4 @@ std::optional<CallErrorKind> parse_call_error_kind(std::string_view word) {
 
 std::vector<std::string> call_error_kinds() { return {kKinds.begin(), kKinds.end()}; }
 
-}  // namespace sentree::rpc
+}  // namespace sentree::idl
