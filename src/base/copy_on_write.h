@@ -40,6 +40,11 @@ class CopyOnWrite {
     }
     return block_->value;
   }
+  /// To be given another value, of which the present one may be used as room: it is not copied if others have it.
+  [[nodiscard]] T& overwrite() {
+    if (block_ == nullptr || block_->owners.load(std::memory_order_acquire) != 1) CopyOnWrite(T()).swap(*this);
+    return block_->value;
+  }
   /// Makes it `T()`.
   void reset() { CopyOnWrite().swap(*this); }
 

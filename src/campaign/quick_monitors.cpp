@@ -209,7 +209,7 @@ std::optional<std::uint32_t> QuickMonitors::intern(std::uint32_t i, const monito
 monitor::State QuickMonitors::state_of(std::uint32_t i, const monitor::Core& core) const {
   monitor::State state;
   static_cast<monitor::Core&>(state) = core;
-  state.trail.entered_by.resize(monitors_[i].model.chart().states().size());
+  state.trail.entered_by.edit().resize(monitors_[i].model.chart().states().size());
   state.trail.beginning = core.session.configuration();
   return state;
 }

@@ -350,12 +350,7 @@ Result<State> restore(const project::Plan& plan, std::string_view saved) {
 }
 
 void forget_history(State& state, std::size_t kept) {
-  for (monitor::State& monitor : state.monitors.states) {
-    auto& history = monitor.trail.history;
-    if (history.size() <= kept) continue;
-    history.erase(history.begin(), history.end() - static_cast<std::ptrdiff_t>(kept));
-    monitor.trail.history_complete = false;
-  }
+  for (monitor::State& monitor : state.monitors.states) monitor.trail.forget_all_but(kept);
 }
 
 Value save(const Delivery& delivery) { return archive::save(delivery); }

@@ -31,7 +31,7 @@ Loaded<State> carry(const Model& before, const State& state, const Model& after,
   const auto states = was.spec.chart.states();
   for (std::size_t i = 0; i < states.size(); ++i) {
     const auto same = states[i].id.empty() ? std::nullopt : is.spec.chart.find(states[i].id);
-    if (same) trail.entered_by[*same] = state.trail.entered_by[i];
+    if (same) trail.entered_by.edit()[*same] = (*state.trail.entered_by)[i];
   }
   return {std::move(next), {}};
 }

@@ -90,7 +90,7 @@ TEST(WithoutWitnesses, DecidesTheSameAtTheSameTimes) {
     }
     EXPECT_EQ(static_cast<const Core&>(a), static_cast<const Core&>(b));
     EXPECT_EQ(vacuity(whole, a), vacuity(quick, b));
-    EXPECT_TRUE(b.trail.history.empty());
+    EXPECT_TRUE(b.trail.history->empty());
   }
   EXPECT_GT(decided, 20);
 }

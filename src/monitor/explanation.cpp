@@ -92,8 +92,8 @@ std::optional<Explanation> explain(const Model& model, const Decision& decision,
       }
     }
     step.is_trigger = decision.since && message.time == *decision.since && state.since == decision.since &&
-                      std::find(state.trail.entered_by.begin(), state.trail.entered_by.end(), observation) !=
-                          state.trail.entered_by.end();
+                      std::find(state.trail.entered_by->begin(), state.trail.entered_by->end(), observation) !=
+                          state.trail.entered_by->end();
     step.is_deciding = decision.deciding && message.sequence == decision.deciding->sequence;
     if (step.is_trigger) e.trigger = message;
     before = std::move(after);

@@ -235,7 +235,7 @@ TEST(MonitorSet, StepsAMonitorOverNodesOnTheirStatusesOnly) {
   std::vector<MonitorSet::Decided> decided;
   for (const Message& message : r.messages) {
     EXPECT_TRUE(decided.empty());
-    EXPECT_THAT(set.state(0).trail.history, IsEmpty());
+    EXPECT_THAT(*set.state(0).trail.history, IsEmpty());
     set.observe(message, decided);
   }
   ASSERT_EQ(decided.size(), 1U);

@@ -27,7 +27,7 @@ class EntryWatch final : public scxml::Observer {
   void entered(const scxml::Chart& chart, std::string_view, scxml::StateIndex state) override {
     if (!(chart == parts_.spec.chart)) return;
     entered_any = true;
-    if (tracing_.trail != nullptr) tracing_.trail->entered_by[state] = tracing_.during;
+    if (tracing_.trail != nullptr) tracing_.trail->entered_by.edit()[state] = tracing_.during;
     if (parts_.pending[state]) core_.since = now_;
     if (stepped.verdict != Verdict::kUndecided || parts_.decides[state] == Verdict::kUndecided) return;
     stepped.verdict = parts_.decides[state];
@@ -153,12 +153,13 @@ bool is_over(const Model& model, const Core& core) {
 
 void remember(const Model& model, State& state, const Observation& observation, scxml::ExecutionWatch* watch) {
   Trail& trail = state.trail;
-  if (trail.history.size() >= trail.reduce_at) reduce_history(model, state, watch);
-  if (trail.history.size() >= kHistoryMax) {
-    trail.history.erase(trail.history.begin(), trail.history.begin() + kHistoryMax / 2);
-    trail.history_complete = false;
+  std::vector<Observation>* history = &trail.history.edit();
+  if (history->size() >= std::min(trail.reduce_at, kHistoryMax)) {
+    if (history->size() >= trail.reduce_at) reduce_history(model, state, watch);
+    if (trail.history->size() >= kHistoryMax) trail.forget_all_but(kHistoryMax / 2);
+    history = &trail.history.edit();
   }
-  trail.history.push_back(observation);
+  history->push_back(observation);
 }
 
 Decision decide(const Model& model, State& state, const Stepped& stepped, std::optional<TimePoint> since, TimePoint at,
@@ -170,7 +171,7 @@ Decision decide(const Model& model, State& state, const Stepped& stepped, std::o
   decision.witness_complete = state.trail.history_complete;
   if (stepped.verdict == Verdict::kViolated) decision.number = ++state.trail.violations;
   find_witness(model, state.trail, decision, watch);
-  if (is_over(model, state)) state.trail.history.clear();
+  if (is_over(model, state)) state.trail.history.reset();
   return decision;
 }
 
@@ -198,6 +199,12 @@ void advance_into(const Model& model, State& state, TimePoint now, Decisions& de
 }
 
 }  // namespace
+
+void Trail::forget_all_but(std::size_t latest) {
+  if (history->size() <= latest) return;
+  history = CopyOnWrite(std::vector(history->end() - static_cast<std::ptrdiff_t>(latest), history->end()));
+  history_complete = false;
+}
 
 Model without_witnesses(const Model& model) {
   Model::Parts parts = Access::parts(model);
@@ -291,7 +298,7 @@ Result<void> encode(const Model& model, const Core& core, TimePoint now, std::st
 
 State start(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) {
   State state;
-  state.trail.entered_by.resize(model.chart().states().size());
+  state.trail.entered_by.edit().resize(model.chart().states().size());
   static_cast<Core&>(state) = begin(model, now, {&state.trail, nullptr}, watch);
   state.trail.beginning = state.session.configuration();
   state.trail.started = now;
@@ -327,9 +334,9 @@ Decisions observe(const Model& model, State& state, const Observation& observati
   const Model::Parts& parts = Access::parts(model);
   // A chart that is back in its beginning, and keeps no data from one observation to the next, has forgotten
   // everything.
-  if (parts.forgets && state.session.timers().empty() && !state.trail.history.empty() &&
+  if (parts.forgets && state.session.timers().empty() && !state.trail.history->empty() &&
       state.session.configuration() == state.trail.beginning) {
-    state.trail.history.clear();
+    state.trail.history.overwrite().clear();
     state.trail.history_complete = true;
   }
   return decisions;
@@ -493,7 +500,7 @@ bool was_tested(const Model& model, const State& state) {
   if (origin == nullptr) return true;
   const auto entered = [&](const Situation& situation) {
     const auto index = model.chart().find(situation.state);
-    return index && (state.trail.entered_by[*index] || state.trail.beginning.contains(*index));
+    return index && ((*state.trail.entered_by)[*index] || state.trail.beginning.contains(*index));
   };
   using Role = Situation::Role;
   const auto& situations = origin->situations;

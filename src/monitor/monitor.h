@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "sentree/base/copy_on_write.h"
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
@@ -150,17 +151,22 @@ Stepped step_timers(const Model& model, Core& core, TimePoint until, scxml::Exec
 /// observation overwrites before anything reads them are left out. Error: scxml.no-value-form.
 Result<void> encode(const Model& model, const Core& core, TimePoint now, std::string& out);
 
-/// The part that explains. It decides nothing, and grows with what is observed.
+/// The part that explains. It decides nothing, and grows with what is observed; a copy shares what has grown until one
+/// of the two observes more.
 struct Trail {
   scxml::StateSet beginning;  ///< The configuration after `start`.
   std::uint64_t violations = 0;
   /// Observations whose replay leads where the session is now.
-  std::vector<Observation> history;
+  CopyOnWrite<std::vector<Observation>> history;
   bool history_complete = true;
-  std::size_t reduce_at = kReduceMin;   ///< Size of the history at which it is reduced to what still matters.
-  std::vector<Observation> entered_by;  ///< By state of the chart: during which observation it was entered last.
-  std::uint64_t seen = 0;               ///< Observations that it listened to.
+  std::size_t reduce_at = kReduceMin;  ///< Size of the history at which it is reduced to what still matters.
+  /// By state of the chart: during which observation it was entered last.
+  CopyOnWrite<std::vector<Observation>> entered_by;
+  std::uint64_t seen = 0;  ///< Observations that it listened to.
   TimePoint started{};
+
+  /// Keeps only the latest observations: those before are no part of witnesses of what follows.
+  void forget_all_but(std::size_t latest);
   /// Of what was observed, wherever it is kept.
   friend bool operator==(const Trail& a, const Trail& b);
 };

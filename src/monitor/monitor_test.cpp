@@ -178,7 +178,28 @@ TEST(Monitor, ForgetsThePastWhenItIsBackAtItsBeginning) {
       {"bad"});
   State state = start(m, TimePoint{});
   for (int i = 1; i <= 1000; ++i) see(m, state, message("e", i));
-  EXPECT_TRUE(state.trail.history.empty());
+  EXPECT_TRUE(state.trail.history->empty());
+}
+
+TEST(Trail, IsSharedByCopiesUntilOneOfThemObservesMore) {
+  const Model m = model(
+      "<state id='a'><transition event='e' target='b'/></state><state id='b'><transition event='x' "
+      "target='bad'/></state><state id='bad'/>",
+      {"bad"});
+  State state = start(m, TimePoint{});
+  for (int i = 1; i <= 100; ++i) see(m, state, message("e", i));
+  State copy = state;
+  EXPECT_EQ(&*copy.trail.history, &*state.trail.history);
+  EXPECT_EQ(&*copy.trail.entered_by, &*state.trail.entered_by);
+  const auto decision = see(m, copy, message("x", 101));
+  ASSERT_TRUE(decision);
+  EXPECT_THAT(decision->witness, testing::SizeIs(2));
+  EXPECT_THAT(*state.trail.history, testing::SizeIs(100));
+  EXPECT_FALSE((*state.trail.entered_by)[*m.chart().find("bad")]);
+  const auto later = see(m, state, message("x", 101));
+  ASSERT_TRUE(later);
+  EXPECT_EQ(later->witness, decision->witness);
+  EXPECT_EQ(state, copy);
 }
 
 TEST(Witness, RemembersAsMuchAsItSays) {

@@ -67,7 +67,12 @@ class Pool {
   List messages_;
 };
 
-bool is_same(const Observation& a, const Observation& b) { return a == b || (a && b && *a == *b); }
+using Observations = CopyOnWrite<std::vector<Observation>>;
+
+bool are_same(const Observations& a, const Observations& b) {
+  return std::equal(a->begin(), a->end(), b->begin(), b->end(),
+                    [](const Observation& x, const Observation& y) { return x == y || (x && y && *x == *y); });
+}
 
 tl::unexpected<Diagnostic> bad(const std::string& what) {
   return fail("monitor.bad-state", "this is no saved state of these monitors: " + what);
@@ -111,10 +116,10 @@ Result<State> restore_state(const Model& model, const Value& saved, const std::v
   }
   Trail& trail = state.trail;
   const std::size_t states = model.chart().states().size();
-  if (!take_numbers(saved.find("history"), pool, false, trail.history) ||
-      !take_numbers(saved.find("entered_by"), pool, true, trail.entered_by))
+  if (!take_numbers(saved.find("history"), pool, false, trail.history.edit()) ||
+      !take_numbers(saved.find("entered_by"), pool, true, trail.entered_by.edit()))
     return bad("its observations are not there");
-  if (state.last.size() != parts.lasts || trail.entered_by.size() != states || trail.history.size() > kHistoryMax ||
+  if (state.last.size() != parts.lasts || trail.entered_by->size() != states || trail.history->size() > kHistoryMax ||
       trail.reduce_at < kReduceMin || trail.beginning.words() != scxml::StateSet(states).words())
     return bad("it is of another size");
   return state;
@@ -124,9 +129,8 @@ Result<State> restore_state(const Model& model, const Value& saved, const std::v
 
 bool operator==(const Trail& a, const Trail& b) {
   return a.beginning == b.beginning && a.violations == b.violations && a.history_complete == b.history_complete &&
-         a.reduce_at == b.reduce_at && a.seen == b.seen && a.started == b.started &&
-         std::equal(a.history.begin(), a.history.end(), b.history.begin(), b.history.end(), is_same) &&
-         std::equal(a.entered_by.begin(), a.entered_by.end(), b.entered_by.begin(), b.entered_by.end(), is_same);
+         a.reduce_at == b.reduce_at && a.seen == b.seen && a.started == b.started && are_same(a.history, b.history) &&
+         are_same(a.entered_by, b.entered_by);
 }
 
 Result<Value> save(std::span<const Model> models, const MonitorSet::Memory& memory) {
@@ -143,8 +147,8 @@ Result<Value> save(std::span<const Model> models, const MonitorSet::Memory& memo
     MemoryMembers::visit(state, saver);
     saver.map.append("session", std::move(*session));
     saver.map.append("renaming", std::move(*renaming));
-    saver.map.append("history", pool.numbers(state.trail.history));
-    saver.map.append("entered_by", pool.numbers(state.trail.entered_by));
+    saver.map.append("history", pool.numbers(*state.trail.history));
+    saver.map.append("entered_by", pool.numbers(*state.trail.entered_by));
     states.emplace_back(std::move(saver.map));
   }
   archive::Saver leaves;

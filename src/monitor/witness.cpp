@@ -126,12 +126,12 @@ void reduce_history(const Model& model, State& state, scxml::ExecutionWatch* wat
   // A guess: what set the present values, what led into the present states, and with what values; and the ticks since.
   // It is taken only if a replay of it leads to the same state of affairs.
   std::set<std::size_t> kept;
-  const std::vector<Observation>& history = trail.history;
+  const std::vector<Observation>& history = *trail.history;
   keep_last(history, history.size(), kept);
   std::size_t newest_entry = history.size();
-  for (std::size_t s = 0; s < trail.entered_by.size(); ++s) {
-    if (!state.session.is_active(static_cast<scxml::StateIndex>(s)) || !trail.entered_by[s]) continue;
-    const auto entry = std::find(history.begin(), history.end(), trail.entered_by[s]);
+  for (std::size_t s = 0; s < trail.entered_by->size(); ++s) {
+    if (!state.session.is_active(static_cast<scxml::StateIndex>(s)) || !(*trail.entered_by)[s]) continue;
+    const auto entry = std::find(history.begin(), history.end(), (*trail.entered_by)[s]);
     if (entry == history.end()) continue;
     const auto index = static_cast<std::size_t>(entry - history.begin());
     kept.insert(index);
@@ -157,13 +157,13 @@ void reduce_history(const Model& model, State& state, scxml::ExecutionWatch* wat
   if (same && is_equivalent(model, replay, state, history.back()->time)) {
     std::vector<Observation> reduced;
     for (const std::size_t index : kept) reduced.push_back(history[index]);
-    trail.history = std::move(reduced);
+    trail.history = CopyOnWrite(std::move(reduced));
   }
-  trail.reduce_at = std::max<std::size_t>(kReduceMin, 2 * trail.history.size());
+  trail.reduce_at = std::max<std::size_t>(kReduceMin, 2 * trail.history->size());
 }
 
 void find_witness(const Model& model, const Trail& trail, Decision& decision, scxml::ExecutionWatch* watch) {
-  Selection kept = trail.history;
+  Selection kept = *trail.history;
   decision.witness_minimal = trail.history_complete && shorten(model, trail.started, kept, decision, watch);
   for (const Observation& observation : kept) decision.witness.push_back(*observation);
 }

@@ -356,11 +356,7 @@ class MonitorService final : public rpc::Service {
   rpc::Outcome remember() const {
     monitor::MonitorSet::Memory memory;
     memory.states.push_back(state_);
-    auto& history = memory.states.front().trail.history;
-    if (history.size() > kRememberedMax) {
-      history.erase(history.begin(), history.end() - static_cast<std::ptrdiff_t>(kRememberedMax));
-      memory.states.front().trail.history_complete = false;
-    }
+    memory.states.front().trail.forget_all_but(kRememberedMax);
     const auto saved = monitor::save(models_, memory);
     if (!saved) return refused(saved.error().message);
     return octets_of(pack(*saved));

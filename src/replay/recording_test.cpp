@@ -124,8 +124,8 @@ TEST_F(Recording, HoldsSnapshotsOfTheWholeRun) {
   for (std::size_t i = 0; i < state->queue.size(); ++i) state->queue[i].order = then->queue[i].order;
   for (mission::State* each : {&*state, &*then}) {
     for (monitor::State& monitor : each->monitors.states) {
-      if (monitor.trail.history.size() < kSnapshotTrailMax) continue;
-      monitor.trail.history.clear();  // shortened in the snapshot
+      if (monitor.trail.history->size() < kSnapshotTrailMax) continue;
+      monitor.trail.history.reset();  // shortened in the snapshot
       monitor.trail.history_complete = false;
     }
   }

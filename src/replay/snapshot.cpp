@@ -33,7 +33,7 @@ void save_monitor(const monitor::Model& model, const monitor::State* state, Map&
   if (state == nullptr) return;
   Map saved{{"verdict", monitor::to_string(state->verdict)}};
   // How many observations still matter. Which ones follows from those before the snapshot, and they are many.
-  if (!state->trail.history.empty()) saved["history"] = static_cast<std::int64_t>(state->trail.history.size());
+  if (!state->trail.history->empty()) saved["history"] = static_cast<std::int64_t>(state->trail.history->size());
   if (!state->trail.history_complete) saved["history_complete"] = false;
   if (auto session = scxml::save(model.chart(), state->session)) saved["session"] = std::move(*session);
   into[model.name()] = std::move(saved);
