@@ -211,6 +211,12 @@ TEST(MonitorSet, GivesUpAMonitorWhoseTimersSwarm) {
   EXPECT_THAT(to_string(*set.state(0).failure()), HasSubstr("swarm.scxml: its timers ring more than 1000000 times"));
   EXPECT_FALSE(set.state(1).failure());
   EXPECT_EQ(set.next_timer(), TimePoint(milliseconds(3001)));
+  // So are those that are stepped without a set, by whoever tries many futures.
+  for (std::size_t i = 0; i < 2; ++i) {
+    Core core = begin(models[i], TimePoint{});
+    step_timers(models[i], core, TimePoint(std::chrono::seconds(3)));
+    EXPECT_EQ(core.failure(), set.state(i).failure());
+  }
 }
 
 TEST(MonitorSet, HearsNamesBeyondThoseItRemembers) {

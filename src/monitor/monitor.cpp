@@ -9,6 +9,7 @@
 
 #include "sentree/base/encoder.h"
 #include "sentree/monitor/detail/model.h"
+#include "sentree/monitor/monitor_set.h"
 #include "sentree/monitor/quick.h"
 #include "sentree/scxml/encode.h"
 #include "sentree/scxml/step.h"
@@ -258,8 +259,17 @@ Stepped step_alone(const Model& model, Core& core, const Message& message, const
 Stepped step_timers(const Model& model, Core& core, TimePoint until, const Tracing& tracing,
                     scxml::ExecutionWatch* watch) {
   Stepped stepped;
-  while (core.session.running() && core.session.next_timer() <= until && stepped.verdict == Verdict::kUndecided)
+  TimePoint since = core.session.next_timer();
+  std::size_t rung = 0;
+  while (core.session.running() && core.session.next_timer() <= until && stepped.verdict == Verdict::kUndecided) {
+    const TimePoint due = core.session.next_timer();
+    if (due - since >= std::chrono::seconds(1)) {
+      since = due;
+      rung = 0;
+    }
     stepped = fire_due(model, core, tracing, watch);
+    if (++rung > MonitorSet::kRungMax) give_up_ringing(model, core, due);
+  }
   return stepped;
 }
 

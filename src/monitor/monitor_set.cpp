@@ -215,6 +215,13 @@ void MonitorSet::observe(const Observation& observation, Listener& listener) {
   observed_ = 0;
 }
 
+void give_up_ringing(const Model& model, Core& core, TimePoint due) {
+  scxml::give_up(core.session, {Severity::kError, "monitor.too-many-timers",
+                                fmt::format("its timers ring more than {} times within a second, the last at {} s",
+                                            MonitorSet::kRungMax, seconds(due)),
+                                SourceSpan{model.chart().file()}});
+}
+
 void MonitorSet::advance(TimePoint now, Listener& listener) {
   // In order of time, not of monitors.
   while (next_timer() <= now) {
@@ -226,13 +233,7 @@ void MonitorSet::advance(TimePoint now, Listener& listener) {
     }
     Decisions decisions = monitor::advance(models_[i], states_[i], due, listener.watch(i));
     if (due - rung_[i].since >= std::chrono::seconds(1)) rung_[i] = {.since = due};
-    if (++rung_[i].times > kRungMax) {
-      scxml::give_up(
-          states_[i].session,
-          {Severity::kError, "monitor.too-many-timers",
-           fmt::format("its timers ring more than {} times within a second, the last at {} s", kRungMax, seconds(due)),
-           SourceSpan{models_[i].chart().file()}});
-    }
+    if (++rung_[i].times > kRungMax) give_up_ringing(models_[i], states_[i], due);
     note_timer(i);
     listener.stepped(i, std::move(decisions));
   }

@@ -97,6 +97,10 @@ Stepped step_timers(const Model& model, Core& core, TimePoint until, const Traci
 Decisions observe(const Model& model, State& state, const Observation& observation, Shared* shared, PlainWay& plainly,
                   scxml::ExecutionWatch* watch);
 
+/// Gives up a monitor whose timers ring too often (`MonitorSet::kRungMax`): it could not keep up with a run.
+/// @param due  When the last one rang.
+void give_up_ringing(const Model& model, Core& core, TimePoint due);
+
 /// Gives `decision` its witness: the smallest part of the history (one-minimal) after which it comes again.
 void find_witness(const Model& model, const Trail& trail, Decision& decision, scxml::ExecutionWatch* watch);
 /// Keeps of the history only what leads to the present session, as far as that can be found quickly.
