@@ -61,8 +61,8 @@ struct Pasted {
 Result<Pasted> pasted_nodes(std::string xml) {
   std::erase(xml, '\r');
   // The declaration of a file stands at its beginning only.
-  if (const std::size_t begin = xml.find_first_not_of(" \t\n"); begin != std::string::npos &&
-                                                                 xml.compare(begin, 5, "<?xml") == 0)
+  if (const std::size_t begin = xml.find_first_not_of(" \t\n");
+      begin != std::string::npos && xml.compare(begin, 5, "<?xml") == 0)
     xml.erase(0, xml.find("?>") == std::string::npos ? begin : xml.find("?>") + 2);
   // Who selects from the first '<' on leaves the first line without the indentation that the last has.
   xml.erase(0, std::min(xml.find_first_not_of('\n'), xml.size()));
@@ -269,8 +269,7 @@ class TreeEditor {
       xml += (xml.empty() ? "" : "\n") + written.text_of(node);
     }
     edits_.put(*parent, paste.at.index, xml);
-    const std::string what =
-        nodes.size() == 1 ? shown(nodes.front()) : fmt::format("{} nodes", nodes.size());
+    const std::string what = nodes.size() == 1 ? shown(nodes.front()) : fmt::format("{} nodes", nodes.size());
     return done(fmt::format("paste {} under {}", what, shown(*parent)));
   }
 

@@ -121,9 +121,8 @@ struct DeleteTree {
 struct InlineTree {
   std::uint32_t node = 0;
 };
-using TreeGesture =
-    std::variant<InsertNode, DeleteNode, MoveNode, WrapNode, UnwrapNode, SetAttribute, ExtractTree, InlineTree,
-                 PasteNodes, AddTree, DeleteTree>;
+using TreeGesture = std::variant<InsertNode, DeleteNode, MoveNode, WrapNode, UnwrapNode, SetAttribute, ExtractTree,
+                                 InlineTree, PasteNodes, AddTree, DeleteTree>;
 
 struct GestureResult {
   TextEdits edits;

@@ -145,9 +145,10 @@ TEST(TreeEdit, PastesWhatOtherFilesAndEditorsHave) {
     return edited(kFile, PasteNodes{xml, {all, index}});
   };
   // Several nodes, at the place's indentation; what is inside keeps its own.
-  EXPECT_THAT(pasted("      <Fallback>\r\n        <!-- why -->\r\n        <A/>\r\n      </Fallback>\r\n      <B/>\r\n"),
-              HasSubstr("<Sequence name=\"All\">\n      <Fallback>\n        <!-- why -->\n        <A/>\n      </Fallback>\n"
-                        "      <B/>\n"));
+  EXPECT_THAT(
+      pasted("      <Fallback>\r\n        <!-- why -->\r\n        <A/>\r\n      </Fallback>\r\n      <B/>\r\n"),
+      HasSubstr("<Sequence name=\"All\">\n      <Fallback>\n        <!-- why -->\n        <A/>\n      </Fallback>\n"
+                "      <B/>\n"));
   EXPECT_THAT(pasted("<Fallback>\n          <A/>\n        </Fallback>"),
               HasSubstr("<Sequence name=\"All\">\n      <Fallback>\n        <A/>\n      </Fallback>\n"));
   // A tree, or a file with one, stands for what is in it.
@@ -170,7 +171,8 @@ TEST(TreeEdit, AddsATreeAndDeletesItAgain) {
   EXPECT_EQ(edited(with, DeleteTree{element(with, "Third")}), kFile);
   EXPECT_THAT(edited(kFile, AddTree{"Other"}), HasSubstr("there is a tree Other already"));
   EXPECT_THAT(edited(kFile, AddTree{"no name"}), HasSubstr("is no name of a tree"));
-  EXPECT_THAT(edited(kFile, DeleteTree{outline_of(kFile, builtin_kinds())->trees[1].element}), HasSubstr("1 SubTree is of the tree Other"));
+  EXPECT_THAT(edited(kFile, DeleteTree{outline_of(kFile, builtin_kinds())->trees[1].element}),
+              HasSubstr("1 SubTree is of the tree Other"));
   EXPECT_THAT(edited(kFile, DeleteTree{element(kFile, "Main")}), HasSubstr("the main one"));
   EXPECT_THAT(edited(kFile, DeleteTree{element(kFile, "All")}), HasSubstr("is no tree"));
 }
