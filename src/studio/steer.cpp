@@ -65,7 +65,7 @@ Result<Value> intervene(runtime::Steering& steering, const Value& request) {
   return Value(applied->id > 0 ? Map{{"id", static_cast<std::int64_t>(applied->id)}} : Map());
 }
 
-Value to_value(const mission::StandingIntervention& standing) {
+Value standing_entry(const mission::StandingIntervention& standing) {
   Map value = project::to_entry(standing.what);
   value["id"] = static_cast<std::int64_t>(standing.id);
   value["used"] = static_cast<std::int64_t>(standing.used);
@@ -138,7 +138,7 @@ Result<Value> steer(runtime::Steering& steering, const Subject& subject, const s
   if (op == "add_to_scenario") return add_to_scenario(steering, subject, asked);
   if (op == "interventions") {
     List list;
-    for (const mission::StandingIntervention& one : steering.standing()) list.push_back(to_value(one));
+    for (const mission::StandingIntervention& one : steering.standing()) list.push_back(standing_entry(one));
     return Value(std::move(list));
   }
   if (op == "step") {
