@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include "sentree/cli/output.h"
+#include "sentree/cli/shell_word.h"
 #include "sentree/design/parts.h"
 #include "sentree/project/plan.h"
 #include "sentree/text/file.h"
@@ -39,7 +40,7 @@ int add(const AddCommand& command) {
   // A skill may be what a project lacks, that of a tree that others have drawn above all.
   if (!plan.ok() && command.kind != "skill") {
     say(plan.diagnostics);
-    say(fmt::format("mend the project first: `sentree check {}`", command.project));
+    say(fmt::format("mend the project first: `sentree check {}`", shell_word(command.project)));
     return kInvalidInput;
   }
   if (!plan.ok()) say(plan.diagnostics);
@@ -75,7 +76,7 @@ int add(const AddCommand& command) {
     }
     print(project.shown(file.string()) + "\n");
   }
-  say(filled(part.next, command.project, project.shown(project.mission.path)));
+  say(filled(part.next, shell_word(command.project), shell_word(project.shown(project.mission.path))));
   return kOk;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include "sentree/cli/output.h"
+#include "sentree/cli/shell_word.h"
 #include "sentree/design/parts.h"
 
 namespace sentree::cli {
@@ -15,8 +16,8 @@ int init(const InitCommand& command) {
     return error.code == "design.not-empty" ? kInvalidInput : kEnvironment;
   }
   for (const auto& file : *files) print((target / file).string() + "\n");
-  say(fmt::format("\nNow try:\n  sentree check {}\n  sentree run {} --clock virtual\n  sentree test {}", command.folder,
-                  command.folder, command.folder));
+  const std::string folder = shell_word(command.folder);
+  say(fmt::format("\nNow try:\n  sentree check {0}\n  sentree run {0} --clock virtual\n  sentree test {0}", folder));
   return kOk;
 }
 

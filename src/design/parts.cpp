@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "sentree/base/assert.h"
+#include "sentree/scxml/format.h"
 #include "sentree/text/file.h"
 
 namespace sentree::design {
@@ -28,11 +30,15 @@ std::optional<Call> example_call(const project::Plan& plan) {
 
 std::string chart(const std::string& name, const std::string& about, const std::string& initial,
                   const std::string& body) {
-  return fmt::format(
+  const std::string written = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->\n"
       "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" name=\"{}\" "
       "initial=\"{}\">\n{}</scxml>\n",
       about, name, initial, body);
+  // Where lines are broken depends on the names.
+  const auto formatted = scxml::format(written, name);
+  SENTREE_ASSERT(formatted.has_value());
+  return *formatted;
 }
 
 constexpr const char* kOutcomes = "  <final id=\"success\"/>\n  <final id=\"failure\"/>\n  <final id=\"halted\"/>\n";
