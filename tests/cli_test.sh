@@ -142,6 +142,14 @@ expect 3 'a monitor or requirement leaves_charged already; .* example leaves_cha
 expect 3 'a service gripper already; .* example gripper_2' "$sentree" add component gripper --project "$work/with-component"
 expect 0 'nothing to complain about' "$sentree" check "$work/mine"
 expect 0 'monitor quick: undecided \(holds' "$sentree" run "$work/mine" --scenario calm
+expect 0 'formatted' bash -c "'$sentree' fmt --check '$work/mine' '$work/with-component' && echo formatted"
+expect 0 "sentree check '$work/my robot'\$" "$sentree" init "$work/my robot"
+expect 0 'sentree model '"'$work/my robot'" "$sentree" add skill Wave --project "$work/my robot"
+expect 0 '! --factor is ignored: in virtual time' "$sentree" run "$work/mine" --scenario visit --clock virtual --factor 3
+# What a scenario does not say cannot fail.
+cp -r "$work/mine" "$work/silent" && printf 'duration: 1 s\n' >"$work/silent/scenarios/silent.yaml"
+expect 1 'silent.yaml:1:1: warning: the scenario expects nothing' "$sentree" check "$work/silent"
+expect 0 '! the scenario expects nothing' "$sentree" test "$work/silent" --scenario silent
 # What a run ended too early for, and a script that fails where the mission's status does not tell.
 printf 'timeline:\n  - {at: 1 s, restart: GoToDoor}\n  - {at: 900 s, kill: GoToDoor}\n' >"$work/mine/scenarios/late.yaml"
 expect 0 'ended before 1 of 2 entries of the timeline, the first of them at 900.000 s: kill GoToDoor' \

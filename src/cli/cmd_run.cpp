@@ -432,6 +432,9 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
   }
   if (!show_to_groot(command, *plan.value, viewers.groot, options)) return kEnvironment;
   if (const int code = show_in_foxglove(command, *plan.value, viewers.foxglove, options); code != kOk) return code;
+  // What one can follow in virtual time has a pace.
+  if (command.factor && plan.value->scenario.virtual_time && options.pace <= 0)
+    say("! --factor is ignored: in virtual time nothing is waited for, unless it is shown in a page");
   std::optional<project::JournalSync> sync;
   if (!wants_journal(command, plan.value->scenario.project, resumption, sync)) return kUsage;
   if (files) {

@@ -14,6 +14,7 @@
 #include "sentree/cli/progress.h"
 #include "sentree/cli/report.h"
 #include "sentree/processes/elsewhere.h"
+#include "sentree/project/expectations.h"
 
 namespace sentree::cli {
 
@@ -56,7 +57,8 @@ Tested test_one(const std::filesystem::path& file, bool strict, campaign::Covera
 
   const project::Scenario& scenario = plan->scenario;
   // One that expects nothing, as what was done by hand and saved, is a way to do it again.
-  const bool expects = scenario.mission || !scenario.mission_reason.empty() || !scenario.verdicts.empty();
+  const bool expects = project::expects_anything(scenario);
+  if (!expects) report.problems.emplace_back("the scenario expects nothing, whatever comes out");
   for (const runtime::MonitorReport& monitor : report.monitors) {
     if (strict && !monitor.vacuity.empty())
       report.unmet.push_back("monitor " + monitor.name + " was not put to the test: it " + monitor.vacuity);

@@ -199,8 +199,14 @@ class Check {
       }
     }
     if (is_oneway) return refuse("steering.unknown-call", pattern + " is one-way: nobody learns what became of it");
+    // A service's name by itself is meant for all of it.
+    Names services;
+    for (const auto& [name, service] : *scope_.services) services.push_back(name);
+    const std::string near(closest(pattern, services));
     return refuse("steering.unknown-call",
-                  fmt::format("no service has a method \"{}\"{}", pattern, did_you_mean(pattern, calls())));
+                  fmt::format("no service has a method \"{}\"{}", pattern,
+                              near.empty() ? did_you_mean(pattern, calls())
+                                           : fmt::format("; all methods of {} are \"{}.*\"", near, near)));
   }
 
   const LeafPlan* leaf(const std::string& name) const {

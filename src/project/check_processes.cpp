@@ -5,8 +5,41 @@
 #include <fmt/format.h>
 
 #include "sentree/project/any_reply.h"
+#include "sentree/rpc/address.h"
 
 namespace sentree::project {
+
+namespace {
+
+// At an address that can be meant, or in a process of the scenario; what is wrong with others is told by itself.
+bool is_elsewhere(const std::string& at) {
+  return !is_inside(at) && at != kAnyReply && (at.starts_with('{') || rpc::Address::parse(at));
+}
+
+// That the part at `elsewhere` has no virtual time, where one can mend it: in the scenario, or if it is not that which
+// says so, in what is asked for.
+void tell_clock(const Scenario& scenario, const std::string& what, const SourceSpan& elsewhere,
+                Diagnostics& diagnostics) {
+  const text::YamlNode* const clock = scenario.source.find("clock");
+  const bool is_own = scenario.file != scenario.project.file && (clock == nullptr || clock->scalar == "virtual");
+  if (!is_own) {
+    add(diagnostics, Severity::kError, "scenario.clock",
+        what +
+            " runs in another process, which has no virtual time: run it with --clock real; to verify a mission needs "
+            "everything in it as charts",
+        elsewhere);
+    return;
+  }
+  SourceSpan place = clock != nullptr ? clock->span : scenario.source.span;
+  if (place.file.empty()) place.file = scenario.file;
+  add(diagnostics, Severity::kError, "scenario.clock",
+      fmt::format("{} ({}) runs in another process, which has no virtual time: the scenario needs clock: real, or "
+                  "{{real: FACTOR}}; to verify a mission needs everything in it as charts",
+                  what, to_string(elsewhere)),
+      place);
+}
+
+}  // namespace
 
 void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
   const auto check = [&](const std::string& at, const std::string& what, const SourceSpan& span) {
@@ -40,14 +73,8 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
       part(!monitor.at.empty(), monitor.span, "monitor", monitor.name);
     for (const SkillEntry& skill : project.skills) part(!skill.at.empty(), skill.span, "skill", skill.leaf);
     for (const ServiceEntry& service : project.services)
-      part(!is_inside(service.at) && service.at != kAnyReply, service.span, "service", service.name);
-    if (!elsewhere.file.empty()) {
-      add(diagnostics, Severity::kError, "scenario.clock",
-          what +
-              " runs in another process, which has no virtual time: a run needs clock: real or {real: FACTOR}, and to "
-              "verify a mission needs everything in it as charts",
-          elsewhere);
-    }
+      part(is_elsewhere(service.at), service.span, "service", service.name);
+    if (!elsewhere.file.empty()) tell_clock(scenario, what, elsewhere, diagnostics);
   }
   for (const ProcessEntry& process : scenario.processes) {
     if (process.skill.empty()) continue;

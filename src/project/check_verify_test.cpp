@@ -32,7 +32,7 @@ std::vector<std::string> said(const std::string& verify, const std::string& choi
   fs::create_directory(folder / "scenarios");
   std::ofstream(folder / "scenarios/one.yaml")
       << "clock: virtual\noverride: {services: {battery: {at: model}, navigation: {at: model}}}\n"
-      << (choices.empty() ? "" : "choices: [" + choices + "]\n");
+      << (choices.empty() ? "" : "choices: [" + choices + "]\n") << "expect: {mission: RUNNING}\n";
   std::vector<std::string> all;
   for (const Diagnostic& diagnostic : check_project(folder)) {
     std::string one = to_string(diagnostic);

@@ -251,6 +251,12 @@ void read_rename(const text::YamlNode& name, const text::YamlNode& entry, Monito
   }
   if (rename.when == "changed" && rename.data.empty())
     reader.error(reader.span("when"), "project.when", what + " has no \"data\" that could change");
+  // Any other word is an expression, with what `data` names.
+  static const std::vector<std::string> kChanged{"changed"};
+  const bool is_datum = std::any_of(rename.data.begin(), rename.data.end(),
+                                    [&](const auto& datum) { return datum.first == rename.when; });
+  if (const std::string near = did_you_mean(rename.when, kChanged); !near.empty() && !is_datum)
+    reader.error(reader.span("when"), "project.when", fmt::format("when of {} is \"{}\"{}", what, rename.when, near));
   monitor.events.push_back(std::move(rename));
 }
 
@@ -445,6 +451,10 @@ void read_faults(const std::filesystem::path& file, VerifySection& verify, Diagn
   if (const auto* section = reader.mapping("faults")) read_fault_section(*section, verify, diagnostics);
 }
 
+// Keys that are no slip but for the file that they stand in.
+constexpr std::string_view kOfScenarios[] = {"clock",    "seed",   "duration",  "stop_when_violated",
+                                             "timeline", "delays", "processes", "expect"};
+
 Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
   Loaded<Project> loaded;
   std::filesystem::path file = folder_or_file;
@@ -469,6 +479,13 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
   project.file = file.string();
   {
     YamlReader reader(*yaml, "the project", loaded.diagnostics);
+    for (const auto& [key, value] : yaml->entries) {
+      if (std::find(std::begin(kOfScenarios), std::end(kOfScenarios), key.scalar) == std::end(kOfScenarios)) continue;
+      reader.error(key.span, "project.unknown-key",
+                   fmt::format("the project has no key \"{0}\": {0} stands in a scenario, such as scenarios/NAME.yaml",
+                               key.scalar));
+      reader.know(key.scalar);
+    }
     if (const auto* mission = reader.node("mission"))
       read_mission(*mission, false, project, loaded.diagnostics);
     else

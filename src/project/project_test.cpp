@@ -100,11 +100,13 @@ TEST(Project, AnEventHasSeveralSources) {
                "        - {on: [n.goto*.request, n.follow.request], from: Go*, data: {to: args.name}, when: changed}\n"
                "        - {on: n.stop.request}\n"
                "      level: {on: b.get.reply, data: {v: result}, when: value < last}\n"
-               "      bad: {when: changed}\n");
+               "      bad: {when: changed}\n"
+               "      near: {on: n.x.request, data: {v: result}, when: chnged}\n");
   const auto loaded = load_project(folder.path());
   EXPECT_THAT(messages(loaded.diagnostics, folder),
               ElementsAre("sentree.yaml:9:12: event \"bad\" needs \"on\": the observations that it stands for",
-                          "sentree.yaml:9:19: event \"bad\" has no \"data\" that could change"));
+                          "sentree.yaml:9:19: event \"bad\" has no \"data\" that could change",
+                          "sentree.yaml:10:56: when of event \"near\" is \"chnged\"; did you mean \"changed\"?"));
 }
 
 TEST(Project, AModelHasNoOtherKeys) {
@@ -278,6 +280,58 @@ TEST(Scenario, RefusesWhatItCannotExpect) {
                   "scenarios/s.yaml:2:19: mission \"GOOD\" must be SUCCESS, FAILURE or RUNNING",
                   "scenarios/s.yaml:2:36: the project has no monitor \"batery\"; did you mean \"battery\"?",
                   "scenarios/s.yaml:2:63: verdict \"fine\" must be violated, satisfied, undecided or owed"));
+}
+
+// A project with a service at an address, and what is said of it with a scenario.
+std::vector<std::string> said_of(const Folder& folder, const std::string& at, const std::string& scenario,
+                                 const std::string& more = "") {
+  std::filesystem::create_directories(folder.path() / "interfaces");
+  folder.write("interfaces/s.thrift", "service S { i32 get() }\n");
+  folder.write("m.xml", "<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\"><AlwaysSuccess/></BehaviorTree></root>");
+  folder.write("sentree.yaml",
+               "mission: {file: m.xml}\nservices:\n  s: {interface: s.thrift/S, at: '" + at + "'}\n" + more);
+  folder.write("scenarios/s.yaml", scenario);
+  return messages(check_project(folder.path()), folder);
+}
+
+TEST(Scenario, InVirtualTimeIsToldWhatIsElsewhere) {
+  const Folder folder;
+  const std::string expects = "expect: {mission: SUCCESS}\n";
+  EXPECT_THAT(said_of(folder, "tcp://127.0.0.1:1", expects + "clock: real\n"), ElementsAre());
+  const auto why = ::testing::HasSubstr(
+      "sentree.yaml:3:3) runs in another process, which has no virtual time: the scenario needs clock: real");
+  for (const std::string& clock : {std::string(), std::string("clock: virtual\n")}) {
+    EXPECT_THAT(said_of(folder, "tcp://127.0.0.1:1", clock + expects),
+                ElementsAre(::testing::AllOf(::testing::StartsWith("scenarios/s.yaml:1:"), why)))
+        << "where it can be mended";
+  }
+  EXPECT_THAT(said_of(folder, "tcp:/127.0.0.1:1", expects), ElementsAre(::testing::StartsWith("sentree.yaml:3:3: ")))
+      << "what is no address is told once";
+}
+
+TEST(Scenario, ThatExpectsNothingIsPointedOut) {
+  const Folder folder;
+  EXPECT_THAT(said_of(folder, "tcp://127.0.0.1:1", "clock: real\n"),
+              ElementsAre("scenarios/s.yaml:1:1: warning: the scenario expects nothing, so that no test of it fails; "
+                          "write expect: {mission: SUCCESS}, or verdicts of monitors"));
+}
+
+TEST(Scenario, MakesUnreachableWhatIsThere) {
+  const Folder folder;
+  const auto told = [&](const std::string& call) {
+    return said_of(folder, "tcp://127.0.0.1:1",
+                   "clock: real\ntimeline:\n  - {at: 1 s, unreachable: " + call + "}\nexpect: {mission: SUCCESS}\n");
+  };
+  EXPECT_THAT(told("s"),
+              ElementsAre(::testing::EndsWith("no service has a method \"s\"; all methods of s are \"s.*\"")));
+  EXPECT_THAT(told("s.gett"), ElementsAre(::testing::EndsWith("did you mean \"s.get\"?")));
+}
+
+TEST(Project, SaysWhereKeysOfScenariosBelong) {
+  const Folder folder;
+  EXPECT_THAT(said_of(folder, "tcp://127.0.0.1:1", "clock: real\nexpect: {mission: SUCCESS}\n", "clock: real\n"),
+              ElementsAre("sentree.yaml:4:1: the project has no key \"clock\": clock stands in a scenario, such as "
+                          "scenarios/NAME.yaml"));
 }
 
 TEST(Scenario, OfAProjectAloneHasTheNameOfItsFolder) {
