@@ -733,6 +733,8 @@ expect 0 '^project: ' cat "$work/varied/search/corpus/run-1.yaml"
 expect 3 'are not those of the runs there' "$sentree" campaign "$work/varied" -n 12 --resume --out "$work/varied/search"
 expect 2 'excludes' "$sentree" campaign "$work/varied" --search --resume
 expect 2 'I/N, the I-th of N parts' "$sentree" campaign "$work/varied" --shard 5/4
+expect 0 'grasps violated > 1%: holds after .* of 1.00 % to 2.00 % it says either' "$sentree" campaign examples/grasp --no-shrink \
+  --out "$work/grasped" --expect 'grasps violated > 1%'
 printf 'parameters: {world.batery.initial: {uniform: [20 %%, 100 %%]}}\n' >"$work/slip.yaml"
 expect 3 'did you mean "battery"' "$sentree" campaign "$work/varied" --vary "$work/slip.yaml"
 

@@ -140,10 +140,15 @@ std::string to_page(const Summary& summary, const std::string& title, const std:
   }
   out += "</table>\n";
   if (!summary.tests().empty()) {
-    out += "<h2>Expected</h2>\n<table><tr><th>expectation</th><th>verdict</th><th>runs</th><th>of them so</th></tr>\n";
+    out +=
+        "<h2>Expected</h2>\n<table><tr><th>expectation</th><th>verdict</th><th>runs</th><th>of them so</th><th>says "
+        "either of</th></tr>\n";
     for (const SequentialTest& test : summary.tests()) {
-      out += fmt::format("<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
-                         text::xml_escape(test.expectation().text), to_string(test.state()), test.runs(), test.hits());
+      out += fmt::format(
+          "<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{} to "
+          "{}</td></tr>\n",
+          text::xml_escape(test.expectation().text), to_string(test.state()), test.runs(), test.hits(),
+          short_percent(test.indifference().low), short_percent(test.indifference().high));
     }
     out += "</table>\n";
   }

@@ -105,21 +105,30 @@ Influence influence(const std::vector<Group>& groups) {
   return out;
 }
 
+std::optional<double> parse_share(const std::string& text) {
+  const char* const begin = text.c_str();
+  char* end = nullptr;
+  double value = std::strtod(begin, &end);
+  std::string unit(end);
+  std::erase(unit, ' ');
+  if (end == begin || !(unit.empty() || unit == "%")) return std::nullopt;
+  if (unit == "%") {
+    const std::string number = text.substr(0, static_cast<std::size_t>(end - begin));
+    // The nearest to what is written, which a division of the nearest to the per cent is not.
+    value = number.find_first_of("eEpP") == std::string::npos ? std::strtod((number + "e-2").c_str(), nullptr)
+                                                              : value / 100;
+  }
+  return value > 0 && value < 1 ? std::optional(value) : std::nullopt;
+}
+
 Result<Expectation> parse_expectation(const std::string& text, const std::vector<std::string>& requirements) {
   Expectation out;
   out.text = text;
   std::istringstream words(text);
   std::string sign;
   std::string number;
-  std::string rest;
   words >> out.subject >> out.what >> sign;
   std::getline(words, number);
-  const char* const begin = number.c_str();
-  char* end = nullptr;
-  out.rate = std::strtod(begin, &end);
-  rest = end;
-  std::erase(rest, ' ');
-  if (rest == "%") out.rate /= 100;
   const auto wrong = [&](const std::string& why) {
     return fail(
         "campaign.expect",
@@ -137,28 +146,31 @@ Result<Expectation> parse_expectation(const std::string& text, const std::vector
     return wrong(fmt::format("there is no \"{}\" of it{}", out.what, did_you_mean(out.what, whats)));
   if (sign != "<" && sign != ">") return wrong("it needs < or >");
   out.below = sign == "<";
-  if (end == begin || !(rest.empty() || rest == "%") || !(out.rate > 0.0 && out.rate < 1.0))
-    return wrong("a rate is above 0 and below 1");
+  const auto rate = parse_share(number);
+  if (!rate) return wrong("a rate is above 0 and below 1");
+  out.rate = *rate;
   return out;
 }
 
 SequentialTest::SequentialTest(Expectation expectation, double confidence) : expectation_(std::move(expectation)) {
-  // Of what must be rare: the misses, where the rate must be above.
-  const double p_refuted = expectation_.below ? expectation_.rate : 1.0 - expectation_.rate;
-  const double p_holds = p_refuted / 2.0;
-  step_hit_ = std::log(p_holds / p_refuted);
-  step_miss_ = std::log((1.0 - p_holds) / (1.0 - p_refuted));
-  bound_ = std::log(confidence / (1.0 - confidence));
+  const double bound = expectation_.rate;
+  const double holds =
+      expectation_.below ? std::max(bound / 2, 1 - 2 * (1 - bound)) : std::min(2 * bound, 1 - (1 - bound) / 2);
+  indifference_ = {std::min(bound, holds), std::max(bound, holds)};
+  step_hit_ = std::log(holds / bound);
+  step_miss_ = std::log((1 - holds) / (1 - bound));
+  // A likelihood ratio exceeds 1/α with a probability of at most α.
+  threshold_ = -std::log(1 - confidence);
 }
 
 void SequentialTest::add(bool hit) {
   if (state_ != State::kOpen) return;
   ++runs_;
   hits_ += hit ? 1 : 0;
-  ratio_ += hit == expectation_.below ? step_hit_ : step_miss_;
-  if (ratio_ >= bound_)
+  ratio_ += hit ? step_hit_ : step_miss_;
+  if (ratio_ >= threshold_)
     state_ = State::kHolds;
-  else if (ratio_ <= -bound_)
+  else if (ratio_ <= -threshold_)
     state_ = State::kRefuted;
 }
 

@@ -72,6 +72,9 @@ struct Influence {
 /// Source: Hays, "Statistics for Psychologists", 1963.
 [[nodiscard]] Influence influence(const std::vector<Group>& groups);
 
+/// "1 %", "1%" or 0.01; nothing unless it lies between 0 and 1.
+[[nodiscard]] std::optional<double> parse_share(const std::string& text);
+
 /// What is expected of a rate: "never_empty violated < 1e-3", "mission SUCCESS > 95 %".
 struct Expectation {
   std::string text;
@@ -84,8 +87,9 @@ struct Expectation {
 [[nodiscard]] Result<Expectation> parse_expectation(const std::string& text,
                                                     const std::vector<std::string>& requirements);
 
-/// Decides about a rate as early as the runs allow: that it is on the expected side by a factor of two at least, or
-/// that it is not on that side. In between both may come out; either is wrong with at most 1 − confidence.
+/// Decides about a rate as early as the runs allow: that it is on the expected side, and beyond `indifference`, or that
+/// it is not on that side. Either is wrong with at most 1 − confidence; within the indifference region both may come
+/// out.
 /// Source: Wald, "Sequential Tests of Statistical Hypotheses", 1945.
 class SequentialTest {
  public:
@@ -98,12 +102,16 @@ class SequentialTest {
   [[nodiscard]] std::uint64_t runs() const { return runs_; }
   [[nodiscard]] std::uint64_t hits() const { return hits_; }
   [[nodiscard]] const Expectation& expectation() const { return expectation_; }
+  /// From the bound to the expected side, to where the rate or its complement differs from that of the bound by a
+  /// factor of two, whichever is nearer.
+  [[nodiscard]] const Interval& indifference() const { return indifference_; }
 
  private:
   Expectation expectation_;
+  Interval indifference_;
   double step_hit_;
   double step_miss_;
-  double bound_;
+  double threshold_;
   double ratio_ = 0;  // logarithm of the likelihood of "holds" against that of "does not"
   std::uint64_t runs_ = 0;
   std::uint64_t hits_ = 0;

@@ -106,23 +106,57 @@ TEST(Influence, OfWhatDoesNotMatterIsNone) {
   EXPECT_EQ(influence({{5, 5, 5}, {5, 5, 5}}).share, 0.0);
 }
 
+// At the ends of the indifference region, where it is wrong most often, and beyond them.
 TEST(SequentialTest, IsWrongAsSeldomAsItSays) {
   constexpr std::uint64_t kSeed = 31;
   SCOPED_TRACE(kSeed);
   Rng rng(kSeed);
-  const auto expectation = parse_expectation("r violated < 10 %", {"r"});
-  ASSERT_TRUE(expectation);
-  const auto decided = [&](double rate) {
-    int refuted = 0;
-    for (int i = 0; i < 400; ++i) {
-      SequentialTest test(*expectation, 0.95);
+  const auto refuted = [&](const Expectation& expectation, double confidence, int repeats, double rate) {
+    int count = 0;
+    for (int i = 0; i < repeats; ++i) {
+      SequentialTest test(expectation, confidence);
       while (test.state() == SequentialTest::State::kOpen) test.add(rng.uniform() < rate);
-      refuted += test.state() == SequentialTest::State::kRefuted ? 1 : 0;
+      count += test.state() == SequentialTest::State::kRefuted ? 1 : 0;
     }
-    return refuted;
+    return count;
   };
-  EXPECT_LE(decided(0.05), 32);  // at most 5 % of 400, and what chance adds
-  EXPECT_GE(decided(0.10), 368);
+  for (const auto& [confidence, repeats] : {std::pair(0.9, 1000), std::pair(0.99, 400)}) {
+    const double most = (1 - confidence) * repeats + 4 * std::sqrt(confidence * (1 - confidence) * repeats);
+    for (const double bound : {0.01, 0.1, 0.5, 0.9, 0.99}) {
+      for (const bool below : {false, true}) {
+        SCOPED_TRACE(testing::Message() << (below ? "< " : "> ") << bound << " at " << confidence);
+        const Expectation expectation{.text = {}, .subject = "r", .what = "violated", .below = below, .rate = bound};
+        const auto [low, high] = SequentialTest(expectation, confidence).indifference();
+        EXPECT_DOUBLE_EQ(below ? high : low, bound);
+        EXPECT_LE(high - low, std::min(bound, 1 - bound) * (1 + 1e-9));
+        for (const double rate : {low, low / 3}) {
+          const int count = refuted(expectation, confidence, repeats, rate);
+          EXPECT_LE(below ? count : repeats - count, most) << rate;
+        }
+        for (const double rate : {high, 1 - (1 - high) / 3}) {
+          const int count = refuted(expectation, confidence, repeats, rate);
+          EXPECT_LE(below ? repeats - count : count, most) << rate;
+        }
+      }
+    }
+  }
+}
+
+TEST(SequentialTest, TellsFromTheBoundOnTheSideOfTheSmallerRate) {
+  const auto indifference = [](const std::string& text) {
+    const auto expectation = parse_expectation(text, {});
+    return expectation ? SequentialTest(*expectation, 0.99).indifference() : Interval{};
+  };
+  const auto is = [](const Interval& found, double low, double high) {
+    EXPECT_NEAR(found.low, low, 1e-12);
+    EXPECT_NEAR(found.high, high, 1e-12);
+  };
+  is(indifference("mission FAILURE < 1 %"), 0.005, 0.01);
+  is(indifference("mission FAILURE > 1 %"), 0.01, 0.02);
+  is(indifference("mission SUCCESS < 99 %"), 0.98, 0.99);
+  is(indifference("mission SUCCESS > 99 %"), 0.99, 0.995);
+  is(indifference("mission SUCCESS < 50 %"), 0.25, 0.5);
+  is(indifference("mission SUCCESS > 50 %"), 0.5, 0.75);
 }
 
 TEST(SequentialTest, DecidesAboutARareViolationAsSoonAsTheRunsSay) {
@@ -131,11 +165,11 @@ TEST(SequentialTest, DecidesAboutARareViolationAsSoonAsTheRunsSay) {
   SequentialTest test(*expectation, 0.99);
   while (test.state() == SequentialTest::State::kOpen) test.add(false);
   EXPECT_EQ(test.state(), SequentialTest::State::kHolds);
-  EXPECT_EQ(test.runs(), static_cast<std::uint64_t>(std::ceil(std::log(99) / std::log((1 - 5e-4) / (1 - 1e-3)))));
+  EXPECT_EQ(test.runs(), static_cast<std::uint64_t>(std::ceil(std::log(100) / std::log((1 - 5e-4) / (1 - 1e-3)))));
   SequentialTest bad(*expectation, 0.99);
   while (bad.state() == SequentialTest::State::kOpen) bad.add(true);
   EXPECT_EQ(bad.state(), SequentialTest::State::kRefuted);
-  EXPECT_EQ(bad.runs(), 7U);  // 2^7 > 99
+  EXPECT_EQ(bad.runs(), 7U);  // 2^7 > 100
 }
 
 TEST(SequentialTest, TurnsWhatMustBeOftenRound) {
@@ -144,6 +178,15 @@ TEST(SequentialTest, TurnsWhatMustBeOftenRound) {
   SequentialTest test(*expectation, 0.95);
   while (test.state() == SequentialTest::State::kOpen) test.add(true);
   EXPECT_EQ(test.state(), SequentialTest::State::kHolds);
+}
+
+TEST(Share, IsTheNearestToWhatIsWritten) {
+  EXPECT_EQ(parse_share("99.9 %"), 0.999);
+  EXPECT_EQ(parse_share("2.7%"), 0.027);
+  EXPECT_EQ(parse_share("1e-1 %"), 0.001);
+  EXPECT_EQ(parse_share("0.01"), 0.01);
+  for (const char* none : {"", "%", "0", "100 %", "-1 %", "nan", "nan %", "5 m", "5 % %"})
+    EXPECT_EQ(parse_share(none), std::nullopt) << none;
 }
 
 TEST(Expectation, OfNothingThatThereIsSaysWhatThereIs) {

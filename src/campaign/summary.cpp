@@ -210,6 +210,7 @@ Value Summary::to_value() const {
   for (const SequentialTest& test : tests_) {
     tests.emplace_back(Map{{"expectation", test.expectation().text},
                            {"verdict", to_string(test.state())},
+                           {"indifference", interval_value(test.indifference())},
                            {"runs", count(test.runs())},
                            {"count", count(test.hits())}});
   }

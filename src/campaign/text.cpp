@@ -65,8 +65,10 @@ std::string to_text(const Summary& summary, const std::map<std::string, std::str
                                                                    : grouped(requirement.untested) + " runs"));
   }
   for (const SequentialTest& test : summary.tests()) {
-    out += line("expected", fmt::format("{}: {} after {} runs, {} of them so", test.expectation().text,
-                                        to_string(test.state()), grouped(test.runs()), grouped(test.hits())));
+    out += line("expected",
+                fmt::format("{}: {} after {} runs, {} of them so; of {} to {} it says either", test.expectation().text,
+                            to_string(test.state()), grouped(test.runs()), grouped(test.hits()),
+                            percent(test.indifference().low), percent(test.indifference().high)));
   }
   if (summary.time_to_goal().count() > 0) out += line("time to goal", tally_text(summary.time_to_goal(), 1, "s"));
   if (summary.battery().count() > 0) out += line("battery least", tally_text(summary.battery(), 100, "%"));

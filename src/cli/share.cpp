@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
-
+#include "sentree/campaign/statistics.h"
 #include "sentree/cli/output.h"
 
 namespace sentree::cli {
@@ -14,12 +13,8 @@ std::string as_percent(double share) {
 }
 
 std::optional<double> share(const std::string& option, const std::string& text) {
-  char* end = nullptr;
-  double value = std::strtod(text.c_str(), &end);
-  std::string unit(end);
-  std::erase(unit, ' ');
-  if (unit == "%") value /= 100;
-  if (end != text.c_str() && (unit.empty() || unit == "%") && value > 0 && value < 1) return value;
+  const auto value = campaign::parse_share(text);
+  if (value) return value;
   say(fmt::format("{} {}: a share between 0 and 100 %, such as 1% or 0.01", option, text));
   return std::nullopt;
 }
