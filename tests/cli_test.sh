@@ -711,7 +711,9 @@ violating=$(awk -F, '$10 == "violated" || $12 == "violated" { print $2; exit }' 
 expect 1 'violated at' "$sentree" run "$work/varied" --vary "$work/varied/campaign.yaml" --seed "${violating:-0}"
 cp "$work/varied/campaign/runs.csv" "$work/whole.csv" && cp "$work/varied/campaign/result.json" "$work/whole.json"
 head -5 "$work/whole.csv" >"$work/varied/campaign/runs.csv"
-expect 1 '"seed":1,' "$sentree" campaign "$work/varied" -n 12 --resume --json
+expect 3 'asked for with -n 12, not 6' "$sentree" campaign "$work/varied" -n 6 --resume
+expect 3 'asked for with --seed 1, not 2' "$sentree" campaign "$work/varied" --seed 2 --resume
+expect 1 '"seed":1,' "$sentree" campaign "$work/varied" --resume --json
 # As a Slurm array would run its tasks.
 mkdir -p "$work/path" && ln -sf "$(realpath "$sentree")" "$work/path/sentree"
 for i in 1 2 3; do

@@ -98,7 +98,53 @@ bool same_campaign(const Settings& a, const Settings& b) {
   return a.identity == b.identity && a.asked.seed == b.asked.seed;
 }
 
+// But for spaces.
+std::vector<std::string> texts(const std::vector<Expectation>& expectations) {
+  std::vector<std::string> out;
+  for (const Expectation& expectation : expectations) std::erase(out.emplace_back(expectation.text), ' ');
+  return out;
+}
+
+std::string as_options(const std::vector<std::string>& expectations) {
+  std::string all;
+  for (const std::string& text : expectations) all += fmt::format("{}--expect \"{}\"", all.empty() ? "" : " ", text);
+  return all;
+}
+
+// Of judging, which the number of runs is not.
+bool judges_alike(const Asked& a, const Asked& b) {
+  return a.confidence == b.confidence && a.precision == b.precision && texts(a.expectations) == texts(b.expectations);
+}
+
 }  // namespace
+
+Result<Asked> ask_again(Asked before, const AskedAgain& now, const std::filesystem::path& folder) {
+  const auto differs = [&](const std::string& then, const std::string& wanted) {
+    return tl::unexpected(changed(folder, fmt::format("the runs there were asked for with {}, not {}", then, wanted)));
+  };
+  const auto percent = [](double share) { return fmt::format("{:.15g}%", share * 100); };
+  if (now.seed && *now.seed != before.seed)
+    return differs(fmt::format("--seed {}", before.seed), fmt::format("{}", *now.seed));
+  if (now.confidence && *now.confidence != before.confidence)
+    return differs("--confidence " + percent(before.confidence), percent(*now.confidence));
+  if (now.precision && now.precision != before.precision) {
+    return differs(before.precision ? "--precision " + percent(*before.precision) : "no --precision",
+                   percent(*now.precision));
+  }
+  if (!now.expectations.empty()) {
+    std::vector<Expectation> wanted;
+    for (const std::string& text : now.expectations) wanted.push_back({.text = text, .subject = {}, .what = {}});
+    if (texts(wanted) != texts(before.expectations)) {
+      std::vector<std::string> then;
+      for (const Expectation& expectation : before.expectations) then.push_back(expectation.text);
+      return differs(then.empty() ? "no --expect" : as_options(then), as_options(now.expectations));
+    }
+  }
+  if (now.runs && *now.runs < before.runs)
+    return differs(fmt::format("-n {}", before.runs), fmt::format("{}", *now.runs));
+  before.runs = now.runs.value_or(before.runs);
+  return before;
+}
 
 Value to_value(const Settings& settings) {
   List expectations;
@@ -279,10 +325,14 @@ Result<Summary> run_campaign(Runner& runner, const Settings& settings, const Cam
 Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
                                const std::vector<std::filesystem::path>& shards, const std::filesystem::path& folder) {
   struct Source {
+    std::filesystem::path folder;
+    Settings settings;
     Table table;
     std::optional<Row> row;
   };
   const std::string header = header_of(runner);
+  Settings merged = settings;
+  merged.shard = {};
   std::vector<Source> sources;
   const auto advance = [](Source& source) -> Result<void> {
     auto row = source.table.next();
@@ -296,15 +346,20 @@ Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
     if (!same_campaign(*other, settings))
       return fail("campaign.changed", (shard / kSettingsName).string() +
                                           ": its project, what is varied, or its seed are not those of the others");
-    sources.push_back({Table(shard / kTableName, header, runner.requirements().size()), std::nullopt});
+    if (!sources.empty() && !judges_alike(sources.front().settings.asked, other->asked))
+      return fail("campaign.changed",
+                  fmt::format("{}: --confidence, --precision or --expect are not those of {}",
+                              (shard / kSettingsName).string(), (sources.front().folder / kSettingsName).string()));
+    merged.asked.runs = std::max(merged.asked.runs, other->asked.runs);
+    sources.push_back({shard, *other, Table(shard / kTableName, header, runner.requirements().size()), std::nullopt});
     if (!sources.back().table.is_good())
       return fail("campaign.table", (shard / kTableName).string() + " is no table of this campaign");
     if (auto first = advance(sources.back()); !first) return tl::unexpected(first.error());
   }
-  Summary summary = empty_summary(runner, settings.asked);
+  Summary summary = empty_summary(runner, merged.asked);
   std::ofstream out(folder / kTableName, std::ios::binary | std::ios::trunc);
   out << header;
-  for (std::uint64_t run = 1; run <= settings.asked.runs && !summary.done(); ++run) {
+  for (std::uint64_t run = 1; run <= merged.asked.runs && !summary.done(); ++run) {
     Row row;
     row.run = run;
     row.seed = seed_of(settings.asked.seed, run);
@@ -314,7 +369,11 @@ Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
       while (source.row && source.row->run < run) {
         if (auto on = advance(source); !on) return tl::unexpected(on.error());
       }
-      if (source.row && source.row->run == run) row = *source.row;
+      const Settings& of = source.settings;
+      if (source.row && source.row->run == run)
+        row = *source.row;
+      else if (run > of.asked.runs && (run - 1) % of.shard.count == of.shard.index - 1)
+        row.reason = fmt::format("{} was asked for {} runs only", source.folder.string(), of.asked.runs);
     }
     const auto levels = runner.drawing().levels(row.seed);
     out << csv_line(row, texts(levels));
@@ -322,8 +381,6 @@ Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
   }
   out.flush();
   if (!out) return fail("file.unwritable", (folder / kTableName).string() + " cannot be written");
-  Settings merged = settings;
-  merged.shard = {};
   if (auto written = text::write_file(folder / kSettingsName, to_json(to_value(merged)) + "\n"); !written)
     return tl::unexpected(written.error());
   return summary;

@@ -32,6 +32,19 @@ struct Settings {
 /// Error: campaign.settings.
 [[nodiscard]] Result<Settings> read_settings(const std::filesystem::path& folder);
 
+/// What is asked of a campaign that is gone on with; nothing: what was asked before.
+struct AskedAgain {
+  std::optional<std::uint64_t> seed;
+  std::optional<std::uint64_t> runs;
+  std::optional<double> confidence;
+  std::optional<double> precision;
+  std::vector<std::string> expectations;
+};
+/// What was asked, with more runs if they are asked for now.
+/// @param folder  Of the runs, for messages.
+/// Error: campaign.changed, if something else is asked.
+[[nodiscard]] Result<Asked> ask_again(Asked before, const AskedAgain& now, const std::filesystem::path& folder);
+
 inline constexpr const char* kTableName = "runs.csv";
 inline constexpr const char* kSettingsName = "campaign.json";
 
@@ -60,7 +73,7 @@ struct CampaignOptions {
 [[nodiscard]] Result<Summary> run_campaign(Runner& runner, const Settings& settings, const CampaignOptions& options);
 
 /// The result of tables in several folders, shards of one campaign, and one table of all into `folder`. Runs that none
-/// of them has are lost.
+/// of them has are lost; there are as many as most were asked for.
 /// Errors: as `run_campaign`.
 [[nodiscard]] Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
                                              const std::vector<std::filesystem::path>& shards,

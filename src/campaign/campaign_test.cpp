@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -224,6 +225,94 @@ TEST_F(Campaign, GoesOnFromATableThatEndsAnywhere) {
   const auto refused = run_campaign(*one, other, {.jobs = 1, .folder = folder, .resume = true});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, "campaign.changed");
+}
+
+TEST_F(Campaign, IsGoneOnWithAsItWasAskedForAfterItWasKilled) {
+  usual();
+  const auto one = runner();
+  ASSERT_TRUE(one);
+  Settings settings = this->settings(*one, 60);
+  settings.asked.seed = 5;
+  settings.asked.confidence = 0.999;
+  settings.asked.precision = 0.001;
+  const auto expectation = parse_expectation("small violated < 2.7 %", one->requirements());
+  ASSERT_TRUE(expectation);
+  settings.asked.expectations = {*expectation};
+  const auto folder = out("killed");
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    CampaignOptions options{.jobs = 1, .folder = folder};
+    options.on_progress = [](const Progress& progress) {
+      if (progress.done >= 5) raise(SIGKILL);
+    };
+    (void)run_campaign(*one, settings, options);
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  const auto before = read_settings(folder);
+  ASSERT_TRUE(before) << to_string(before.error());
+
+  const auto said = [&](const AskedAgain& again) {
+    const auto asked = ask_again(before->asked, again, folder);
+    return asked ? std::string() : asked.error().code + ": " + asked.error().message;
+  };
+  EXPECT_THAT(said({.seed = 1}), HasSubstr("campaign.changed: "));
+  EXPECT_THAT(said({.seed = 1}), HasSubstr("asked for with --seed 5, not 1"));
+  EXPECT_THAT(said({.runs = 59}), HasSubstr("asked for with -n 60, not 59"));
+  EXPECT_THAT(said({.confidence = 0.95}), HasSubstr("asked for with --confidence 99.9%, not 95%"));
+  EXPECT_THAT(said({.precision = 0.01}), HasSubstr("asked for with --precision 0.1%, not 1%"));
+  EXPECT_THAT(said({.expectations = {"small violated < 3%"}}),
+              HasSubstr("--expect \"small violated < 2.7 %\", not --expect \"small violated < 3%\""));
+  EXPECT_EQ(
+      said({.seed = 5, .runs = 60, .confidence = 0.999, .precision = 0.001, .expectations = {"small violated < 2.7%"}}),
+      "");
+  Settings again = settings;
+  auto asked = ask_again(before->asked, {}, folder);
+  ASSERT_TRUE(asked);
+  again.asked = *asked;
+  EXPECT_EQ(to_json(to_value(again)), to_json(to_value(settings)));
+  again.asked.expectations = settings.asked.expectations;
+  const auto rest = run_campaign(*one, again, {.jobs = 1, .folder = folder, .resume = true});
+  ASSERT_TRUE(rest) << to_string(rest.error());
+  const auto whole = run_campaign(*one, settings, {.jobs = 1, .folder = out("whole")});
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(to_json(rest->to_value()), to_json(whole->to_value()));
+  EXPECT_EQ(read(folder / kTableName), read(folder_.path() / "whole" / kTableName));
+
+  // It may have more runs than were asked for.
+  asked = ask_again(before->asked, {.runs = 70}, folder);
+  ASSERT_TRUE(asked);
+  EXPECT_EQ(asked->runs, 70U);
+}
+
+TEST_F(Campaign, OfShardsWithLessThanTheOthersTellsWhatTheyLack) {
+  usual();
+  const auto one = runner();
+  ASSERT_TRUE(one);
+  Settings part = settings(*one, 20);
+  part.shard = {1, 2};
+  ASSERT_TRUE(run_campaign(*one, part, {.jobs = 1, .folder = out("less")}));
+  part.asked.runs = 24;
+  part.shard = {2, 2};
+  ASSERT_TRUE(run_campaign(*one, part, {.jobs = 1, .folder = out("more")}));
+  const std::filesystem::path less = folder_.path() / "less";
+  const std::filesystem::path more = folder_.path() / "more";
+  for (const auto& shards : {std::vector{less, more}, std::vector{more, less}}) {
+    const auto merged = merge_campaign(*one, settings(*one, 20), shards, out("merged"));
+    ASSERT_TRUE(merged) << to_string(merged.error());
+    EXPECT_EQ(merged->runs(), 24U);
+    ASSERT_THAT(merged->lost(), SizeIs(2));
+    EXPECT_EQ(merged->lost()[0].run, 21U);
+    EXPECT_EQ(merged->lost()[0].why, less.string() + " was asked for 20 runs only");
+  }
+  part.asked.confidence = 0.99;
+  ASSERT_TRUE(run_campaign(*one, part, {.jobs = 1, .folder = more}));
+  const auto refused = merge_campaign(*one, settings(*one, 20), {less, more}, out("merged"));
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("--confidence, --precision or --expect are not those of "));
 }
 
 TEST_F(Campaign, KeepsTheRunsBeforeAnInterrupt) {

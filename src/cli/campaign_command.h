@@ -17,7 +17,7 @@ struct CampaignCommand {
   std::optional<std::uint64_t> seed;
   std::optional<std::size_t> jobs;  ///< All cores.
   std::string precision;            ///< "1 %"; empty: all runs.
-  std::string confidence = "95 %";
+  std::string confidence;           ///< Empty: 95 %, or as the runs were made.
   std::vector<std::string> expect;  ///< "never_empty violated < 1e-3".
   std::string shard;                ///< "2/4"; empty: all.
   bool mpi = false;                 ///< It is one of the ranks that a launcher has started.

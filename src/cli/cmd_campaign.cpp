@@ -160,6 +160,21 @@ fs::path rank_folder(const fs::path& folder, std::uint64_t index, std::uint64_t 
   return folder / fmt::format("rank-{}-of-{}", index + 1, count);
 }
 
+// What was asked in the folder; nothing: nobody ran there. A rank that died before it wrote that takes it from others.
+Result<std::optional<campaign::Settings>> settings_before(const fs::path& folder, const std::optional<Rank>& rank) {
+  std::vector<fs::path> folders{folder};
+  for (std::uint64_t i = 0; rank && i < rank->count; ++i)
+    folders.push_back(rank_folder(folder.parent_path(), i, rank->count));
+  std::error_code error;
+  for (const fs::path& one : folders) {
+    if (!fs::exists(one / campaign::kSettingsName, error)) continue;
+    auto read = campaign::read_settings(one);
+    if (!read) return tl::unexpected(read.error());
+    return std::optional(std::move(*read));
+  }
+  return std::nullopt;
+}
+
 constexpr const char* kRankFile = "rank.json";
 
 std::string host_name() {
@@ -292,16 +307,18 @@ int campaign(const CampaignCommand& command) {
   settings.project = command.project;
   settings.vary = command.vary.empty() ? default_vary(command.project) : command.vary;
   campaign::Asked& asked = settings.asked;
-  const auto confidence = share("--confidence", command.confidence);
-  if (!confidence) return kUsage;
-  asked.confidence = *confidence;
-  if (!command.precision.empty()) {
-    asked.precision = share("--precision", command.precision);
-    if (!asked.precision) return kUsage;
+  campaign::AskedAgain given{
+      .seed = command.seed, .runs = command.runs, .confidence = {}, .precision = {}, .expectations = command.expect};
+  if (!command.confidence.empty()) {
+    given.confidence = share("--confidence", command.confidence);
+    if (!given.confidence) return kUsage;
   }
-  asked.seed = command.seed.value_or(1);
-  if (asked.seed > campaign::kCampaignSeedMax) {
-    say(fmt::format("--seed {}: at most {}", asked.seed, campaign::kCampaignSeedMax));
+  if (!command.precision.empty()) {
+    given.precision = share("--precision", command.precision);
+    if (!given.precision) return kUsage;
+  }
+  if (given.seed.value_or(0) > campaign::kCampaignSeedMax) {
+    say(fmt::format("--seed {}: at most {}", *given.seed, campaign::kCampaignSeedMax));
     return kUsage;
   }
   if (!command.shard.empty()) {
@@ -323,23 +340,45 @@ int campaign(const CampaignCommand& command) {
     }
     settings.shard = {rank->index + 1, rank->count};
   }
-  const auto runner = load_runner(command.project, settings.vary);
-  if (!runner) return kInvalidInput;
-  if (!parse_expectations(command.expect, *runner, asked)) return kUsage;
-  const bool may_end = asked.precision || !asked.expectations.empty();
-  asked.runs = command.runs.value_or(runner->vary().runs.value_or(may_end ? kRunsOpen : kRuns));
-  if (asked.runs < 1 || asked.runs > campaign::kRunsMax) {
-    say(fmt::format("--runs {}: from 1 to {}", asked.runs, campaign::kRunsMax));
-    return kUsage;
-  }
-  // Nobody takes a search's runs for drawn ones.
-  settings.identity = command.search ? hash_combine(runner->identity(), 1) : runner->identity();
   fs::path where = command.out;
   if (command.out.empty()) where = folder_of(command.project) / (command.search ? "search" : "campaign");
   if (rank)
     where = rank_folder(where, rank->index, rank->count);
   else if (command.out.empty() && settings.shard.count > 1)
     where /= fmt::format("shard-{}-of-{}", settings.shard.index, settings.shard.count);
+  std::vector<std::string> expected = command.expect;
+  const auto before = command.resume ? settings_before(where, rank) : Result<std::optional<campaign::Settings>>();
+  if (!before) {
+    say(to_string(before.error()));
+    return kInvalidInput;
+  }
+  if (*before) {
+    auto again = campaign::ask_again((*before)->asked, given, where);
+    if (!again) {
+      say(to_string(again.error()));
+      return kInvalidInput;
+    }
+    asked = std::move(*again);
+    expected.clear();
+    for (const auto& expectation : asked.expectations) expected.push_back(expectation.text);
+    if (command.vary.empty()) settings.vary = (*before)->vary;
+    if (command.shard.empty() && !rank) settings.shard = (*before)->shard;
+  } else {
+    asked.seed = given.seed.value_or(asked.seed);
+    asked.confidence = given.confidence.value_or(asked.confidence);
+    asked.precision = given.precision;
+  }
+  const auto runner = load_runner(command.project, settings.vary);
+  if (!runner) return kInvalidInput;
+  if (!parse_expectations(expected, *runner, asked)) return kUsage;
+  const bool may_end = asked.precision || !asked.expectations.empty();
+  if (!*before) asked.runs = given.runs.value_or(runner->vary().runs.value_or(may_end ? kRunsOpen : kRuns));
+  if (asked.runs < 1 || asked.runs > campaign::kRunsMax) {
+    say(fmt::format("--runs {}: from 1 to {}", asked.runs, campaign::kRunsMax));
+    return kUsage;
+  }
+  // Nobody takes a search's runs for drawn ones.
+  settings.identity = command.search ? hash_combine(runner->identity(), 1) : runner->identity();
   const auto folder = made_folder(where);
   if (!folder) return kEnvironment;
   const Interrupts interruptible;
@@ -417,6 +456,11 @@ int campaign_merge(const CampaignCommand& command) {
   std::vector<std::string> expected;
   for (const auto& expectation : settings.asked.expectations) expected.push_back(expectation.text);
   if (!parse_expectations(expected, *runner, settings.asked)) return kInvalidInput;
+  if (!command.confidence.empty()) {
+    const auto confidence = share("--confidence", command.confidence);
+    if (!confidence) return kUsage;
+    settings.asked.confidence = *confidence;
+  }
   const auto folder =
       made_folder(command.out.empty() ? folder_of(settings.project) / "campaign" : fs::path(command.out));
   if (!folder) return kEnvironment;

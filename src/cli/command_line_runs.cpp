@@ -255,7 +255,8 @@ void add_campaign(CLI::App& app, Commands& commands) {
                             "One of the ranks that mpirun or srun has started together: each runs its part, the first "
                             "merges them")
                   ->excludes(shard);
-  auto* resume = sub->add_flag("--resume", command.resume, "Go on behind the runs that the folder has");
+  auto* resume = sub->add_flag("--resume", command.resume,
+                               "Go on behind the runs that the folder has, as they were asked for; -n may be more");
   // Both are of the runs of one process and its children.
   for (CLI::Option* of_all :
        {sub->add_flag("--coverage", command.coverage, "Say what of the project the runs have reached"),
@@ -267,7 +268,9 @@ void add_campaign(CLI::App& app, Commands& commands) {
   auto* merge = sub->add_subcommand("merge", "The result of a campaign's shards");
   merge->add_option("folder", command.merged, "Folders of the shards")->required();
   for (CLI::App* with : {sub, merge}) {
-    with->add_option("--confidence", command.confidence, "Of intervals and decisions")->capture_default_str();
+    with->add_option("--confidence", command.confidence,
+                     with == merge ? "Of intervals and decisions (default: as the shards were made)"
+                                   : "Of intervals and decisions (default: 95 %)");
     with->add_option("--out", command.out, "Folder of what is written (default: campaign/ in the project)");
     with->add_flag("--json", command.json, "Print the result as JSON");
     with->add_flag("--no-shrink", command.no_shrink, "Write no least scenarios");
