@@ -1,5 +1,6 @@
 #include "sentree/campaign/campaign.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -417,6 +418,10 @@ TEST_F(Campaign, RefusesWhatCannotBeDrawn) {
   says("parameters: {deadlines.call: {normal: [2 s, 1 s], mn: 0 s}}\n", "did you mean \"min\"");
   says("parameters: {deadlines.call: {choice: []}}\n", "needs a list of alternatives");
   says("parameters: {deadlines.call: {choice: [1 s, 2 s], weights: [1]}}\n", "as many numbers");
+  for (const char* far :
+       {"normal: [2 s, 0.01 s], min: 3 s", "normal: [2 s, 0.01 s], max: 1 s", "exponential: 1 ms, min: 1000 ms",
+        "lognormal: [40 ms, 1.01], min: 60 ms", "lognormal: [40 ms, 1.5], max: 0 ms"})
+    says(fmt::format("parameters: {{deadlines.call: {{{}}}}}\n", far), "nothing of that distribution lies between");
   says("parameters: {world.start: {pose: anywhere}}\n", "the project has no world");
   says("timeline: [{call: counter.ad, args: {by: 1}}]\n", "has no method \"ad\"");
   says("timeline: [{call: counter.add, args: {by: 1}, probability: 120 %}]\n", "a probability is from 0 to 1");
@@ -486,6 +491,79 @@ TEST(Distribution, DrawsWhatItSays) {
   for (const std::size_t i : {0, 2, 3, 4, 5}) {
     for (const int count : bins[i]) EXPECT_NEAR(count, kDraws / 10, 4 * std::sqrt(kDraws * 0.09)) << i;
   }
+}
+
+// Truncated at z standard deviations, it exceeds them by an exponential of about 1/z; the exact means are by the ratio
+// of Mills.
+TEST(Distribution, IsDrawnInItsTail) {
+  constexpr int kDraws = 2000;
+  using Kind = Distribution::Kind;
+  struct Tail {
+    Distribution from;
+    double mean;
+    double sigma;
+  };
+  const auto tail = [](Kind kind, double a, double b, std::optional<double> min, std::optional<double> max, double mean,
+                       double sigma) {
+    Distribution from;
+    from.kind = kind;
+    from.a = a;
+    from.b = b;
+    from.min = min;
+    from.max = max;
+    return Tail{from, mean, sigma};
+  };
+  // φ(8)/Q(8) = 8.121368 and φ(30)/Q(30) = 30.033260.
+  const std::vector<Tail> tails{
+      tail(Kind::kNormal, 50, 1, 58, {}, 58.121368, 0.12), tail(Kind::kNormal, 50, 1, {}, 42, 41.878632, 0.12),
+      tail(Kind::kNormal, 0, 1, 30, {}, 30.033260, 0.034), tail(Kind::kNormal, 0, 1, 30, 30.01, 30.00475, 0.0029),
+      tail(Kind::kExponential, 1, 0, 40, {}, 41, 1),       tail(Kind::kExponential, 1, 0, 600, {}, 601, 1)};
+  for (const Tail& one : tails) {
+    Vary vary;
+    vary.parameters.push_back({"x", one.from});
+    SCOPED_TRACE(testing::Message() << one.from.a << " " << one.mean);
+    const Drawing drawing(vary, nullptr, Duration(1));
+    const std::vector<std::string>& bounds = drawing.factors()[0].bins;
+    EXPECT_EQ(std::set<std::string>(bounds.begin(), bounds.end()).size(), bounds.size());
+    double sum = 0;
+    for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
+      const double value = std::stod(drawing.draw(seed).parameters[0]->scalar);
+      EXPECT_TRUE(value >= one.from.min.value_or(-1e9) && value <= one.from.max.value_or(1e9)) << value;
+      sum += value;
+    }
+    EXPECT_NEAR(sum / kDraws, one.mean, 4 * one.sigma / std::sqrt(kDraws));
+  }
+  // The logarithm of a lognormal is normal.
+  Vary vary;
+  vary.parameters.push_back({"x", tail(Kind::kLogNormal, 10, 1.1, 30, {}, 0, 0).from});
+  const Drawing drawing(vary, nullptr, Duration(1));
+  std::set<std::string> values;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) values.insert(drawing.draw(seed).parameters[0]->scalar);
+  EXPECT_GT(values.size(), 90U);
+  EXPECT_GE(std::stod(*values.begin()), 30);
+}
+
+// A seed means the same run for ever.
+TEST(Distribution, DrawsTheSameAsEver) {
+  Vary vary;
+  const auto add = [&](const char* name, Distribution::Kind kind, double a, double b, std::optional<double> min,
+                       std::optional<double> max) {
+    Distribution from;
+    from.kind = kind;
+    from.a = a;
+    from.b = b;
+    from.min = min;
+    from.max = max;
+    vary.parameters.push_back({name, from});
+  };
+  add("world.battery.initial", Distribution::Kind::kNormal, 50, 10, 60, 90);
+  add("world.motion.speed", Distribution::Kind::kNormal, 0.3, 0.05, {}, {});
+  add("deadlines.call", Distribution::Kind::kLogNormal, 40, 1.5, {}, 100);
+  add("world.people.anna.after", Distribution::Kind::kExponential, 60, 0, {}, 400);
+  const Draw draw = Drawing(vary, nullptr, Duration(1)).draw(1'000'001);
+  std::vector<std::string> drawn;
+  for (const auto& parameter : draw.parameters) drawn.push_back(parameter->scalar);
+  EXPECT_THAT(drawn, ElementsAre("62.8444", "0.296758", "34.7569", "4.55675"));
 }
 
 TEST(Drawing, DoesNotChangeOtherFactorsWhenOneIsAdded) {

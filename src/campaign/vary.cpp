@@ -54,6 +54,46 @@ std::string number_text(double number, const std::string& unit) {
   return unit.empty() ? text : fmt::format("{} {}", text, unit);
 }
 
+double infinity() { return std::numeric_limits<double>::infinity(); }
+
+/// `f` of the distribution without its bounds, and of where that begins.
+template <class F>
+double of_unbounded(const Distribution& from, F f) {
+  switch (from.kind) {
+    case DrawnKind::kNormal: return f(boost::math::normal(from.a, from.b), -std::numeric_limits<double>::max());
+    case DrawnKind::kLogNormal: return f(boost::math::lognormal(std::log(from.a), std::log(from.b)), 0.0);
+    case DrawnKind::kExponential: return f(boost::math::exponential(1.0 / from.a), 0.0);
+    default: return 0.0;
+  }
+}
+
+/// The probabilities that the bounds cut off below them, or above them where both are above the median: of what lies
+/// far out the other ones have no digits.
+struct CutOff {
+  bool is_above = false;
+  double at_min = 0;
+  double at_max = 1;
+};
+
+template <class Unbounded>
+CutOff cut_off(const Distribution& from, const Unbounded& distribution, double lowest) {
+  CutOff out;
+  out.is_above = from.min && *from.min > median(distribution);
+  const auto of = [&](const std::optional<double>& bound, double none) {
+    if (!bound) return out.is_above ? 1.0 - none : none;
+    if (*bound <= lowest) return 0.0;
+    return out.is_above ? cdf(complement(distribution, *bound)) : cdf(distribution, *bound);
+  };
+  out.at_min = of(from.min, 0.0);
+  out.at_max = of(from.max, 1.0);
+  return out;
+}
+
+// Below that probability nothing is drawn between bounds.
+constexpr double kWithinMin = 1e-300;
+// And below that one the tail is looked at by itself.
+constexpr double kFarOut = 1e-6;
+
 std::optional<DrawnKind> kind_of(const YamlNode& node) {
   if (!node.is_mapping() || node.entries.empty()) return std::nullopt;
   for (const auto& [word, kind] : kKinds) {
@@ -124,6 +164,7 @@ class Reader {
   }
 
   void numbers(const YamlNode& value, project::YamlReader& reader, const std::string& what, Distribution& from) {
+    const std::size_t before = diagnostics_.size();
     has_unit_ = false;
     const bool single = from.kind == DrawnKind::kExponential;
     const bool fits = single ? value.is_scalar() : value.is_sequence() && value.items.size() == 2;
@@ -160,10 +201,20 @@ class Reader {
       error(value.span, "distribution", what + ": a standard deviation is above 0");
     if (from.kind == DrawnKind::kLogNormal && !(from.b > 1 && from.a > 0))
       error(value.span, "distribution", what + ": a lognormal has a median above 0 and a factor above 1");
-    if (from.kind == DrawnKind::kExponential && !(from.a > 0))
+    if (from.kind == DrawnKind::kExponential && !(from.a > 0 && std::isfinite(1 / from.a)))
       error(value.span, "distribution", what + ": a mean is above 0");
     if (from.min && from.max && !(*from.min < *from.max))
       error(value.span, "distribution", what + ": min is not below max");
+    if (diagnostics_.size() > before || !(from.min || from.max)) return;
+    const double within = of_unbounded(from, [&](const auto& distribution, double lowest) {
+      const CutOff off = cut_off(from, distribution, lowest);
+      return std::abs(off.at_max - off.at_min);
+    });
+    if (!(within >= kWithinMin)) {
+      error(
+          value.span, "distribution",
+          what + ": nothing of that distribution lies between its min and max; move them, or draw uniform: [MIN, MAX]");
+    }
   }
 
   void choice(const YamlNode& value, project::YamlReader& reader, const std::string& what, Distribution& from) {
@@ -359,23 +410,12 @@ void read_faults(const YamlNode& node, const project::Project& project, EventNam
     reader.error(node.span, "faults", "faults needs \"any_of\", or the project's `verify: {faults: …}`");
 }
 
-double infinity() { return std::numeric_limits<double>::infinity(); }
-
 // The value below which the share `rank` lies, only what is within the bounds being counted.
 double quantile(const Distribution& from, double rank) {
-  const auto within = [&](const auto& distribution, double lowest) {
-    const double low = from.min ? cdf(distribution, std::max(*from.min, lowest)) : 0.0;
-    const double high = from.max ? (*from.max <= lowest ? 0.0 : cdf(distribution, *from.max)) : 1.0;
-    const double at = std::clamp(low + rank * (high - low), 1e-15, 1.0 - 1e-15);
-    return std::clamp(quantile(distribution, at), from.min.value_or(-infinity()), from.max.value_or(infinity()));
-  };
   switch (from.kind) {
     case DrawnKind::kUniform: return from.a + rank * (from.b - from.a);
     case DrawnKind::kInteger: return std::min(from.b, std::floor(from.a + rank * (from.b - from.a + 1.0)));
-    case DrawnKind::kNormal: return within(boost::math::normal(from.a, from.b), -std::numeric_limits<double>::max());
-    case DrawnKind::kLogNormal: return within(boost::math::lognormal(std::log(from.a), std::log(from.b)), 0.0);
-    case DrawnKind::kExponential: return within(boost::math::exponential(1.0 / from.a), 0.0);
-    default: return 0.0;
+    default: break;
   }
 }
 
@@ -387,6 +427,19 @@ sim::Pose2 random_pose(const sim::World& world, const std::string& area, Rng& rn
   constexpr int kTriesMax = 10'000;
   const auto found =
       std::find_if(world.areas.begin(), world.areas.end(), [&](const auto& a) { return a.name == area; });
+  return of_unbounded(from, [&](const auto& distribution, double lowest) {
+    const double low = from.min ? cdf(distribution, std::max(*from.min, lowest)) : 0.0;
+    const double high = from.max ? (*from.max <= lowest ? 0.0 : cdf(distribution, *from.max)) : 1.0;
+    double value = 0;
+    if (high - low < kFarOut) {
+      const CutOff off = cut_off(from, distribution, lowest);
+      const double at = std::max(off.at_min + rank * (off.at_max - off.at_min), std::numeric_limits<double>::min());
+      value = off.is_above ? quantile(complement(distribution, at)) : quantile(distribution, at);
+    } else {
+      value = quantile(distribution, std::clamp(low + rank * (high - low), 1e-15, 1.0 - 1e-15));
+    }
+    return std::clamp(value, from.min.value_or(-infinity()), from.max.value_or(infinity()));
+  });
   const sim::CostGrid& costs = world.robots.front().costs;
   for (int i = 0; i < kTriesMax; ++i) {
     sim::Vec2 point = world.map.from_grid({rng.uniform() * world.map.width(), rng.uniform() * world.map.height()});
