@@ -10,6 +10,7 @@
 
 #include "sentree/base/told_once.h"
 #include "sentree/campaign/runner.h"
+#include "sentree/project/check_unnamed.h"
 #include "sentree/project/part_cache.h"
 #include "sentree/text/file.h"
 
@@ -29,8 +30,8 @@ bool has_one_of(const fs::path& file, std::initializer_list<std::string_view> ke
   return !has("mission") && std::any_of(keys.begin(), keys.end(), has);
 }
 
-Diagnostics check_scenario(const fs::path& file, project::PartCache& parts) {
-  auto scenario = project::load_scenario(file);
+Diagnostics check_scenario(const fs::path& file, const project::Project& project, project::PartCache& parts) {
+  auto scenario = project::load_scenario(file, &project);
   if (scenario.ok()) scenario.diagnostics = project::prepare(std::move(*scenario.value), parts).diagnostics;
   return std::move(scenario.diagnostics);
 }
@@ -74,7 +75,10 @@ Diagnostics check_project(const fs::path& folder_or_file) {
       elsewhere.insert(entry->path());
     }
   }
-  for (const fs::path& file : elsewhere) add(check_scenario(file, parts));
+  for (const fs::path& file : elsewhere) add(check_scenario(file, *project.value, parts));
+  Diagnostics unnamed;
+  project::check_unnamed(*project.value, unnamed);
+  add(unnamed);
   return all;
 }
 

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/project/check_unnamed.h"
 
 namespace sentree::project {
 namespace {
@@ -203,6 +204,42 @@ TEST(CheckMonitors, TellOfSourcesThatNeverSaySo) {
                                  {"arm.pick.request", "P*"},
                                  {"arm.pick.request", "scenario"}})
     EXPECT_THAT(told(on, from), Not(Contains(HasSubstr("never comes from")))) << on << " " << from;
+}
+
+TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
+  const auto told = [](const std::vector<ExampleEdit>& edits) {
+    const TemporaryFolder temporary("check-unnamed");
+    const fs::path folder = temporary.path() / "project";
+    fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/minimal", folder, fs::copy_options::recursive);
+    for (const ExampleEdit& edit : edits) std::ofstream(folder / edit.file, std::ios::app) << edit.after;
+    std::string all;
+    const auto project = load_project(folder);
+    EXPECT_TRUE(project.ok());
+    Diagnostics found;
+    if (project.ok()) check_unnamed(*project.value, found);
+    for (const Diagnostic& one : found) all += to_string(one) + "\n";
+    return all;
+  };
+  EXPECT_EQ(told({}), "");
+  const std::string all =
+      told({{"requirements/speed.req", nullptr, "R: always reply(batery.getBatteryState).percentage > 0.2."},
+            {"monitors/other.scxml", nullptr, "<scxml/>"},
+            {"skills/Unused.scxml", nullptr, "<scxml/>"},
+            {"scenarios/other.yml", nullptr, "duration: 1 s"}});
+  EXPECT_THAT(all,
+              HasSubstr("sentree.yaml: warning: requirements/speed.req is watched by nobody; name it under monitors: "
+                        "- {file: requirements/speed.req}"));
+  EXPECT_THAT(all, HasSubstr("speed.req:1:17: the project has no service \"batery\""));
+  EXPECT_THAT(all, HasSubstr("warning: monitors/other.scxml is watched by nobody"));
+  EXPECT_THAT(all, HasSubstr("note: skills/Unused.scxml is run by nobody: the mission has no leaf \"Unused\""));
+  EXPECT_THAT(all, HasSubstr("warning: scenarios/other.yml is no scenario by its name, so it is not run; call it "
+                             "scenarios/other.yaml"));
+  // Named by a scenario, by another chart, in a comment.
+  EXPECT_EQ(told({{"monitors/other.scxml", nullptr, "<scxml/>"},
+                  {"scenarios/visit.yaml", nullptr, "\n# monitors/other.scxml\n"},
+                  {"skills/Part.scxml", nullptr, "<scxml/>"},
+                  {"skills/GoTo.scxml", nullptr, "<!-- src=\"Part.scxml\" -->"}}),
+            "");
 }
 
 TEST(CheckSkills, TellsOfAListWithAHole) {
