@@ -4,10 +4,23 @@
 #include <utility>
 
 #include "sentree/bt/detail/loader.h"
+#include "sentree/bt/nodes/loop.h"
+#include "sentree/bt/nodes/set_blackboard.h"
 
 // Findings about trees that load: trees that are never run, names that nobody writes.
 
 namespace sentree::bt {
+
+namespace {
+
+// Ports that may change their entry and need that somebody else has written it: the queue of a Loop, which takes
+// elements off it, and SetBlackboard's output_key="{entry}", the name of the entry that is written.
+bool needs_other_writer(const Node& node, std::uint32_t port) {
+  return (node.kind == Kind::kLoop && port == nodes::Loop::kQueuePort) ||
+         (node.kind == Kind::kSetBlackboard && port == nodes::SetBlackboard::kKeyPort);
+}
+
+}  // namespace
 
 void Loader::check_definitions() {
   lenient_ = true;
@@ -51,7 +64,8 @@ void Loader::check_entries() {
     for (std::uint32_t i = 0; i < node.port_count; ++i) {
       const Binding& b = model_->bindings[node.ports + i];
       if (b.kind == Binding::Kind::kEntry) {
-        const bool writes = b.declared == 0xFFFF || manifest.ports[b.declared].direction != PortDirection::kInput;
+        const bool writes = (b.declared == 0xFFFF || manifest.ports[b.declared].direction != PortDirection::kInput) &&
+                            !needs_other_writer(node, i);
         if (writes && node.kind != Kind::kSubTree) written[owner(b.target)] = true;
         // SetBlackboard output_key="{key}": the name comes from an entry, so any name may be written.
         if (node.kind == Kind::kSetBlackboard && i == 1) open[model_->scope(id)] = true;
@@ -117,6 +131,13 @@ void Loader::check_entries() {
 
 void Loader::find_unwritten(const std::vector<bool>& written, const std::vector<bool>& open,
                             const std::function<std::uint32_t(std::uint32_t)>& owner) {
+  // Whose key comes from an entry, writes any; another one may write that entry.
+  std::size_t open_keys = 0;
+  for (const Node& node : model_->nodes) {
+    const bool has_key = node.kind == Kind::kSetBlackboard && node.port_count > nodes::SetBlackboard::kKeyPort;
+    if (has_key && model_->bindings[node.ports + nodes::SetBlackboard::kKeyPort].kind == Binding::Kind::kEntry)
+      ++open_keys;
+  }
   for (NodeId id = 0; id < model_->nodes.size(); ++id) {
     const Node& node = model_->nodes[id];
     if (node.kind == Kind::kSubTree) continue;
@@ -124,11 +145,13 @@ void Loader::find_unwritten(const std::vector<bool>& written, const std::vector<
     for (std::uint32_t i = 0; i < node.port_count; ++i) {
       const Binding& b = model_->bindings[node.ports + i];
       if (b.kind != Binding::Kind::kEntry || b.declared == 0xFFFF) continue;
-      if (manifest.ports[b.declared].direction != PortDirection::kInput) continue;
+      if (manifest.ports[b.declared].direction != PortDirection::kInput && !needs_other_writer(node, i)) continue;
       const std::uint32_t home = owner(b.target);
       // A name beginning with '@' lives in the root's blackboard, which others may share.
       const std::string& name = model_->strings[model_->cells[home].name];
-      if (written[home] || open[model_->cells[home].scope] || name.starts_with('@')) continue;
+      const bool may_be_written = open[model_->cells[home].scope] &&
+                                  !(open_keys == 1 && node.kind == Kind::kSetBlackboard && needs_other_writer(node, i));
+      if (written[home] || may_be_written || name.starts_with('@')) continue;
       model_->unwritten.push_back({id, model_->strings[b.name], name});
     }
   }

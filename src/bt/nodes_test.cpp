@@ -111,6 +111,25 @@ TEST(Timeout, HaltsItsChildWhenTheTimerFiresAndFailsAtTheNextTick) {
   EXPECT_EQ(step(tree, state, Input::tick(), at(100ms), effects).status, Status::kFailure);
 }
 
+TEST(Ports, OfAFailedTickAreNamedWithTheirEntries) {
+  for (const auto& [body, what] : std::vector<std::pair<std::string, std::string>>{
+           {"<Repeat num_cycles=\"{n}\"><AlwaysSuccess/></Repeat>",
+            "port \"num_cycles\": entry {n} holds no value yet"},
+           {"<RetryUntilSuccessful num_attempts=\"{n}\"><AlwaysSuccess/></RetryUntilSuccessful>",
+            "entry {n} holds no value yet"},
+           {"<Delay delay_msec=\"{n}\"><AlwaysSuccess/></Delay>", "port \"delay_msec\": entry {n} holds no value yet"},
+           {"<Timeout msec=\"{n}\"><AlwaysSuccess/></Timeout>", "port \"msec\": entry {n} holds no value yet"},
+           {"<ParallelAll max_failures=\"{n}\"><AlwaysSuccess/></ParallelAll>", "port \"max_failures\": entry"},
+           {"<Parallel failure_count=\"{n}\"><AlwaysSuccess/></Parallel>", "port \"failure_count\": entry"},
+           {"<SetBlackboard value=\"1\" output_key=\"{n}\"/>", "port \"output_key\": entry {n} holds no value yet"},
+           {"<Sleep msec=\"{n}\"/>", "needs msec as a whole number; port \"msec\": entry {n} holds no value yet"}}) {
+    Runner r = runner(body);
+    r.tick();
+    ASSERT_TRUE(r.error().has_value()) << body;
+    EXPECT_THAT(r.error()->message, HasSubstr(what)) << body;
+  }
+}
+
 TEST(Repeat, IsStoppedWhenItNeverEndsWithinOneTick) {
   // Format 3 does not yield between cycles.
   auto loaded =

@@ -8,6 +8,7 @@
 
 #include "sentree/bt/model.h"
 #include "sentree/bt/types.h"
+#include "sentree/nav2/nav2.h"
 #include "sentree/project/detail/check_monitor.h"
 
 namespace sentree::project {
@@ -50,21 +51,51 @@ void check_inputs(const bt::Tree& tree, const LeafPlan& leaf, bool has_plugins, 
   }
 }
 
-// Of nodes that are no leaves of the mission.
-void check_read(const bt::Tree& tree, Diagnostics& diagnostics) {
-  std::set<bt::NodeId> leaves;
-  for (const bt::NodeId leaf : tree.external_leaves()) leaves.insert(leaf);
+// What the node does without the entry that its port reads; empty: who knows, it is written in C++.
+std::string_view without(const bt::Node& node, std::string_view port) {
+  using bt::Kind;
+  switch (node.kind) {
+    case Kind::kSleep:
+    case Kind::kDelay:
+    case Kind::kTimeout:
+    case Kind::kRepeat:
+    case Kind::kRetry:
+    case Kind::kParallel:
+    case Kind::kParallelAll:
+    case Kind::kSetBlackboard: return ", so its tick fails";
+    case Kind::kLoop: return port == "queue" ? ", so there is no element, and its child never runs" : "";
+    case Kind::kSwitch:
+      return port == "variable" ? ", so its last child runs, whatever happens" : ", so this case never comes";
+    default: return "";
+  }
+}
+
+// Of nodes that are no skills: what nobody writes.
+void check_read_entries(const bt::Tree& tree, const Project& project, Diagnostics& diagnostics) {
+  if (!project.executed_by.empty()) return;  // who executes it may write what it likes
+  // Nav2's own nodes do without.
+  const auto is_of_nav2 = [](std::string_view id) {
+    bt::Registry nav2;
+    nav2::add_nodes(nav2);
+    return nav2.find(id) != nullptr;
+  };
   const bt::Model& model = tree.model();
   for (const bt::UnwrittenEntry& entry : model.unwritten) {
-    const bt::Binding* const ports = model.bindings.data() + model.nodes[entry.node].ports;
+    if (tree.is_external(entry.node) || tree.is_unknown(entry.node)) continue;
+    const bt::Node& node = model.nodes[entry.node];
     // What a node reads unless it is told otherwise need not be there.
-    const bool is_default = std::any_of(
-        ports, ports + model.nodes[entry.node].port_count,
-        [&](const bt::Binding& port) { return port.from_default && model.strings[port.name] == entry.port; });
-    if (is_default || leaves.contains(entry.node)) continue;
-    add(diagnostics, Severity::kWarning, "check.unwritten-entry",
-        fmt::format("port \"{}\" of {} reads blackboard entry \"{}\", which nothing in the tree writes", entry.port,
-                    tree.name(entry.node), entry.entry),
+    const bt::Binding* const ports = model.bindings.data() + node.ports;
+    const bool is_default = std::any_of(ports, ports + node.port_count, [&](const bt::Binding& port) {
+      return port.from_default && model.strings[port.name] == entry.port;
+    });
+    const bool is_cpp = node.kind == bt::Kind::kUser;
+    if (is_default) continue;
+    if (is_cpp && (project.plugins.empty() || is_of_nav2(tree.registration(entry.node)))) continue;
+    const std::string_view then = without(node, entry.port);
+    const bool fails = then.ends_with("fails") && project.plugins.empty();
+    add(diagnostics, fails ? Severity::kError : Severity::kWarning, "check.unwritten-entry",
+        fmt::format("port \"{}\" of {} reads blackboard entry \"{}\", which nothing in the tree writes{}", entry.port,
+                    tree.name(entry.node), entry.entry, then),
         tree.span(entry.node));
   }
 }
@@ -176,7 +207,7 @@ void check_skills(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
                   const std::map<std::string, ServicePlan>& services, const monitor::Vocabulary& vocabulary,
                   const Project& project, ChartMemory& charts, Diagnostics& diagnostics) {
   check_entries(tree, project, diagnostics);
-  check_read(tree, diagnostics);
+  check_read_entries(tree, project, diagnostics);
   // Of services that could not be read it has been said.
   const bool are_services_known = services.size() == project.services.size();
   Enumerations enumerations(services);

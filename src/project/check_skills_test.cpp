@@ -164,7 +164,7 @@ TEST(CheckSkills, TellsOfPortsThatAreNoWordOfAnInterface) {
 
 TEST(CheckSkills, TellsOfEntriesThatNobodyWritesForOtherNodesToo) {
   EXPECT_THAT(told_of("pick-and-place", {{"mission.xml", "num_cycles=\"3\"", "num_cycles=\"{rounds}\""}}),
-              Contains(HasSubstr("mission.xml:6:7: warning: port \"num_cycles\" of AllParts reads blackboard entry "
+              Contains(HasSubstr("mission.xml:6:7: port \"num_cycles\" of AllParts reads blackboard entry "
                                  "\"rounds\", which nothing in the tree writes")));
 }
 
@@ -204,6 +204,34 @@ TEST(CheckMonitors, TellOfSourcesThatNeverSaySo) {
                                  {"arm.pick.request", "P*"},
                                  {"arm.pick.request", "scenario"}})
     EXPECT_THAT(told(on, from), Not(Contains(HasSubstr("never comes from")))) << on << " " << from;
+}
+
+TEST(CheckSkills, TellsOfEntriesThatNobodyWritesAtAnyNode) {
+  const auto told = [](const std::string& nodes) {
+    return told_of("minimal",
+                   {{"mission.xml", "<GoTo name=\"GoToDoor\"", (nodes + "<GoTo name=\"GoToDoor\"").c_str()}});
+  };
+  const char* const nobody = " reads blackboard entry \"n\", which nothing in the tree writes";
+  for (const auto& [nodes, said] : std::vector<std::pair<std::string, std::string>>{
+           {"<Sleep msec=\"{n}\"/>", "port \"msec\" of Sleep"},
+           {"<Delay delay_msec=\"{n}\"><AlwaysSuccess/></Delay>", "port \"delay_msec\" of Delay"},
+           {"<Timeout msec=\"{n}\"><AlwaysSuccess/></Timeout>", "port \"msec\" of Timeout"},
+           {"<Repeat num_cycles=\"{n}\"><AlwaysSuccess/></Repeat>", "port \"num_cycles\" of Repeat"},
+           {"<RetryUntilSuccessful num_attempts=\"{n}\"><AlwaysSuccess/></RetryUntilSuccessful>",
+            "port \"num_attempts\""},
+           {"<SetBlackboard value=\"1\" output_key=\"{n}\"/>", "port \"output_key\" of SetBlackboard"}}) {
+    EXPECT_THAT(told(nodes),
+                Contains(testing::AllOf(HasSubstr(said), HasSubstr(std::string(nobody) + ", so its tick fails"),
+                                        Not(HasSubstr("warning")))));
+    EXPECT_THAT(told("<Script code=\"n := 1\"/>" + nodes), Not(Contains(HasSubstr(nobody))));
+  }
+  EXPECT_THAT(
+      told("<Switch2 variable=\"{n}\" case_1=\"1\" case_2=\"2\"><AlwaysSuccess/><AlwaysSuccess/><AlwaysSuccess/>"
+           "</Switch2>"),
+      Contains(HasSubstr("warning: port \"variable\" of Switch2" + std::string(nobody) + ", so its last child")));
+  EXPECT_THAT(
+      told("<LoopDouble queue=\"{n}\" value=\"{v}\"><AlwaysSuccess/></LoopDouble>"),
+      Contains(HasSubstr("warning: port \"queue\" of LoopDouble" + std::string(nobody) + ", so there is no element")));
 }
 
 TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {

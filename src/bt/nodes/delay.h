@@ -22,8 +22,7 @@ struct Delay : AnyNode {
     std::int32_t& mem = phase(m, n);
     if (mem == kIdle) {
       const auto delay = m.read_integer(n, 0);
-      if (!delay || *delay < 0)
-        return m.fail(id, "bt.missing-port", "needs delay_msec as a whole number, not negative");
+      if (!delay || *delay < 0) return lacks(m, n, id, 0, "needs delay_msec as a whole number, not negative");
       m.set_status(id, Status::kRunning);
       m.start_timer(id, after(m.now(), *delay));
       mem = kWaiting;

@@ -57,7 +57,7 @@ struct Loop : AnyNode {
       Value element;
       if (!pop(m, n, mem, element)) {
         const auto otherwise = m.read_status(n, kIfEmptyPort);
-        if (!otherwise) return m.fail(id, "bt.missing-port", "needs \"if_empty\" as a status");
+        if (!otherwise) return lacks(m, n, id, kIfEmptyPort, "needs \"if_empty\" as a status");
         return Next::done(*otherwise);
       }
       if (const Binding* port = m.binding(n, kValuePort)) {

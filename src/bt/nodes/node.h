@@ -44,6 +44,14 @@ struct AnyNode {
   static void fire(Machine& m, const Node& /*n*/, NodeId id) { m.stop_timer(id); }
 };
 
+/// The tick fails: what the node needs of a port is not there. The message ends with what is.
+[[gnu::noinline, gnu::cold]] inline Next lacks(Machine& m, const Node& n, NodeId id, std::uint32_t port,
+                                               std::string needs) {
+  const Binding* const b = m.binding(n, port);
+  if (b != nullptr) needs += "; " + m.read_error(*b, b->type).message;
+  return m.fail(id, "bt.missing-port", std::move(needs));
+}
+
 template <std::size_t kCount>
 inline void clear(std::int32_t* mem, const std::array<Word, kCount>& /*words*/) {
   std::fill_n(mem, kCount, 0);

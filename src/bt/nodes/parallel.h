@@ -48,7 +48,7 @@ struct Parallel : ParallelNode {
     const auto success = m.read_integer(n, kSuccessPort);
     const auto failure = m.read_integer(n, kFailurePort);
     if (!success || !failure) {
-      m.fail(id, "bt.missing-port", "needs its thresholds as whole numbers");
+      lacks(m, n, id, success ? kFailurePort : kSuccessPort, "needs its thresholds as whole numbers");
       return false;
     }
     mem[kSuccessThreshold] = threshold(*success, n.child_count);

@@ -17,7 +17,7 @@ struct ParallelAll : ParallelNode {
   static Next enter(Machine& m, const Node& n, NodeId id) {
     std::int32_t* const mem = m.memory(n);
     const auto failures = m.read_integer(n, 0);
-    if (!failures) return m.fail(id, "bt.missing-port", "needs max_failures as a whole number");
+    if (!failures) return lacks(m, n, id, 0, "needs max_failures as a whole number");
     mem[kFailureThreshold] = threshold(*failures, n.child_count);
     if (mem[kFailureThreshold] > static_cast<std::int32_t>(n.child_count)) {
       return m.fail(id, "bt.threshold",

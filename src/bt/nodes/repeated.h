@@ -34,8 +34,8 @@ struct Repeated : AnyNode {
   static Next enter(Machine& m, const Node& n, NodeId id) {
     std::int32_t* const mem = m.memory(n);
     if (!read_limit(m, n, mem)) {
-      return m.fail(id, "bt.missing-port",
-                    std::string("needs ") + (kIsRetry ? "num_attempts" : "num_cycles") + " as a whole number");
+      return lacks(m, n, id, 0,
+                   std::string("needs ") + (kIsRetry ? "num_attempts" : "num_cycles") + " as a whole number");
     }
     m.set_status(id, Status::kRunning);
     return cycle(m, n, mem);

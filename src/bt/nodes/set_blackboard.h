@@ -23,7 +23,7 @@ struct SetBlackboard : AnyNode {
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
     const auto key = m.read_text(n, kKeyPort);
-    if (!key) return m.fail(id, "bt.missing-port", "needs \"output_key\", the name of an entry");
+    if (!key) return lacks(m, n, id, kKeyPort, "needs \"output_key\", the name of an entry");
     const Binding* value = m.binding(n, kValuePort);
     if (value == nullptr) return m.fail(id, "bt.missing-port", "needs \"value\"");
     const std::uint32_t target = m.blackboard().cell(m.model().scope(id), *key);

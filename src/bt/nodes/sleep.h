@@ -15,7 +15,7 @@ struct Sleep : AnyNode {
   static Next enter(Machine& m, const Node& n, NodeId id) {
     if (m.status(id) == Status::kIdle) {
       const auto time = m.read_integer(n, 0);
-      if (!time) return m.fail(id, "bt.missing-port", "needs msec as a whole number");
+      if (!time) return lacks(m, n, id, 0, "needs msec as a whole number");
       if (*time <= 0) return Next::done(Status::kSuccess);
       m.start_timer(id, after(m.now(), *time));
       return Next::done(Status::kRunning);

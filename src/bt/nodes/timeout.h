@@ -23,7 +23,7 @@ struct Timeout : AnyNode {
     std::int32_t& mem = phase(m, n);
     if (mem == kIdle) {
       const auto limit = m.read_integer(n, 0);
-      if (!limit || *limit < 0) return m.fail(id, "bt.missing-port", "needs msec as a whole number, not negative");
+      if (!limit || *limit < 0) return lacks(m, n, id, 0, "needs msec as a whole number, not negative");
       m.set_status(id, Status::kRunning);
       if (*limit > 0) m.start_timer(id, after(m.now(), *limit));
       mem = kRunning;
