@@ -61,8 +61,8 @@ class Context {
     auto read = input<T>(port);
     return read ? std::move(*read) : std::move(otherwise);
   }
-  /// Writes the entry that an output port names. The first typed write locks the entry's type.
-  /// Errors: bt.no-port, bt.not-an-entry, bt.entry-type. An error that the node does not look at fails the tick.
+  /// Writes the entry that an output port names; the first typed write locks its type. These errors fail the tick:
+  /// bt.not-an-entry, bt.entry-type, and bt.no-port unless the port is declared, and only has been given no entry.
   template <class T>
   Result<void> output(PortName port, const T& value);
   /// What an input port holds, as it is, for code that does not know the type (e.g. to take it elsewhere). Null if

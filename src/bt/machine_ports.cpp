@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "sentree/bt/detail/machine.h"
@@ -296,15 +297,26 @@ Diagnostic Context::read_error(const PortName& port, const PortType& wanted) con
 Result<void> Context::write(const PortName& port, Datum&& datum, const PortType& type) {
   const Binding* b = machine_.binding(machine_.node(node_), port);
   std::string error;
+  // A port that nobody has given an entry is one that nobody asks for; one that the node does not have is a slip in it.
+  bool is_slip = b != nullptr;
   if (b == nullptr) {
-    error = fmt::format("there is no entry for output port \"{}\"", port.text);
+    const Ports& ports = machine_.model().manifest(node_).ports;
+    is_slip = std::none_of(ports.begin(), ports.end(), [&](const PortInfo& info) { return info.name == port.text; });
+    if (is_slip) {
+      std::vector<std::string> names;
+      for (const PortInfo& info : ports) names.push_back(info.name);
+      error = fmt::format("{} declares no output port \"{}\"{}", machine_.model().manifest(node_).id, port.text,
+                          did_you_mean(std::string(port.text), names));
+    } else {
+      error = fmt::format("there is no entry for output port \"{}\"", port.text);
+    }
   } else if (machine_.write(*b, std::move(datum), &type, error)) {
     return {};
   }
   const std::string code = b == nullptr                       ? "bt.no-port"
                            : b->kind == Binding::Kind::kEntry ? "bt.entry-type"
                                                               : "bt.not-an-entry";
-  if (b != nullptr) machine_.fail(node_, code, error);
+  if (is_slip) machine_.fail(node_, code, error);
   return sentree::fail(code, fmt::format("node \"{}\": {}", path(), error));
 }
 

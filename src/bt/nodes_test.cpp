@@ -130,6 +130,27 @@ TEST(Ports, OfAFailedTickAreNamedWithTheirEntries) {
   }
 }
 
+TEST(Ports, ThatANodeDoesNotHaveFailItsTick) {
+  Registry registry;
+  bool is_told = false;
+  registry.action("Slip", {output<int>("count")}, [&](Context& self) {
+    is_told = !self.output("cuont", 3);
+    return Status::kSuccess;
+  });
+  registry.action("Quiet", {output<int>("count")}, [](Context& self) {
+    EXPECT_EQ(self.output("count", 3).error().code, "bt.no-port");
+    return Status::kSuccess;
+  });
+  Runner slip = runner("<Slip count=\"{n}\"/>", &registry);
+  slip.tick();
+  EXPECT_TRUE(is_told);
+  ASSERT_TRUE(slip.error().has_value());
+  EXPECT_EQ(slip.error()->code, "bt.no-port");
+  EXPECT_THAT(slip.error()->message, HasSubstr("no output port \"cuont\"; did you mean \"count\"?"));
+  // One that has it, and nobody asks for what it writes there.
+  EXPECT_EQ(runner("<Quiet/>", &registry).tick(), Status::kSuccess);
+}
+
 TEST(Repeat, IsStoppedWhenItNeverEndsWithinOneTick) {
   // Format 3 does not yield between cycles.
   auto loaded =

@@ -177,6 +177,7 @@ struct AnsweringAction : Answering {
   Status on_running(Context& self) { return consult(self); }
 };
 struct AnsweringCondition : Answering {
+  static Ports ports() { return {output("out")}; }
   Status tick(Context& self) { return consult(self); }
 };
 
