@@ -187,6 +187,13 @@ std::vector<ScriptType> Loader::entry_types(const std::function<std::uint32_t(st
                                                                : ScriptType::kUnknown);
     }
   }
+  // An entry that a port declares as a number holds one, whoever is the first to write it.
+  for (const DeclaredEntry& entry : model_->declared) {
+    const std::uint32_t home = owner(entry.cell);
+    const auto kind = entry.type != nullptr ? entry.type->kind : PortType::Class::kAny;
+    const bool number = kind == PortType::Class::kInteger || kind == PortType::Class::kReal;
+    if (number && !seen[home]) note(home, ScriptType::kNumber);
+  }
   const std::vector<ScriptType> before = types;
   std::vector<ScriptType> own;
   for (const ScriptUse& use : model_->uses) {

@@ -190,6 +190,13 @@ INSTANTIATE_TEST_SUITE_P(
                       Typed{"r := (n &gt; 0 ? s : s) - 1", "an arithmetic or logical operator gets text"},
                       Typed{"r := 1 &lt; n &lt; 3", ""}, Typed{"r := k * 1", "gets text"}));
 
+TEST(ScriptTypes, FollowFromPortsThatReadTheEntry) {
+  const char* const read = "<Delay delay_msec=\"{p}\"><AlwaysSuccess/></Delay></Sequence>";
+  EXPECT_THAT(found_in("<Sequence><Script code=\"p := 'abc'\"/>" + std::string(read)),
+              HasSubstr("\"p\" holds a number and cannot take text, 'abc'"));
+  EXPECT_THAT(found_in("<Sequence><Script code=\"p := '20'\"/>" + std::string(read)), Not(HasSubstr("bt.script-type")));
+}
+
 TEST(Entries, WithOneBraceAreTexts) {
   for (const char* value : {"{n", "n}", "'n}"})
     EXPECT_THAT(found_in("<SetBlackboard value=\"" + std::string(value) + "\" output_key=\"m\"/>"),

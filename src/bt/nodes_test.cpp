@@ -151,6 +151,15 @@ TEST(Ports, ThatANodeDoesNotHaveFailItsTick) {
   EXPECT_EQ(runner("<Quiet/>", &registry).tick(), Status::kSuccess);
 }
 
+TEST(Scripts, SayWhosePortAnEntryIsOf) {
+  Runner r = runner(
+      "<Sequence><Script code=\"p := 'abc'\"/><Delay name=\"Wait\" delay_msec=\"{p}\"><AlwaysSuccess/>"
+      "</Delay></Sequence>");
+  r.tick();
+  ASSERT_TRUE(r.error().has_value());
+  EXPECT_THAT(r.error()->message, HasSubstr("(port \"delay_msec\" of Wait) and cannot take abc"));
+}
+
 TEST(Repeat, IsStoppedWhenItNeverEndsWithinOneTick) {
   // Format 3 does not yield between cycles.
   auto loaded =

@@ -209,23 +209,43 @@ class Run {
       // Text for an entry of another type is read as that type.
       std::optional<Value> parsed;
       if (entry->type != nullptr) parsed = value_of_text(model_, *entry->type, *value.string);
-      if (!parsed) return mismatch(in.arg, value, held);
+      if (!parsed) return mismatch(in.arg, value, *entry);
       entry->datum = Datum{std::move(*parsed), nullptr};
     } else {
       Datum from;
       store(value, from.value);
-      if (!copy_into(from, entry->datum)) return mismatch(in.arg, value, held);
+      if (!copy_into(from, entry->datum)) return mismatch(in.arg, value, *entry);
     }
     blackboard_.written(*entry);
     value = load(entry->datum);
     return true;
   }
 
-  bool mismatch(std::uint32_t name, const ScriptValue& value, const Value& held) {
+  bool mismatch(std::uint32_t name, const ScriptValue& value, const Blackboard::Entry& entry) {
     std::string text;
     append_text(text, value);
-    return fail(fmt::format("entry \"{}\" holds {} {} and cannot take {}", script_.names[name].name,
-                            to_string(held.type()), to_json(held), text));
+    const Value& held = entry.datum.value;
+    const std::string is = entry.datum.empty() && entry.type != nullptr
+                               ? fmt::format("is of type {}{}", entry.type->name, declared_by(cells_[name], entry.type))
+                               : fmt::format("holds {} {}", to_string(held.type()), to_json(held));
+    return fail(fmt::format("entry \"{}\" {} and cannot take {}", script_.names[name].name, is, text));
+  }
+
+  // Whose port gives the entry its type: " (port "percent" of BatteryOk)".
+  [[nodiscard]] std::string declared_by(std::uint32_t cell, const PortType* type) const {
+    const auto owner = [&](std::uint32_t at) {
+      while (at < model_.cells.size() && model_.cells[at].parent != kNone) at = model_.cells[at].parent;
+      return at;
+    };
+    for (NodeId id = 0; id < model_.nodes.size(); ++id) {
+      const Node& node = model_.nodes[id];
+      for (std::uint32_t i = 0; i < node.port_count; ++i) {
+        const Binding& b = model_.bindings[node.ports + i];
+        if (b.kind == Binding::Kind::kEntry && b.type == type && owner(b.target) == owner(cell))
+          return fmt::format(" (port \"{}\" of {})", model_.strings[b.name], model_.name(id));
+      }
+    }
+    return {};
   }
 
   bool update(const Instruction& in, ScriptValue& value) {
@@ -236,7 +256,7 @@ class Run {
     ScriptValue left = load(entry->datum);
     if (value.is_number() && left.tag == Tag::kString) {
       const auto number = detail::parse_real(*left.string);
-      if (!number) return mismatch(in.arg, value, entry->datum.value);
+      if (!number) return mismatch(in.arg, value, *entry);
       left = ScriptValue::of(*number);
     }
     if (value.is_number() && left.is_number()) {
@@ -253,7 +273,7 @@ class Run {
       if (held.as_double() != nullptr) {
         held = r;
       } else if (!copy_into(Datum{Value(r), nullptr}, entry->datum)) {
-        return mismatch(in.arg, ScriptValue::of(r), held);
+        return mismatch(in.arg, ScriptValue::of(r), *entry);
       }
     } else if (value.tag == Tag::kString && left.tag == Tag::kString && in.op == Op::kAddAssign) {
       if (left.string->size() + value.string->size() > kScriptTextMax) return too_long();
