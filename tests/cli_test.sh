@@ -291,6 +291,15 @@ END
   printf 'mission: {file: mission.xml}\nplugins: [nodes.so]\n' >"$work/cpp/sentree.yaml"
   expect 0 'nothing to complain' "$sentree" check "$work/cpp"
   expect 0 'mission SUCCESS' "$sentree" run "$work/cpp" --clock virtual
+  # What the project says of the plug-in's nodes, and is not so.
+  mkdir -p "$work/cpp/skills" && cp examples/minimal/skills/GoTo.scxml "$work/cpp/skills/CountTo.scxml"
+  expect 1 "sentree.yaml:2:11: warning: a plug-in's node CountTo takes the place of the skill CountTo" "$sentree" check "$work/cpp"
+  rm -r "$work/cpp/skills" && cp "$work/cpp/mission.xml" "$work/cpp/agrees"
+  sed -i 's|</root>|<TreeNodesModel><Condition ID="Double"><input_port name="on"/><input_port name="out"/></Condition></TreeNodesModel></root>|' "$work/cpp/mission.xml"
+  expect 1 "the plug-in's node Double is of kind Action, not Condition" "$sentree" check "$work/cpp"
+  expect 1 "the plug-in's node Double has no port \"on\"; did you mean \"in\"" "$sentree" check "$work/cpp"
+  expect 1 "\"out\" of the plug-in's node Double is an output_port" "$sentree" check "$work/cpp"
+  mv "$work/cpp/agrees" "$work/cpp/mission.xml"
   expect 0 'CountTo' "$sentree" graph "$work/cpp" --to dot
   expect 0 '<Action ID="CountTo">' "$sentree" model "$work/cpp"
   # Those of a recording are loaded only where that is asked for, also to go on with a run.

@@ -83,6 +83,7 @@ void Loader::check_entries() {
     }
   }
   find_unwritten(written, open, owner);
+  check_literal_outputs();
   if (model_->uses.empty()) return;
   const std::vector<ScriptType> types = entry_types(owner);
   std::set<std::pair<std::uint32_t, std::string>> told;
@@ -153,6 +154,25 @@ void Loader::find_unwritten(const std::vector<bool>& written, const std::vector<
                                   !(open_keys == 1 && node.kind == Kind::kSetBlackboard && needs_other_writer(node, i));
       if (written[home] || may_be_written || name.starts_with('@')) continue;
       model_->unwritten.push_back({id, model_->strings[b.name], name});
+    }
+  }
+}
+
+// An output that names no entry: whatever the node gives back cannot be written.
+void Loader::check_literal_outputs() {
+  for (NodeId id = 0; id < model_->nodes.size(); ++id) {
+    const Node& node = model_->nodes[id];
+    const Manifest& manifest = model_->manifest(id);
+    for (std::uint32_t i = 0; i < node.port_count && node.kind != Kind::kSubTree; ++i) {
+      const Binding& b = model_->bindings[node.ports + i];
+      if (b.kind != Binding::Kind::kLiteral || b.from_default || b.declared == 0xFFFF) continue;
+      if (manifest.ports[b.declared].direction != PortDirection::kOutput) continue;
+      const std::string& text = model_->strings[b.text];
+      if (text == "{}") continue;  // `sentree check` says what that is
+      warn("bt.not-an-entry",
+           fmt::format("output port \"{0}\" of {1} is \"{2}\", which is no entry to write to; write {0}=\"{{name}}\"",
+                       model_->strings[b.name], manifest.id, text),
+           span_of(id));
     }
   }
 }

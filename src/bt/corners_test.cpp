@@ -197,6 +197,14 @@ TEST(ScriptTypes, FollowFromPortsThatReadTheEntry) {
   EXPECT_THAT(found_in("<Sequence><Script code=\"p := '20'\"/>" + std::string(read)), Not(HasSubstr("bt.script-type")));
 }
 
+TEST(Entries, AreWhatOutputsName) {
+  EXPECT_THAT(
+      found_in("<LoopDouble queue=\"1;2\" value=\"x\"><AlwaysSuccess/></LoopDouble>"),
+      HasSubstr("output port \"value\" of LoopDouble is \"x\", which is no entry to write to; write value=\"{name}\""));
+  EXPECT_THAT(found_in("<LoopDouble queue=\"1;2\" value=\"{x}\"><AlwaysSuccess/></LoopDouble>"),
+              Not(HasSubstr("bt.not-an-entry")));
+}
+
 TEST(Entries, WithOneBraceAreTexts) {
   for (const char* value : {"{n", "n}", "'n}"})
     EXPECT_THAT(found_in("<SetBlackboard value=\"" + std::string(value) + "\" output_key=\"m\"/>"),

@@ -9,6 +9,7 @@
 #include "sentree/bt/library.h"
 #include "sentree/bt/load.h"
 #include "sentree/nav2/nav2.h"
+#include "sentree/project/check_plugins.h"
 #include "sentree/project/plan.h"
 #include "sentree/text/file.h"
 
@@ -27,6 +28,7 @@ class MissionLoader {
     if (!source) return {std::nullopt, std::move(diagnostics_)};
     // Without its plug-ins the tree would be full of unknown nodes, which is not what is wrong.
     if (!load_plugins(project_, registry_, diagnostics_)) return {std::nullopt, std::move(diagnostics_)};
+    const bt::Registry plugins = project_.plugins.empty() ? bt::Registry() : registry_;
     if (!palettes()) return {std::nullopt, std::move(diagnostics_)};
     for (const FileRef& file : project_.mission_files) add(file);
     bt::LoadOptions options;
@@ -45,6 +47,7 @@ class MissionLoader {
     auto loaded = bt::load(std::move(*source), options, project_.shown(project_.mission.path));
     loaded.diagnostics.insert(loaded.diagnostics.begin(), diagnostics_.begin(), diagnostics_.end());
     if (has_errors(diagnostics_)) loaded.value.reset();
+    if (loaded.value) check_plugins(project_, plugins, *loaded.value, skill_names(), loaded.diagnostics);
     return loaded;
   }
 

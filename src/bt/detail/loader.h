@@ -182,6 +182,7 @@ class Loader {
   void check_definitions();
   void check_entries();
   /// What the entries of each cell hold, where everybody who writes one agrees; asked through their owner.
+  void check_literal_outputs();
   void find_unwritten(const std::vector<bool>& written, const std::vector<bool>& open,
                       const std::function<std::uint32_t(std::uint32_t)>& owner);
   [[nodiscard]] std::vector<ScriptType> entry_types(const std::function<std::uint32_t(std::uint32_t)>& owner) const;
