@@ -157,7 +157,8 @@ std::string_view first_value(const Port& port) {
 struct Skill {
   std::string id;
   bool is_condition = false;
-  bool is_guess = false;  // that it is one, by its name
+  bool is_guess = false;  // that it is one, by its name or its place
+  bool is_guard = false;  // by its place
   SourceSpan span;        // of the first
   std::map<std::string, Port, std::less<>> ports;
 };
@@ -430,6 +431,19 @@ class TreeSystem {
            fs::exists(project::shipped_folder("skills") / nav2::kPalette / (id + ".scxml"), error);
   }
 
+  // Whether no file says what it is.
+  [[nodiscard]] bool is_anything(const std::string& id) const {
+    return own_.find(id) == nullptr && !explicit_.contains(id);
+  }
+
+  // A ReactiveSequence or ReactiveFallback asks what stands before its last child at each tick; an action there that
+  // takes time would start anew for ever, and halt the others.
+  static bool is_asked_again(const bt::Tree& tree, bt::NodeId node) {
+    const bt::NodeId parent = tree.parent(node);
+    return parent != bt::kNoNode && tree.registration(parent).starts_with("Reactive") &&
+           tree.children(parent).back() != node;
+  }
+
   void add_skill(const bt::Tree& tree, bt::NodeId node, Written& written) {
     const std::string id(tree.registration(node));
     const bool is_new = !skills_.contains(id);
@@ -438,9 +452,11 @@ class TreeSystem {
       skill.id = id;
       skill.span = tree.span(node);
       const bool is_said = tree.category(node) == bt::Category::kCondition;
-      skill.is_guess = !is_said && own_.find(id) == nullptr && !explicit_.contains(id) && sounds_like_a_condition(id);
+      skill.is_guess = !is_said && is_anything(id) && sounds_like_a_condition(id);
       skill.is_condition = is_said || skill.is_guess;
     }
+    if (!skill.is_condition && is_anything(id) && is_asked_again(tree, node))
+      skill.is_condition = skill.is_guess = skill.is_guard = true;
     for (const bt::PortFact& fact : tree.ports(node)) {
       Port& port = skill.ports[std::string(fact.name)];
       if (port.type.empty()) port.type = std::string(fact.type);
@@ -472,7 +488,10 @@ class TreeSystem {
     find(Fate::kByHand, skill.span, skill.id,
          fmt::format("{} {}{}: write what it {} (docs/how-to/write-a-skill.md)", file,
                      skill.is_condition ? "holds" : "succeeds after a second",
-                     skill.is_guess ? " (a condition by its name)" : "", skill.is_condition ? "asks" : "does"));
+                     skill.is_guard   ? " (a condition by its place under a Reactive node, which asks it at each tick)"
+                     : skill.is_guess ? " (a condition by its name)"
+                                      : "",
+                     skill.is_condition ? "asks" : "does"));
     for (const auto& [port_name, port] : skill.ports) {
       if (is_data_id(port_name)) continue;
       find(Fate::kByHand, skill.span, fmt::format("{} of {}", port_name, skill.id),

@@ -319,6 +319,26 @@ TEST(TreeSystem, FilesThatCannotBeReadAreToBeMendedByHand) {
   expect_runnable(system);
 }
 
+TEST(TreeSystem, WhatAReactiveNodeAsksAtEachTickIsACondition) {
+  const TemporaryFolder folder("import");
+  const path file = folder.path() / "four.xml";
+  ASSERT_TRUE(text::write_file(
+      file,
+      R"(<root BTCPP_format="4"><BehaviorTree ID="M"><ReactiveSequence><BatteryOK/><Sequence><SaySomething message="hi"/>)"
+      R"(<MoveBase goal="1;2;3"/></Sequence></ReactiveSequence></BehaviorTree></root>)"));
+  const Imported system = imported(file);
+  EXPECT_THAT(made_file(system, "skills/BatteryOK.scxml"), HasSubstr("To begin with: it holds."));
+  EXPECT_THAT(made_file(system, "skills/MoveBase.scxml"), HasSubstr("halted"));
+  EXPECT_THAT(system.findings, Contains(told(Fate::kByHand, "BatteryOK", "a condition by its place under a Reactive")));
+  expect_runnable(system);
+  // What somebody has said to be an action is one.
+  ASSERT_TRUE(text::write_file(
+      file,
+      R"(<root BTCPP_format="4"><BehaviorTree ID="M"><ReactiveSequence><BatteryOK/><MoveBase/></ReactiveSequence>)"
+      R"(</BehaviorTree><TreeNodesModel><Action ID="BatteryOK"/></TreeNodesModel></root>)"));
+  EXPECT_THAT(made_file(imported(file), "skills/BatteryOK.scxml"), HasSubstr("halted"));
+}
+
 TEST(TreeSystem, OfSeveralMissionsOneIsChosen) {
   const TemporaryFolder folder("import");
   for (const char* name : {"a", "b"}) {

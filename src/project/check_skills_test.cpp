@@ -234,6 +234,21 @@ TEST(CheckSkills, TellsOfEntriesThatNobodyWritesAtAnyNode) {
       Contains(HasSubstr("warning: port \"queue\" of LoopDouble" + std::string(nobody) + ", so there is no element")));
 }
 
+TEST(CheckSkills, TellsOfActionsThatHaltEachOtherForEver) {
+  const auto told = [](const std::string& nodes) {
+    return told_of("minimal",
+                   {{"mission.xml", "<GoTo name=\"GoToDoor\"", (nodes + "<GoTo name=\"GoToDoor\"").c_str()}});
+  };
+  const std::string far = "<GoTo name=\"Far\" place=\"door\"/>";
+  const std::string near = "<Sequence><GoTo name=\"Near\" place=\"desk\"/></Sequence>";
+  const auto never = Contains(HasSubstr("warning: Near never gets to its end: Far before it is an action"));
+  EXPECT_THAT(told("<ReactiveSequence>" + far + near + "</ReactiveSequence>"), never);
+  EXPECT_THAT(told("<ReactiveFallback>" + far + near + "</ReactiveFallback>"), never);
+  EXPECT_THAT(told("<Sequence>" + far + near + "</Sequence>"), Not(never));
+  EXPECT_THAT(told("<ReactiveSequence><BatteryAbove name=\"Charged\" percent=\"20\"/>" + near + "</ReactiveSequence>"),
+              Not(Contains(HasSubstr("never gets to its end"))));
+}
+
 TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
   const auto told = [](const std::vector<ExampleEdit>& edits) {
     const TemporaryFolder temporary("check-unnamed");

@@ -13,6 +13,7 @@
 #include "sentree/project/any_reply.h"
 #include "sentree/project/chart_memory.h"
 #include "sentree/project/check_intervention.h"
+#include "sentree/project/check_reactive.h"
 #include "sentree/project/detail/check_mission.h"
 #include "sentree/project/detail/check_model.h"
 #include "sentree/project/detail/check_monitor.h"
@@ -249,6 +250,7 @@ class Preparation {
     check_names(tree, leaves_, services_, project_, diagnostics);
     vocabulary_ = vocabulary_of(services_, &tree, leaves_, world_.get(), known_.findings);
     check_skills(tree, leaves_, services_, *vocabulary_, project_, known_.findings, diagnostics);
+    check_reactive(tree, leaves_, diagnostics);
     if (world_) {
       check_tolerances(leaves_, *world_, diagnostics);
       check_locations(tree, leaves_, *world_, project_.shown(project_.world->path), diagnostics);
