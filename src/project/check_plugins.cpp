@@ -1,4 +1,4 @@
-#include "sentree/project/check_plugins.h"
+#include "sentree/project/detail/check_plugins.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "sentree/project/check_reactive.h"
+#include "sentree/project/detail/check_reactive.h"
 
 #include <algorithm>
 #include <map>

@@ -9,7 +9,7 @@
 #include "sentree/bt/library.h"
 #include "sentree/bt/load.h"
 #include "sentree/nav2/nav2.h"
-#include "sentree/project/check_plugins.h"
+#include "sentree/project/detail/check_plugins.h"
 #include "sentree/project/plan.h"
 #include "sentree/text/file.h"
 
