@@ -406,6 +406,7 @@ program.start()
 done = subprocess.run([sentree, "watch", "127.0.0.1:%d" % program.port, "--record", "foreign.mcap", "--duration", "4 s"],
                       stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, cwd=work)
 check("a tree of others is watched", done.returncode == 0, done)
+check("what cannot be read is told", "the recorded changes are cut off" in done.stderr, done.stderr)
 check("another tree is another recording", "another tree" in done.stderr, done.stderr)
 lines = subprocess.run([sentree, "export", "foreign.mcap", "--to", "ndjson"], capture_output=True, text=True,
                        timeout=60).stdout.splitlines()

@@ -190,7 +190,7 @@ class TreeReader {
   }
 
   // In the order in which the loader numbers nodes: depth first, through SubTrees.
-  Result<void> number(RemoteTree& remote, const XmlElement& element, std::size_t depth) const {
+  Result<void> number(RemoteTree& remote, const XmlElement& element, std::size_t depth) {
     if (depth > kRemoteDepthMax) return wrong(fmt::format("it is deeper than {} nodes", kRemoteDepthMax));
     if (remote.uids.size() == kRemoteNodesMax) return wrong("it has too many nodes");
     const std::string text = text_of(element, "_uid");
@@ -198,6 +198,7 @@ class TreeReader {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), uid);
     if (error != std::errc() || end != text.data() + text.size() || uid == 0)
       return wrong(fmt::format("node \"{}\" has no number", text_of(element, "name")));
+    if (!numbers_.insert(uid).second) return wrong(fmt::format("several nodes have the number {}", uid));
     remote.uids.push_back(uid);
     if (element.name() == "SubTree") {
       const auto use = uses_.find(element.offset());
@@ -217,6 +218,7 @@ class TreeReader {
   std::map<std::string, std::size_t, std::less<>> by_path_;
   std::unordered_map<std::size_t, std::size_t> uses_;  // by the offset of the SubTree
   std::map<std::string, bt::Category, std::less<>> categories_;
+  std::set<std::uint16_t> numbers_;
 };
 
 }  // namespace

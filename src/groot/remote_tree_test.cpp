@@ -106,6 +106,10 @@ TEST(RemoteTree, ThatCannotBeIsRefused) {
         R"(<root BTCPP_format="4"><BehaviorTree ID="M"><AlwaysSuccess _uid="0"/></BehaviorTree></root>)",
         R"(<root BTCPP_format="4"><BehaviorTree ID="M"><AlwaysSuccess _uid="70000"/></BehaviorTree></root>)"})
     EXPECT_FALSE(read_remote_tree(wrong).has_value()) << wrong;
+  const auto twice = read_remote_tree(R"(<root BTCPP_format="4"><BehaviorTree ID="M" _fullpath="">
+      <Sequence _uid="1" name="s"><AlwaysSuccess _uid="2"/><AlwaysFailure _uid="2"/></Sequence></BehaviorTree></root>)");
+  ASSERT_FALSE(twice.has_value());
+  EXPECT_EQ(twice.error().message, "the publisher's tree cannot be read: several nodes have the number 2");
 }
 
 // Instances that hold each other, or one that is used many times, would make a tree without end.

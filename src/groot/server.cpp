@@ -58,6 +58,8 @@ namespace {
 constexpr std::chrono::milliseconds kTurn{40};
 // Requests answered in one turn by each socket; then what is to be told has its turn.
 constexpr int kRequestsPerTurn = 64;
+// Who sends more is disconnected by ZeroMQ without a word.
+constexpr std::int64_t kReceivedBytesMax = 16 * Server::kPartBytesMax;
 constexpr int kTriesMax = 20;
 // Parts that say how an answer finds its way back.
 constexpr std::size_t kWayMax = 8;
@@ -76,7 +78,7 @@ struct Server::Impl {
       : scene(shown), options(std::move(said)), responder(shown, is_loopback(options.address) ? taken : nullptr) {
     for (zmq::socket_t* socket : {&reply1, &publish1, &reply2, &publish2}) {
       socket->set(zmq::sockopt::linger, 0);
-      socket->set(zmq::sockopt::maxmsgsize, kPartBytesMax);
+      socket->set(zmq::sockopt::maxmsgsize, kReceivedBytesMax);
     }
   }
   ~Impl() {
@@ -130,6 +132,10 @@ struct Server::Impl {
     answer_all(reply2, [this](const Parts& request) {
       if (!request.empty() && request.front().size() > 1 && request.front()[1] == static_cast<char>(Ask::kTree))
         ++asked;
+      const bool is_large = std::any_of(request.begin(), request.end(), [](const std::string& part) {
+        return part.size() > static_cast<std::size_t>(kPartBytesMax);
+      });
+      if (is_large) return write_error(fmt::format("a request has at most {} octets", kPartBytesMax));
       return responder.answer(request, SteadyClock::now(), wall_us());
     });
     const auto now = SteadyClock::now();

@@ -136,6 +136,15 @@ TEST_F(ServerTest, RefusesHooksWhereNobodyTakesThem) {
   EXPECT_TRUE((*client)->ask(Ask::kDumpHooks).has_value());
 }
 
+TEST_F(ServerTest, AnswersARequestThatIsTooLarge) {
+  const auto client = Client::connect(at(server->ports().groot2));
+  ASSERT_TRUE(client.has_value());
+  const auto large = (*client)->ask(Ask::kBlackboard, std::string(Server::kPartBytesMax + 1, 'x'));
+  ASSERT_FALSE(large.has_value());
+  EXPECT_EQ(large.error().message, "the publisher refuses: a request has at most 65536 octets");
+  EXPECT_TRUE((*client)->ask(Ask::kStatus).has_value());
+}
+
 TEST_F(ServerTest, SaysWhichPortIsTakenAndWhoMayReachIt) {
   const auto second = Server::start(scene, nullptr, {.port = server->ports().groot2});
   ASSERT_FALSE(second.has_value());

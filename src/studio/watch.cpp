@@ -159,7 +159,7 @@ struct Watch::Impl final : runtime::Steering {
     if (!reply || ended) return;
     if (records) {
       const auto all = groot::parse_records(reply->body);
-      if (!all) return;
+      if (!all) return tell_unreadable(all.error());
       bool is_new = true;
       std::set<bt::NodeId> told;
       for (const groot::Record& record : *all) {
@@ -186,12 +186,17 @@ struct Watch::Impl final : runtime::Steering {
 
   void take_statuses(const std::string& body, const std::set<bt::NodeId>& except = {}) {
     const auto all = groot::parse_statuses(body);
-    if (!all) return;
+    if (!all) return tell_unreadable(all.error());
     bool is_new = true;
     for (const groot::NodeStatus& status : *all) {
       if (const auto node = nodes.find(status.uid); node != nodes.end() && !except.contains(node->second))
         change(node->second, status_of(status.code), now(), is_new);
     }
+  }
+
+  // Once: whoever answers so does so each time.
+  void tell_unreadable(const Diagnostic& why) {
+    if (!std::exchange(is_unreadable, true) && listeners->problem) listeners->problem(address + ": " + why.message);
   }
 
   // `is_new`: nothing has been found in this look so far.
@@ -446,6 +451,7 @@ struct Watch::Impl final : runtime::Steering {
   bool needs_arming = false;
   SteadyClock::time_point compare_at{};
   bool is_silent = false;
+  bool is_unreadable = false;  // what it answers, which has been told
   std::vector<bt::Status> statuses;
   bt::Status root = bt::Status::kIdle;
   std::uint64_t sequence = 0;
