@@ -103,6 +103,35 @@ def simulated_robot():
     sim.end()
 
 
+def topic_of_nobody():
+    """A topic that nobody publishes is told, with what is near it, and in the end that nothing came of it."""
+    os.makedirs("nobody/skills")
+    with open("nobody/mission.xml", "w") as out:
+        out.write('<root BTCPP_format="4"><BehaviorTree ID="M"><Action ID="Wait"/></BehaviorTree></root>')
+    with open("nobody/skills/Wait.scxml", "w") as out:
+        out.write('<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="waiting">'
+                  '<transition event="battery.message" target="success"/><transition event="halt" target="halted"/></state>'
+                  '<final id="success"/><final id="halted"/></scxml>')
+
+    def project(at):
+        with open("nobody/sentree.yaml", "w") as out:
+            out.write('mission: {file: mission.xml}\nservices: {battery: {interface: sensor_msgs/msg/BatteryState, at: "ros:%s"}}\n'
+                      'skills: {Wait: {subscribe: [battery.message]}}\n' % at)
+
+    project("/battery_state?publish")
+    code, out, err = run("check", "nobody")
+    check("a topic of ours that nobody publishes is an error", code == 3 and "is where the project publishes" in out, out + err)
+    code, out, err = run("services", "--on", "ros:")
+    check("where nobody is, it is said where", code == 4 and "nobody offers anything in domain " + domain in err, out + err)
+    sim = Program("sim", "--world", "examples/recharge/world/world.yaml", "--ros", "--headless", until="listening on ros:/")
+    project("/battery_stat")
+    code, out, err = run("run", "nobody", "--no-record", "--duration", "20 s")
+    check("a topic that nobody publishes is told", 'nobody publishes ros:/battery_stat yet' in err and 'did you mean "/battery_state"?' in err,
+          out + err)
+    check("nothing came of it", "nothing came of battery from ros:/battery_stat" in out + err, out + err)
+    sim.end()
+
+
 POSE = "{header: {stamp: {sec: 0, nanosec: 0}, frame_id: 'map'}, pose: {position: {x: %s, y: %s, z: 0}, orientation: {x: 0, y: 0, z: 0, w: 1}}}"
 # What each action of the robot is sent, and what its result must be.
 ACTIONS = [
@@ -351,6 +380,7 @@ if __name__ == "__main__":
     if "ROS 2 by Fast DDS" not in told:
         print("skipped: this build has no DDS")
         sys.exit(77)
+    topic_of_nobody()
     simulated_robot()
     robot_of_nav2()
     tree_of_nav2()

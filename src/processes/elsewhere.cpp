@@ -1,6 +1,7 @@
 #include "sentree/processes/elsewhere.h"
 
 #include <algorithm>
+#include <atomic>
 #include <deque>
 #include <utility>
 
@@ -84,14 +85,20 @@ class PartsElsewhere final : public runtime::Elsewhere {
         published_.push_back(std::move(*published));
         continue;
       }
+      const auto came = std::make_shared<std::atomic<bool>>(false);
       auto opened =
           rpc::middleware_of(*address).subscribe(*address, service.service,
-                                                 [this, name = name](const idl::Method& method, Value arguments) {
+                                                 [this, name = name, came](const idl::Method& method, Value arguments) {
+                                                   *came = true;
                                                    publish_request(name, method, std::move(arguments));
                                                  },
                                                  {.target = name, .problem = run_.problem});
       if (!opened) return opened.error().message;
       sources_.push_back(std::move(*opened));
+      // What is called too may have nothing to say.
+      const auto& methods = service.service->methods;
+      if (std::all_of(methods.begin(), methods.end(), [](const idl::Method* method) { return method->oneway; }))
+        awaited_.push_back({name, service.at, came});
     }
     return std::nullopt;
   }
@@ -211,6 +218,10 @@ class PartsElsewhere final : public runtime::Elsewhere {
       supervisor_->end(publishing, kEndPatience);
     }
     sources_.clear();
+    for (const Awaited& each : awaited_) {
+      if (!*each.came) run_.problem(fmt::format("nothing came of {} from {}", each.service, each.at));
+    }
+    awaited_.clear();
     observer_servers_.clear();
     if (inbox_) inbox_->close();
   }
@@ -237,6 +248,13 @@ class PartsElsewhere final : public runtime::Elsewhere {
   }
 
  private:
+  // A topic of others, and whether anything has come of it.
+  struct Awaited {
+    std::string service;
+    std::string at;
+    std::shared_ptr<std::atomic<bool>> came;
+  };
+
   // In virtual time there is nobody else.
   std::optional<std::string> overhear(const project::ServicePlan& service) {
     if (scenario_.virtual_time) return std::nullopt;
@@ -503,6 +521,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
   std::vector<std::unique_ptr<runtime::Observer>> observers_;
   std::vector<std::unique_ptr<rpc::Opened>> observer_servers_;
   std::vector<std::unique_ptr<rpc::Opened>> sources_;    // of topics
+  std::vector<Awaited> awaited_;                         // whom they are of
   std::vector<std::unique_ptr<rpc::Caller>> published_;  // where topics go
   std::unique_ptr<rpc::Server> control_server_;
   std::vector<std::shared_ptr<RemoteLeafDriver>> leaves_;

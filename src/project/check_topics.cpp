@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "sentree/rpc/middleware.h"
 #include "sentree/scxml/event.h"
 #include "sentree/sim/topics.h"
 
@@ -27,6 +28,10 @@ std::vector<std::string> topics_of(const std::map<std::string, ServicePlan>& ser
     }
   }
   return topics;
+}
+
+bool is_all_oneway(const idl::Service& service) {
+  return std::all_of(service.methods.begin(), service.methods.end(), [](const auto* method) { return method->oneway; });
 }
 
 }  // namespace
@@ -135,7 +140,19 @@ void check_publishers(const Project& project, const std::vector<LeafPlan>& leave
       const ServicePlan& service = services.at(topic.substr(0, topic.rfind('.')));
       const std::string& at = service.at;
       if (!service.observed.empty()) continue;
-      if (!is_inside(at)) continue;  // who serves it elsewhere may publish it
+      if (!is_inside(at)) {
+        // Who serves it elsewhere may publish it, unless it is where the project does.
+        const auto address = rpc::Address::parse(at);
+        if (!address || address->kind != rpc::Address::Kind::kOther || !is_all_oneway(*service.service) ||
+            rpc::middleware_of(*address).is_source(*address, service.service.get()))
+          continue;
+        add(diagnostics, Severity::kError, "check.unpublished",
+            fmt::format("\"{}\" never comes: \"{}\" is where the project publishes, and no chart of it publishes "
+                        "that; give an address that is read from",
+                        topic, at),
+            subscribes.span);
+        continue;
+      }
       if (at == "sim") {
         add(diagnostics, Severity::kWarning, "check.unpublished",
             fmt::format(

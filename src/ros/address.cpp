@@ -130,6 +130,13 @@ Result<void> GraphAddress::check_environment() const {
                             number, kDomainMax));
   }
   const std::string range = environment("ROS_AUTOMATIC_DISCOVERY_RANGE");
+  const std::string only = environment("ROS_LOCALHOST_ONLY");
+  if (!localhost && range.empty() && !only.empty() && only != "0" && only != "1") {
+    return fail("ros.environment",
+                fmt::format("ROS_LOCALHOST_ONLY=\"{}\" is neither 0 nor 1; set it to one of them, or write "
+                            "range=localhost or range=subnet behind the address",
+                            only));
+  }
   if (localhost || range.empty() || range == "SUBNET" || range == "LOCALHOST" || range == "SYSTEM_DEFAULT") return {};
   if (range == "OFF") {
     return fail("ros.environment",
@@ -140,6 +147,25 @@ Result<void> GraphAddress::check_environment() const {
               fmt::format("ROS_AUTOMATIC_DISCOVERY_RANGE=\"{}\" is none of LOCALHOST, SUBNET, OFF and SYSTEM_DEFAULT; "
                           "set it to one of them, or write range=localhost or range=subnet behind the address",
                           range));
+}
+
+std::string oddities_of_environment() {
+  std::string out;
+  const std::string distro = environment("ROS_DISTRO");
+  if (!distro.empty() && !release_named(distro)) {
+    out += fmt::format(
+        "; ROS_DISTRO=\"{}\" is no release that is known here, and Humble is taken: write release= behind the address",
+        distro);
+  }
+  const std::string rmw = environment("RMW_IMPLEMENTATION");
+  const bool is_dds = rmw.find("fastrtps") != std::string::npos || rmw.find("dds") != std::string::npos;
+  if (!rmw.empty() && !is_dds) {
+    out += fmt::format(
+        "; RMW_IMPLEMENTATION=\"{}\" is not by DDS: nodes that use it are not found; let them use "
+        "rmw_fastrtps_cpp or rmw_cyclonedds_cpp",
+        rmw);
+  }
+  return out;
 }
 
 std::uint32_t GraphAddress::domain_or_environment() const {

@@ -58,4 +58,7 @@ struct GraphAddress {
   [[nodiscard]] Release release_or_environment() const;
 };
 
+/// What the environment says of ROS 2 that does not fit what is done here, each behind "; "; empty: nothing.
+[[nodiscard]] std::string oddities_of_environment();
+
 }  // namespace sentree::ros

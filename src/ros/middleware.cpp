@@ -1,6 +1,7 @@
 #include "sentree/ros/middleware.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <atomic>
@@ -10,9 +11,11 @@
 #include <map>
 #include <mutex>
 #include <set>
+#include <system_error>
 #include <thread>
 #include <utility>
 
+#include "sentree/base/diagnostic.h"
 #include "sentree/idl/conform.h"
 #include "sentree/ros/address.h"
 #include "sentree/ros/detail/action.h"
@@ -111,12 +114,8 @@ class RosCaller final : public rpc::Caller {
 
   // While discovery may go on, so that the first call finds its server.
   void settle() {
-    const auto never = [] { return false; };
-    if (interface_->find(kProbe) != nullptr) static_cast<void>(probe(node_->settled()));
-    if (action_ != nullptr) static_cast<void>(action_->wait_available(node_->settled(), never));
-    for (const auto& [method, way] : ways_) {
-      if (way.client != nullptr) static_cast<void>(way.client->wait_available(node_->settled(), never));
-    }
+    std::unique_lock lock(mutex_);
+    while (!is_found() && !node_->is_settled()) changed_.wait_for(lock, kLook);
   }
 
   const idl::Service& interface() const override { return *interface_; }
@@ -267,14 +266,28 @@ class RosCaller final : public rpc::Caller {
     while (!closed_ && SteadyClock::now() < until && writer.writer()->matched().empty()) changed_.wait_for(lock, kLook);
   }
 
-  // Whether anybody has anything of this name. As in Thrift, the answer is that there is no such method.
+  // Whether whoever is asked has been discovered.
+  bool is_found() const {
+    if (interface_->find(kProbe) != nullptr) return has_name();
+    if (action_ != nullptr) return action_->is_available();
+    return std::all_of(ways_.begin(), ways_.end(), [](const auto& entry) {
+      return entry.second.client == nullptr || entry.second.client->is_available();
+    });
+  }
+  // Whether anybody has anything of this name.
+  bool has_name() const {
+    const std::string within = name_.ends_with('/') ? name_ : name_ + "/";
+    const std::vector<dds::Endpoint> all = node_->endpoints();
+    return std::any_of(all.begin(), all.end(), [&](const dds::Endpoint& each) {
+      const std::string name = shown(each).first;
+      return !name.empty() && (name == name_ || name.starts_with(within));
+    });
+  }
+
+  // As in Thrift, the answer is that there is no such method.
   rpc::Outcome probe(rpc::Deadline deadline) {
     for (;;) {
-      for (const dds::Endpoint& each : node_->endpoints()) {
-        const std::string name = shown(each).first;
-        if (!name.empty() && (name == name_ || name.starts_with(name_.ends_with('/') ? name_ : name_ + "/")))
-          return refused(CallErrorKind::kProtocol, name_ + " is there");
-      }
+      if (has_name()) return refused(CallErrorKind::kProtocol, name_ + " is there");
       std::unique_lock lock(mutex_);
       if (closed_ || SteadyClock::now() >= deadline) break;
       changed_.wait_for(lock, kLook);
@@ -293,7 +306,7 @@ class RosCaller final : public rpc::Caller {
   const std::shared_ptr<Node> node_;
   const idl::ServicePtr interface_;
   const rpc::ClientOptions options_;
-  const SteadyClock::time_point found_by_ = SteadyClock::now() + Node::kDiscovery;
+  const SteadyClock::time_point found_by_ = SteadyClock::now() + Settling::kAtLeast;
   std::string name_;
   std::map<const idl::Method*, Way> ways_;
   std::shared_ptr<ActionClient> action_;
@@ -311,6 +324,23 @@ class RosCaller final : public rpc::Caller {
 
 using Problem = std::function<void(const std::string&)>;
 
+// "; did you mean …?", else what there is of that type; empty: neither.
+std::string near_topics(const Node& node, const std::string& name, const std::string& type) {
+  std::set<std::string> all;
+  std::set<std::string> alike;
+  for (const dds::Endpoint& each : node.endpoints()) {
+    const auto [topic, kind] = shown(each);
+    if (!each.is_writer || !kind.starts_with("topic ")) continue;
+    all.insert(topic);
+    if (each.type == type) alike.insert(topic);
+  }
+  constexpr std::size_t kShownMax = 5;
+  const std::vector<std::string> names(all.begin(), all.end());
+  if (std::string near = did_you_mean(name, names); !near.empty()) return near;
+  if (alike.empty() || alike.size() > kShownMax) return {};
+  return fmt::format("; of its type there {} {}", alike.size() > 1 ? "are" : "is", fmt::join(alike, ", "));
+}
+
 // Readers of topics, and what they hear, in a thread of its own.
 class Listening final : public rpc::Opened {
  public:
@@ -318,12 +348,15 @@ class Listening final : public rpc::Opened {
   ~Listening() override { stop(); }
   std::string address() const override { return address_; }
   void stop() override {
-    std::vector<ToldPtr> readers;
+    std::vector<Reading> readings;
     {
       const std::lock_guard lock(mutex_);
-      readers.swap(readers_);
+      stopped_ = true;
+      readings.swap(readings_);
     }
-    readers.clear();
+    changed_.notify_all();
+    if (looks_.joinable()) looks_.join();
+    readings.clear();
     worker_.stop();
     if (action_ != nullptr && number_ != 0) action_->forget(std::exchange(number_, 0));
   }
@@ -352,7 +385,28 @@ class Listening final : public rpc::Opened {
         });
     if (!reader) return tl::unexpected(std::move(reader.error()));
     const std::lock_guard lock(mutex_);
-    readers_.push_back(std::move(*reader));
+    readings_.push_back({carried->name, carried->type, std::move(*reader), told, problem});
+    return {};
+  }
+
+  /// Says of each topic that nobody publishes once everybody has been discovered, with what is near it.
+  Result<void> tell_unpublished(const std::shared_ptr<Node>& node) {
+    try {
+      looks_ = std::thread([this, node] {
+        std::unique_lock lock(mutex_);
+        while (!changed_.wait_for(lock, kLook, [&] { return stopped_; })) {
+          if (!node->is_settled()) continue;
+          for (const Reading& each : readings_) {
+            if (each.problem && !*each.told && each.reader->reader()->matched().empty())
+              each.problem(fmt::format("nobody publishes ros:{} yet, in domain {}{}", each.name, node->domain(),
+                                       near_topics(*node, each.name, each.type)));
+          }
+          return;
+        }
+      });
+    } catch (const std::system_error& e) {
+      return fail("rpc.exhausted", std::string("no thread is left to look for publishers: ") + e.what());
+    }
     return {};
   }
 
@@ -364,14 +418,27 @@ class Listening final : public rpc::Opened {
     number_ = action_->hear(std::move(take), problem);
     return {};
   }
-  void settle(SteadyClock::time_point until) const {
-    static_cast<void>(action_->wait_available(until, [] { return false; }));
+  // So that the first goal finds its server.
+  void settle(Node& node) {
+    std::unique_lock lock(mutex_);
+    while (!action_->is_available() && !node.is_settled()) changed_.wait_for(lock, kLook);
   }
 
  private:
+  struct Reading {
+    std::string name;
+    std::string type;
+    ToldPtr reader;
+    std::shared_ptr<std::atomic<bool>> told;  // what does not fit
+    Problem problem;
+  };
+
   const std::string address_;
   std::mutex mutex_;
-  std::vector<ToldPtr> readers_;
+  std::condition_variable changed_;
+  bool stopped_ = false;
+  std::vector<Reading> readings_;
+  std::thread looks_;
   std::shared_ptr<ActionClient> action_;
   int number_ = 0;
   Worker worker_;
@@ -574,10 +641,11 @@ class Ros final : public rpc::Middleware {
   std::string about() const override {
     if (std::string missing = lacks(); !missing.empty()) return missing;
     const GraphAddress here = *GraphAddress::parse("");
-    return fmt::format("ROS 2 by Fast DDS, without authentication; domain {}{}{}", here.domain_or_environment(),
+    return fmt::format("ROS 2 by Fast DDS, without authentication; domain {}{}{}{}", here.domain_or_environment(),
                        ", " + who_reaches(here.participant()),
                        here.release_or_environment() == Release::kHumble ? ", messages between nodes as in Humble"
-                                                                         : ", messages between nodes as from Iron on");
+                                                                         : ", messages between nodes as from Iron on",
+                       oddities_of_environment());
   }
 
   std::string lacks() const override {
@@ -671,8 +739,7 @@ class Ros final : public rpc::Middleware {
     if (form_of(*interface) == Form::kAction) {
       if (auto heard = out->hear_action(*node, interface, base, std::move(take), options.problem); !heard)
         return tl::unexpected(std::move(heard.error()));
-      // So that the first goal finds its server.
-      out->settle((*node)->settled());
+      out->settle(**node);
       return std::unique_ptr<rpc::Opened>(std::move(out));
     }
     for (const idl::Method* method : interface->methods) {
@@ -681,6 +748,7 @@ class Ros final : public rpc::Middleware {
       if (auto heard = out->hear(*node, *carried, parsed->qos_of(false), interface, take, options.problem); !heard)
         return tl::unexpected(std::move(heard.error()));
     }
+    if (auto looked = out->tell_unpublished(*node); !looked) return tl::unexpected(std::move(looked.error()));
     return std::unique_ptr<rpc::Opened>(std::move(out));
   }
 
@@ -718,12 +786,11 @@ class Ros final : public rpc::Middleware {
     if (!parsed) return tl::unexpected(parsed.error());
     auto node = open_node(*parsed);
     if (!node) return tl::unexpected(std::move(node.error()));
-    // Nobody says when everybody has been discovered.
-    const auto until = std::max(SteadyClock::now() + patience, (*node)->settled());
+    const auto until = SteadyClock::now() + patience;
     std::mutex mutex;
     std::condition_variable never;
     std::unique_lock lock(mutex);
-    never.wait_until(lock, until, [] { return false; });
+    while (SteadyClock::now() < until || !(*node)->is_settled()) never.wait_for(lock, kLook);
     std::map<std::string, std::string> found;
     for (const dds::Endpoint& each : (*node)->endpoints()) {
       const auto [name, kind] = shown(each);
@@ -731,7 +798,14 @@ class Ros final : public rpc::Middleware {
     }
     std::vector<rpc::NetworkEntry> out;
     for (const auto& [name, kind] : found) out.push_back({name, "ros:" + name, kind});
-    return out;
+    if (!out.empty()) return out;
+    const bool is_all = parsed->name == "/";
+    return fail(
+        "rpc.address",
+        fmt::format("nobody offers anything{} in domain {} of ROS 2 on {}; domain= and range= behind the address "
+                    "look elsewhere, and so do ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE",
+                    is_all ? "" : " whose name begins with " + parsed->name, parsed->domain_or_environment(),
+                    parsed->localhost_or_environment() ? "this machine" : "the network"));
   }
 
  private:

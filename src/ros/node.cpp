@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 #include "sentree/ros/detail/cdr.h"
 #include "sentree/ros/detail/goal_id.h"
@@ -23,6 +24,13 @@ void put_text(std::vector<std::uint8_t>& out, const std::string& text) {
 }
 
 }  // namespace
+
+bool Settling::look(SteadyClock::time_point now, std::size_t endpoints) {
+  if (std::exchange(endpoints_, endpoints) != endpoints) last_ = now;
+  const auto since = now - begun_;
+  if (since >= kAtMost) return true;
+  return endpoints == 0 ? since >= kNobody : since >= kAtLeast && now - last_ >= kQuiet;
+}
 
 bool Worker::post(std::function<void()> work) {
   bool kept = true;
@@ -118,16 +126,19 @@ Result<std::shared_ptr<Node>> Node::of(const GraphAddress& address) {
 }
 
 Node::Node(std::unique_ptr<dds::Participant> participant, Release release, std::uint32_t domain)
-    : participant_(std::move(participant)),
-      release_(release),
-      domain_(domain),
-      settled_(SteadyClock::now() + kDiscovery) {
+    : participant_(std::move(participant)), release_(release), domain_(domain), settling_(SteadyClock::now()) {
   std::string error;
   graph_ = participant_->write(
       {.topic = "ros_discovery_info",
        .type = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
        .qos = {.reliable = true, .transient_local = true, .depth = 1}},
       [](const std::string&) {}, error);
+}
+
+bool Node::is_settled() {
+  const std::size_t there = endpoints().size();
+  const std::lock_guard lock(settling_mutex_);
+  return settling_.look(SteadyClock::now(), there);
 }
 
 std::string Node::other_type(const std::string& topic, const std::string& type) const {

@@ -21,7 +21,8 @@ void check_subscriptions(const std::string& who, const Subscriptions& subscribes
 [[nodiscard]] std::vector<std::string> topics_handled(const scxml::Chart& chart,
                                                       const std::map<std::string, ServicePlan>& services);
 
-/// Topics inside the run that somebody subscribes to and no chart publishes. Warning: check.unpublished.
+/// Topics inside the run, and where the project publishes for others, that somebody subscribes to and no chart
+/// publishes. Code: check.unpublished, a warning inside the run.
 void check_publishers(const Project& project, const std::vector<LeafPlan>& leaves, const std::vector<ModelPlan>& models,
                       const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
 

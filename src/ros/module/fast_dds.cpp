@@ -96,14 +96,25 @@ class OctetsType final : public fast::TopicDataType {
   bool is_plain() const override { return false; }
 };
 
-std::string misfit_text(const std::string& topic, fast::QosPolicyId_t policy) {
+// "/chatter" of "rt/chatter".
+std::string shown_topic(const std::string& topic) { return topic.substr(std::min(topic.find('/'), topic.size())); }
+
+std::string misfit_text(const std::string& topic, fast::QosPolicyId_t policy, bool is_writer) {
   const char* what = policy == fast::RELIABILITY_QOS_POLICY_ID  ? "reliability"
                      : policy == fast::DURABILITY_QOS_POLICY_ID ? "durability"
                      : policy == fast::DEADLINE_QOS_POLICY_ID   ? "deadline"
                      : policy == fast::LIVELINESS_QOS_POLICY_ID ? "liveliness"
                                                                 : "another policy";
-  return fmt::format("somebody at {} offers or wants another quality of service ({}), so that nothing passes", topic,
-                     what);
+  // What is written behind the address where it is this side that asks too much, or offers too little.
+  const char* way_out = "";
+  if (policy == fast::RELIABILITY_QOS_POLICY_ID)
+    way_out = is_writer ? "; leave out qos= behind the address" : "; write qos=best_effort behind the address";
+  else if (policy == fast::DURABILITY_QOS_POLICY_ID)
+    way_out = is_writer ? "; write qos=transient_local behind the address"
+                        : "; leave out qos=transient_local behind the address";
+  return fmt::format("somebody who {} {} {} another quality of service ({}), so that nothing passes{}",
+                     is_writer ? "reads" : "publishes", shown_topic(topic), is_writer ? "wants" : "offers", what,
+                     way_out);
 }
 
 // As ROS writes it: "std_msgs/msg/String" of "std_msgs::msg::dds_::String_".
@@ -388,7 +399,7 @@ class Core {
 
   static void compare(const Watch& watch, const Endpoint& other) {
     if (other.topic != watch.topic || other.is_writer == watch.is_writer || other.type == watch.type) return;
-    const std::string name = other.topic.substr(std::min(other.topic.find('/'), other.topic.size()));
+    const std::string name = shown_topic(other.topic);
     (*watch.tell)(fmt::format("the types of {} differ: it is {} here, and somebody {}{}, so that nothing passes", name,
                               shown_type(watch.type), other.is_writer ? "publishes " : "reads ",
                               shown_type(other.type)));
@@ -464,7 +475,7 @@ class FastReader final : public Reader, fast::DataReaderListener {
     on_change_("");
   }
   void on_requested_incompatible_qos(fast::DataReader*, const fast::RequestedIncompatibleQosStatus& status) override {
-    on_change_(misfit_text(name_, status.last_policy_id));
+    on_change_(misfit_text(name_, status.last_policy_id, false));
   }
 
   const std::shared_ptr<Core> core_;
@@ -527,7 +538,7 @@ class FastWriter final : public Writer, fast::DataWriterListener {
     on_change_("");
   }
   void on_offered_incompatible_qos(fast::DataWriter*, const fast::OfferedIncompatibleQosStatus& status) override {
-    on_change_(misfit_text(name_, status.last_policy_id));
+    on_change_(misfit_text(name_, status.last_policy_id, true));
   }
 
   const std::shared_ptr<Core> core_;
