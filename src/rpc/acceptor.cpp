@@ -84,6 +84,7 @@ void Acceptor::accept_all() {
     if (!socket) continue;
     if (!make_room()) {
       refused_.fetch_add(1);
+      if (options_.on_refused) options_.on_refused();
       continue;
     }
     connections_.fetch_add(1);

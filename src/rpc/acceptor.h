@@ -49,6 +49,8 @@ class Acceptor {
     /// takes the place of the oldest of them, so that peers that say nothing keep out nobody who does. 0: there are no
     /// newcomers.
     std::size_t newcomers_max = 0;
+    /// Told of each connection that was closed at once, in the thread that accepts.
+    std::function<void()> on_refused = {};
   };
   struct Counters {
     std::uint64_t connections = 0;

@@ -28,7 +28,8 @@ class Server::Impl {
         std::move(listener), [this](Visitor& visitor) { attend(visitor); },
         {.connections_max = options_.connections_max,
          .idle_before_eviction = options_.idle_before_eviction,
-         .newcomers_max = tls_ == nullptr ? 0 : std::max<std::size_t>(options_.connections_max / 2, 1)});
+         .newcomers_max = tls_ == nullptr ? 0 : std::max<std::size_t>(options_.connections_max / 2, 1),
+         .on_refused = [this] { refuse(); }});
     if (!acceptor) return tl::unexpected(std::move(acceptor.error()));
     acceptor_ = std::move(*acceptor);
     return {};
@@ -86,6 +87,13 @@ class Server::Impl {
     Stream& stream_;
   };
 
+  // In the acceptor's thread, once: whoever is refused tries again.
+  void refuse() {
+    if (stopping_.load() || told_full_.exchange(true) || !options_.on_peer_error) return;
+    options_.on_peer_error(fmt::format("{} has {} connections, and takes no more; one was closed at once",
+                                       to_string(address_), options_.connections_max));
+  }
+
   void complain(const std::string& why) {
     if (stopping_.load()) return;
     peer_errors_.fetch_add(1);
@@ -142,7 +150,9 @@ class Server::Impl {
               ? fmt::format("there is no service for \"{}\" here; there is {}", head.name, service_names())
               : fmt::format("{} has no method \"{}\"{}", service->interface().name, method_name,
                             head.name == method_name && services_.size() > 1
-                                ? "; a call that names no service is for the first of " + service_names()
+                                ? fmt::format("; a call that names no service is for the first of {}: name one behind "
+                                              "the address, tcp://HOST:PORT/NAME or unix:PATH#NAME",
+                                              service_names())
                                 : std::string()),
           kUnknownMethod);
     }
@@ -186,6 +196,7 @@ class Server::Impl {
   std::atomic<bool> stopping_{false};
   std::atomic<std::uint64_t> calls_{0};
   std::atomic<std::uint64_t> peer_errors_{0};
+  std::atomic<bool> told_full_{false};
   std::unique_ptr<Acceptor> acceptor_;  // last: its threads use the others
 };
 

@@ -149,13 +149,14 @@ class BadPeers : public ::testing::Test {
 };
 
 TEST_F(BadPeers, ConnectionsHaveABound) {
-  const auto server = serve(folder_.socket(), robot_, {.connections_max = 2});
+  const auto server = serve(folder_.socket(), robot_, {.connections_max = 2, .on_peer_error = complaints_.listener()});
   const auto first = connect(folder_.socket());
   const auto second = connect(folder_.socket());
   ASSERT_TRUE(first->call("ping", {}));
   ASSERT_TRUE(second->call("ping", {}));
   EXPECT_EQ(connect(folder_.socket())->call("ping", {}, in(10s)).error().kind, CallErrorKind::kUnreachable);
   EXPECT_EQ(server->counters().refused, 1U);
+  EXPECT_THAT(complaints_.await(), ::testing::HasSubstr("has 2 connections, and takes no more"));
   EXPECT_TRUE(first->call("ping", {}));
 }
 

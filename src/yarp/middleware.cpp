@@ -262,6 +262,7 @@ class Yarp final : public rpc::Middleware {
     PortAddress here = from;
     // A sender finds us by the name server, wherever it is itself.
     if (!from.open) here.direct = {};
+    if (!from.open) role.source = "yarp:" + from.name;
     std::vector<Opening> openings;
     openings.push_back({own, std::move(role)});
     auto port = open_ports(here, std::move(openings), false, options.problem);

@@ -332,6 +332,26 @@ TEST_F(Network, ReadsWhatIsPublished) {
   EXPECT_EQ(text.await(1)[0], "40.0 [ok]");
 }
 
+TEST_F(Network, SaysOfWhichPortDataDoNotFit) {
+  const idl::ServicePtr data = test::schema().service("Data");
+  // The name of the method comes first, which nobody expects.
+  auto publisher = rpc::connect(address("yarp:/battery/level:o?open&named"), data);
+  ASSERT_TRUE(publisher) << to_string(publisher.error());
+  Events told;
+  const rpc::Address source = address("yarp:/battery/level:o");
+  auto subscribed = rpc::middleware_of(source).subscribe(
+      source, data, [](const idl::Method&, const Value&) { ADD_FAILURE() << "it was taken"; },
+      {.target = "battery", .problem = [&](const std::string& what) { told.add(what); }});
+  ASSERT_TRUE(subscribed) << to_string(subscribed.error());
+  ASSERT_TRUE(test::becomes_true([&] {
+    EXPECT_TRUE(call(**publisher, "level", Map{{"percent", 40.0}, {"charging", true}}));
+    const auto all = told.await(0);
+    return std::any_of(all.begin(), all.end(), [](const std::string& what) {
+      return what.find("data of yarp:/battery/level:o are none of") != std::string::npos;
+    });
+  }));
+}
+
 TEST_F(Network, WritesToAPortForData) {
   const idl::ServicePtr data = test::schema().service("Data");
   Events heard;

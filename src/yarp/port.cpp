@@ -151,8 +151,9 @@ class Port::Impl {
     at_ = options_.listen;
     auto listener = listen(at_, options_.insecure);
     if (!listener) return tl::unexpected(std::move(listener.error()));
-    auto acceptor = rpc::Acceptor::start(std::move(*listener), [this](rpc::Visitor& visitor) { attend(visitor); },
-                                         {.connections_max = options_.connections_max});
+    auto acceptor =
+        rpc::Acceptor::start(std::move(*listener), [this](rpc::Visitor& visitor) { attend(visitor); },
+                             {.connections_max = options_.connections_max, .on_refused = [this] { refuse(); }});
     if (!acceptor) return tl::unexpected(std::move(acceptor.error()));
     acceptor_ = std::move(*acceptor);
     return {};
@@ -245,6 +246,13 @@ class Port::Impl {
   };
 
   rpc::Deadline in_time() const { return steady_clock::now() + options_.message_time_max; }
+
+  // In the acceptor's thread.
+  void refuse() {
+    if (stopping_.load() || told_full_.exchange(true) || !options_.on_peer_error) return;
+    options_.on_peer_error(fmt::format("yarp:{} has {} connections, and takes no more; one was closed at once",
+                                       options_.name, options_.connections_max));
+  }
 
   void complain(const std::string& why) {
     if (stopping_.load()) return;
@@ -356,9 +364,10 @@ class Port::Impl {
     constexpr std::uint64_t kToldMax = 10;
     const std::uint64_t before = peer_errors_.fetch_add(1);
     if (options_.on_peer_error && before < kToldMax)
-      options_.on_peer_error(fmt::format("data for yarp:{} are none of {}{}{}", options_.name, role_.interface->name,
-                                         got.asked.empty() ? "" : fmt::format(" (\"{}\")", got.asked),
-                                         before + 1 == kToldMax ? "; what follows is not told" : ""));
+      options_.on_peer_error(fmt::format(
+          "data {} are none of {}{}{}", role_.source.empty() ? "for yarp:" + options_.name : "of " + role_.source,
+          role_.interface->name, got.asked.empty() ? "" : fmt::format(" (\"{}\")", got.asked),
+          before + 1 == kToldMax ? "; what follows is not told" : ""));
   }
 
   static bool conform(const idl::Method& method, Value& arguments) {
@@ -652,6 +661,7 @@ class Port::Impl {
   std::list<std::unique_ptr<Output>> outputs_;
   std::vector<std::pair<std::string, Item>> properties_;
   std::uint64_t lost_ = 0;
+  std::atomic<bool> told_full_{false};
   std::unique_ptr<rpc::Acceptor> acceptor_;  // last: its threads use the others
 };
 

@@ -65,6 +65,14 @@ TEST(Port, AnswersCallsAndConfirmsThemOnTcp) {
   }
 }
 
+TEST(Port, SaysThatItTakesNoMoreConnections) {
+  Events complaints;
+  const auto port = open_probe(&complaints, nullptr, 1);
+  const RawPeer first = greeted(*port);
+  const RawPeer second(port->at());
+  EXPECT_THAT(complaints.await(1)[0], HasSubstr("yarp:/probe has 1 connections, and takes no more"));
+}
+
 TEST(Port, ConfirmsNothingOnFastTcp) {
   const auto port = open_probe();
   const RawPeer peer = greeted(*port, "anon", true);

@@ -44,6 +44,8 @@ struct PortRole {
   idl::ServicePtr interface;
   const idl::Method* only = nullptr;
   std::function<void(const idl::Method&, Value)> take;
+  /// Where the data come from, for messages: "yarp:/battery:o". Empty: from whom others connect.
+  std::string source = {};
   /// In its place: whatever comes, as text.
   std::function<void(const std::string&)> print;
   /// Data go from here to whom others connect it.
