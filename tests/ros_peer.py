@@ -11,6 +11,7 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -100,6 +101,25 @@ def simulated_robot():
     words, err = complete_until("ros:/battery_state\t", "echo", "ros:")
     check("completion of what can be heard", "ros:/battery_state\t" in words and "getBatteryCharge" not in words, words + err)
     check("sentree doctor says the domain", "ROS 2 by Fast DDS" in out and "domain " + domain in out, out)
+    sim.end()
+
+
+def goal_by_hand():
+    """`sentree call` waits for what becomes of a goal, and cancels it when it is interrupted."""
+    sim = Program("sim", "--world", "examples/recharge/world/world.yaml", "--ros", "--headless", until="listening on ros:/")
+    spin = ("call", "ros:/spin", "send_goal", "--interface", "nav2_msgs/action/Spin", "--deadline", "20 s")
+    code, out, err = run(*spin, "target_yaw=0.3", "--feedback")
+    check("a goal is waited for", code == 0 and '"status":"SUCCEEDED"' in out.splitlines()[-1] and "was accepted" in err, out + err)
+    child = subprocess.Popen([sentree, *spin, "target_yaw=6.2"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE, text=True, env=environment)
+    for line in child.stderr:
+        if "was accepted" in line:
+            child.send_signal(signal.SIGINT)
+            break
+    out, err = child.communicate(timeout=PATIENCE)
+    check("Ctrl-C cancels it", child.returncode == 130 and '"status":"CANCELED"' in out, (child.returncode, out, err))
+    code, out, err = run("call", "ros:/spin", "send_goal", "--interface", "nav2_msgs/action/Spinn")
+    check("where an interface was looked for", code == 3 and "AMENT_PREFIX_PATH" in err, out + err)
     sim.end()
 
 
@@ -382,6 +402,7 @@ if __name__ == "__main__":
         sys.exit(77)
     topic_of_nobody()
     simulated_robot()
+    goal_by_hand()
     robot_of_nav2()
     tree_of_nav2()
     check_verdicts(run, check, source, "ros:/robot/", "ros:/goto", "ros:/level")

@@ -1,6 +1,8 @@
 #include "sentree/cli/commands.h"
 
 #include <fmt/format.h>
+
+#include "sentree/cli/call_goal.h"
 #include "sentree/cli/output.h"
 #include "sentree/idl/conform.h"
 #include "sentree/processes/control.h"
@@ -61,8 +63,13 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
   }
   std::error_code error;
   const bool is_here = std::filesystem::exists(name, error);
-  const auto file = is_here ? std::filesystem::path(name) : project::find_interface("interfaces", name);
-  const auto schema = project::load_interface(file.value_or(name), name);
+  const auto file = is_here ? std::optional<std::filesystem::path>(name) : project::find_interface("interfaces", name);
+  if (!is_here && !file) {
+    say(fmt::format("no file {} is in this folder, in interfaces/, {}or among those of Sentree", name,
+                    name.ends_with(".thrift") ? "" : "in share/ of AMENT_PREFIX_PATH, "));
+    return kInvalidInput;
+  }
+  const auto schema = project::load_interface(*file, name);
   say(schema.diagnostics);
   if (!schema.ok()) return kInvalidInput;
   const idl::ServicePtr service = schema.value->service(of);
@@ -77,6 +84,8 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
     const auto checked = conformed ? idl::check_ranges(*method, *conformed) : Result<void>();
     if (!checked) return finish(false, "", "arguments", checked.error().message);
   }
+  if (sends_goal(address, *service, command.method))
+    return call_goal(address, service, arguments, deadline, command.feedback);
   const auto outcome = processes::call_once(address, service, address.service, command.method, arguments, deadline);
   return finish(outcome.ok, to_json(outcome.result), std::string(outcome.kind_word()), outcome.message);
 }

@@ -22,13 +22,17 @@ void add_call(CLI::App& app, Commands& commands) {
       "  sentree call                                          what the running mission offers\n"
       "  sentree call battery getBatteryState\n"
       "  sentree call simulation setBatteryCharge percent=10   experiment 1, by hand\n"
-      "  sentree call tcp://127.0.0.1:9090/battery getBatteryState --interface robot.thrift/Battery");
+      "  sentree call tcp://127.0.0.1:9090/battery getBatteryState --interface robot.thrift/Battery\n"
+      "  sentree call ros:/spin send_goal target_yaw=1.57 --interface nav2_msgs/action/Spin\n"
+      "A goal of an action is waited for, as ros2 action send_goal does: its result is shown, and Ctrl-C cancels it.");
   sub->add_option("service", command.service, "Name in the running mission, or an address");
   sub->add_option("method", command.method);
   sub->add_option("arguments", command.arguments, "name=value …, or one JSON object");
   sub->add_option("--interface", command.interface, "FILE.thrift/SERVICE, when calling an address");
   sub->add_option("--run", command.run, "Process id of the run, where several run")->check(whole_number(1));
-  sub->add_option("--deadline", command.deadline)->capture_default_str();
+  sub->add_option("--deadline", command.deadline, "Until there is an answer; a goal of an action may take longer")
+      ->capture_default_str();
+  sub->add_flag("--feedback", command.feedback, "Show the feedback of the goal that is sent to an action");
 }
 
 void add_services(CLI::App& app, Commands& commands) {

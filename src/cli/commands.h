@@ -233,6 +233,7 @@ struct CallCommand {
   std::string interface;               ///< FILE.thrift/SERVICE, for an address.
   std::string run;                     ///< Process id of the run; empty: the only one.
   std::string deadline = "1 s";
+  bool feedback = false;  ///< Of the action whose goal is sent.
 };
 int call(const CallCommand& command);
 
