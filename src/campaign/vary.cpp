@@ -417,6 +417,19 @@ double quantile(const Distribution& from, double rank) {
     case DrawnKind::kInteger: return std::min(from.b, std::floor(from.a + rank * (from.b - from.a + 1.0)));
     default: break;
   }
+  return of_unbounded(from, [&](const auto& distribution, double lowest) {
+    const double low = from.min ? cdf(distribution, std::max(*from.min, lowest)) : 0.0;
+    const double high = from.max ? (*from.max <= lowest ? 0.0 : cdf(distribution, *from.max)) : 1.0;
+    double value = 0;
+    if (high - low < kFarOut) {
+      const CutOff off = cut_off(from, distribution, lowest);
+      const double at = std::max(off.at_min + rank * (off.at_max - off.at_min), std::numeric_limits<double>::min());
+      value = off.is_above ? quantile(complement(distribution, at)) : quantile(distribution, at);
+    } else {
+      value = quantile(distribution, std::clamp(low + rank * (high - low), 1e-15, 1.0 - 1e-15));
+    }
+    return std::clamp(value, from.min.value_or(-infinity()), from.max.value_or(infinity()));
+  });
 }
 
 bool is_few_integers(const Distribution& from) {
