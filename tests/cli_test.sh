@@ -160,6 +160,8 @@ printf 'duration: 2 s\nexpect: {mission: RUNNING}\n' >"$work/unhalted/scenarios/
 expect 1 'RUNNING as expected, but a script failed while it was halted: .*no entry "tries"' "$sentree" test "$work/unhalted" --scenario halts
 printf 'duration: 2 s\nexpect: {mission: RUNNING, reason: tries}\n' >"$work/unhalted/scenarios/halts.yaml"
 expect 0 '1 of 1 scenarios held' "$sentree" test "$work/unhalted" --scenario halts
+printf 'duration: 2 s\nexpect: {mission: RUNNING, reason: tries}\ntimeline: [{at: 3 s, kill: GoToDoor}]\n' >"$work/unhalted/scenarios/late.yaml"
+expect 0 '! .*late.yaml:3:12: .*behind the duration of the run, 2 s' "$sentree" test "$work/unhalted" --scenario late
 printf 'duration: 2 s\n' >"$work/unhalted/campaign.yaml"
 expect 0 '3 × .*no entry "tries"' "$sentree" campaign "$work/unhalted" -n 3
 printf 'timeline:\n  - {at: 1 s, breakpoint: {node: Root.GoToDoor}}\n' >"$work/mine/scenarios/late.yaml"
@@ -744,8 +746,11 @@ expect 0 '^project: ' cat "$work/varied/search/corpus/run-1.yaml"
 expect 3 'are not those of the runs there' "$sentree" campaign "$work/varied" -n 12 --resume --out "$work/varied/search"
 expect 2 'excludes' "$sentree" campaign "$work/varied" --search --resume
 expect 2 'I/N, the I-th of N parts' "$sentree" campaign "$work/varied" --shard 5/4
+expect 2 'no whole number from 1 to 1024' "$sentree" campaign "$work/varied" -j 0
 expect 0 'grasps violated > 1%: holds after .* of 1.00 % to 2.00 % it says either' "$sentree" campaign examples/grasp --no-shrink \
   --out "$work/grasped" --expect 'grasps violated > 1%'
+printf 'clock: virtual\nduration: 2 s\nchoices: [{model: robot, number: 1, value: 2}]\n' >"$work/varied/scenarios/unused.yaml"
+expect 0 '! .*unused.yaml:3:11: .*"robot" serves nothing in this run' "$sentree" test "$work/varied" --scenario unused
 printf 'parameters: {world.batery.initial: {uniform: [20 %%, 100 %%]}}\n' >"$work/slip.yaml"
 expect 3 'did you mean "battery"' "$sentree" campaign "$work/varied" --vary "$work/slip.yaml"
 

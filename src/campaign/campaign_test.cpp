@@ -316,6 +316,22 @@ TEST_F(Campaign, OfShardsWithLessThanTheOthersTellsWhatTheyLack) {
   EXPECT_THAT(refused.error().message, HasSubstr("--confidence, --precision or --expect are not those of "));
 }
 
+TEST_F(Campaign, TellsWhatComesBehindItsEnd) {
+  write("scenarios/base.yaml", "duration: 9 s\ntimeline: [{at: 8 s, kill: IsHigh}]\n");
+  vary(
+      "scenario: scenarios/base.yaml\nduration: 1 s\ntimeline:\n"
+      "  - {name: late, at: {normal: [2 s, 1 s], min: 1.5 s}, call: counter.add, args: {by: 1}}\n"
+      "  - {name: perhaps, at: {uniform: [500 ms, 5000 ms]}, call: counter.add, args: {by: 1}}\n"
+      "faults: {any_of: [{kill: IsHigh, at: 5 s}, {name: then, kill: counter}]}\n");
+  const auto loaded = Runner::load(folder_.path(), folder_.path() / "campaign.yaml");
+  std::vector<std::string> all;
+  for (const auto& diagnostic : loaded.diagnostics) all.push_back(diagnostic.message);
+  EXPECT_TRUE(loaded.ok());
+  EXPECT_THAT(all, ElementsAre("\"late\" is behind the duration of a run, 1.0 s, and never comes",
+                               "\"kill IsHigh\" is behind the duration of a run, 1.0 s, and never comes",
+                               "this is behind the duration of a run, 1.0 s, and never comes"));
+}
+
 TEST_F(Campaign, KeepsTheRunsBeforeAnInterrupt) {
   usual();
   const auto one = runner();
@@ -422,6 +438,11 @@ TEST_F(Campaign, RefusesWhatCannotBeDrawn) {
        {"normal: [2 s, 0.01 s], min: 3 s", "normal: [2 s, 0.01 s], max: 1 s", "exponential: 1 ms, min: 1000 ms",
         "lognormal: [40 ms, 1.01], min: 60 ms", "lognormal: [40 ms, 1.5], max: 0 ms"})
     says(fmt::format("parameters: {{deadlines.call: {{{}}}}}\n", far), "nothing of that distribution lies between");
+  says("parameters: {deadlines.call: {uniform: [1 s, 2 s]}, deadlines: {choice: [{call: 1 s}]}}\n", "names no place");
+  says("parameters: {world.battery.initial: {uniform: [1 %, 2 %]}, world.battery: {choice: [{initial: 1 %}]}}\n",
+       "campaign.yaml:1:60: parameter \"world.battery\" writes over \"world.battery.initial\"");
+  says("parameters: {world.battery: {choice: [{initial: 1 %}]}, world.battery.initial: {uniform: [1 %, 2 %]}}\n",
+       "parameter \"world.battery.initial\" writes over \"world.battery\"");
   says("parameters: {world.start: {pose: anywhere}}\n", "the project has no world");
   says("timeline: [{call: counter.ad, args: {by: 1}}]\n", "has no method \"ad\"");
   says("timeline: [{call: counter.add, args: {by: 1}, probability: 120 %}]\n", "a probability is from 0 to 1");

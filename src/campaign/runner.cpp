@@ -70,6 +70,36 @@ void complete(Vary& vary, Duration duration) {
   }
 }
 
+// When an event comes at the earliest; nothing: that is not known.
+std::optional<Duration> earliest(const Event& event) {
+  const text::YamlNode* const fixed = event.entry.find("at");
+  for (const Event::Part& part : event.parts) {
+    if (part.path != std::vector<std::string>{"at"}) continue;
+    const Distribution& from = part.from;
+    const bool is_bounded = from.kind == Distribution::Kind::kUniform || from.kind == Distribution::Kind::kInteger;
+    const auto least = is_bounded ? std::optional(from.a) : from.min;
+    return least ? project::parse_duration(fmt::format("{} {}", *least, from.unit)) : std::nullopt;
+  }
+  return fixed != nullptr && fixed->is_scalar() ? project::parse_duration(fixed->scalar) : std::nullopt;
+}
+
+void doubt_times(const Vary& vary, const project::Scenario& base, Duration before, Diagnostics& diagnostics) {
+  const auto doubt = [&](const std::string& what, const SourceSpan& span) {
+    diagnostics.push_back({Severity::kWarning, "campaign.too-late",
+                           fmt::format("{} is behind the duration of a run, {} s, and never comes", what,
+                                       shortest_decimal(seconds(base.duration))),
+                           span});
+  };
+  for (const Event& event : vary.events) {
+    if (const auto at = earliest(event); at && *at > base.duration)
+      doubt(fmt::format("\"{}\"", event.name), event.entry.span);
+  }
+  for (const project::Injection& injection : base.timeline) {
+    const Duration at = injection.at.time_since_epoch();
+    if (at > base.duration && at <= before) doubt("this", injection.span);
+  }
+}
+
 // What explains a violation is asked of a run of it alone.
 void forgo_witnesses(project::Plan& plan) {
   for (monitor::Model& model : plan.monitors) model = monitor::without_witnesses(model);
@@ -164,7 +194,9 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
     base = project::plain_scenario(std::move(*project.value));
   }
   if (varied.changes) project::apply_overrides(*varied.changes, base, loaded.diagnostics);
-  base.duration = varied.duration.value_or(base.duration);
+  const Duration before = base.duration;
+  base.duration = varied.duration.value_or(before);
+  doubt_times(varied, base, before, loaded.diagnostics);
   complete(varied, base.duration);
   project::Scenario scenario = base;
   scenario.virtual_time = true;

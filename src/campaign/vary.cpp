@@ -383,6 +383,16 @@ void read_parameters(const YamlNode& node, Reader& reader, Vary& vary) {
                                key.scalar, did_you_mean(path.front(), kSections)));
       continue;
     }
+    const auto other = std::find_if(vary.parameters.begin(), vary.parameters.end(), [&](const Parameter& before) {
+      const std::vector<std::string> its = split(before.name);
+      const auto end = its.begin() + static_cast<std::ptrdiff_t>(std::min(its.size(), path.size()));
+      return std::equal(its.begin(), end, path.begin());
+    });
+    if (other != vary.parameters.end()) {
+      reader.error(key.span, "parameter",
+                   fmt::format("parameter \"{}\" writes over \"{}\"; draw one of them", key.scalar, other->name));
+      continue;
+    }
     if (auto from = reader.distribution(value, fmt::format("parameter \"{}\"", key.scalar)))
       vary.parameters.push_back({key.scalar, std::move(*from), key.span});
   }

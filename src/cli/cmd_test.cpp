@@ -71,6 +71,10 @@ Tested test_one(const std::filesystem::path& file, bool strict, campaign::Covera
                                  monitor.name, monitor.name));
     }
   }
+  for (const Diagnostic& diagnostic : diagnostics) {
+    if (diagnostic.code == "scenario.too-late" || diagnostic.code == "scenario.unused-choice")
+      report.problems.push_back(to_string(diagnostic));
+  }
   // What goes wrong on the way is seen in any case.
   const std::vector<std::string> problems = report.problems;
   if (strict) report.unmet.insert(report.unmet.end(), problems.begin(), problems.end());

@@ -244,7 +244,8 @@ void add_campaign(CLI::App& app, Commands& commands) {
                   "Most runs (default: as the file says; else 1000, or 100000 that end early)");
   sub->add_option("--seed", command.seed, "Of everything that is drawn; run N has the seed S000000 + N")
       ->check(whole_number(0, 9'000'000'000'000));
-  sub->add_option("--jobs,-j", command.jobs, "Processes at a time (default: one a core); the result is the same");
+  sub->add_option("--jobs,-j", command.jobs, "Processes at a time (default: one a core); the result is the same")
+      ->check(whole_number(1, 1024));
   auto* precision = sub->add_option("--precision", command.precision,
                                     "End when half of every rate's interval is at most this, e.g. 1%");
   auto* expect = sub->add_option("--expect", command.expect,

@@ -165,6 +165,26 @@ void check_choice(const ScenarioChoice& choice, const KnownChoices& known, Diagn
                     text != nullptr ? did_you_mean(*text, texts) : ""));
 }
 
+// Who serves nothing in a run is not there.
+void doubt_choice(const Scenario& scenario, const ScenarioChoice& choice, Diagnostics& diagnostics) {
+  const auto& models = scenario.project.models;
+  const auto model =
+      std::find_if(models.begin(), models.end(), [&](const ModelEntry& one) { return one.name == choice.model; });
+  if (model == models.end() || model->serves.empty()) return;
+  const bool serves = std::any_of(model->serves.begin(), model->serves.end(), [&](const std::string& name) {
+    return std::any_of(scenario.project.services.begin(), scenario.project.services.end(),
+                       [&](const ServiceEntry& service) { return service.name == name && service.at == "model"; });
+  });
+  if (serves) return;
+  std::string names;
+  for (const std::string& name : model->serves) names += (names.empty() ? "" : ", ") + name;
+  diagnostics.push_back({Severity::kWarning, "scenario.unused-choice",
+                         fmt::format("model \"{}\" serves nothing in this run, so that it never comes to that choice; "
+                                     "`override:` puts services `at: model` ({})",
+                                     choice.model, names),
+                         choice.span});
+}
+
 }  // namespace
 
 void check_verify(const Scenario& scenario, const InterventionScope& scope, const ModelCharts& models,
@@ -187,6 +207,7 @@ void check_verify(const Scenario& scenario, const InterventionScope& scope, cons
   for (const ScenarioChoice& choice : *scenario.choices) {
     if (const auto model = known.find(choice.model); model != known.end())
       check_choice(choice, model->second, diagnostics);
+    doubt_choice(scenario, choice, diagnostics);
   }
 }
 
