@@ -32,7 +32,8 @@ void add_run(CLI::App& app, Commands& commands) {
       "  sentree run examples/recharge --scenario experiment1 --factor 4 --studio --open\n"
       "  sentree run examples/recharge --scenario experiment2 --processes --factor 20\n"
       "  sentree run examples/recharge --scenario experiment1 --factor 4 --groot\n"
-      "  sentree run examples/recharge --scenario recharge --durable   and when it was killed: sentree run --resume\n"
+      "  sentree run examples/recharge --scenario recharge --clock real --durable\n"
+      "                                                            and when it was killed: sentree run --resume\n"
       "Exit code: 0 the mission did as expected, 1 it did not or a monitor is violated, 3 invalid project,\n"
       "4 environment (port taken), 124 time limit, 130 interrupted.");
   auto* project = sub->add_option("project", command.project, "Folder with a sentree.yaml, or a scenario file");
