@@ -75,8 +75,10 @@ class Replay {
       : recorded_(recorded), plan_(std::move(plan)), options_(std::move(options)) {}
 
   Result<ReplayReport> run() {
+    // Nothing of it can be gone on with at its end.
+    if (options_.go_on_at == recorded_.ended()) options_.at = std::exchange(options_.go_on_at, std::nullopt);
     for (const auto& moment : {options_.at, options_.go_on_at}) {
-      if (moment && *moment >= recorded_.ended())
+      if (moment && *moment > recorded_.ended())
         return fail("replay.after-end", fmt::format("at that moment the run was over: it ended at {} s",
                                                     shortest_decimal(seconds(recorded_.ended()))));
     }
@@ -223,6 +225,13 @@ class Replay {
     if (options.on_problem) {
       options.on_problem = [this, told = std::move(options.on_problem)](const std::string& what) {
         told(recorded_.named(what));
+      };
+    }
+    if (options_.at == recorded_.ended()) {
+      // It may be over before anything else can happen.
+      options.on_view = [this, told = std::move(options.on_view)](runtime::RunView* view) {
+        if (view == nullptr && !report_.moment) tell_end();
+        if (told) told(view);
       };
     }
     runtime::Run run(plan_, std::move(options));
@@ -580,34 +589,45 @@ class Replay {
     if (inside_->sim() != nullptr && !report_.continued && !report_.restored)
       inside_->sim()->restore(world_at(inside_->scheduler().now()));
     take_snapshot(*inside_, plan_, [this](TimePoint, const Map& snapshot) {
-      Map moment{{"time", seconds(*options_.at)}, {"tick", static_cast<std::int64_t>(tick_)}};
-      Map nodes;
-      for (bt::NodeId node = 0; node < plan_.tree.size(); ++node) {
-        const bt::Status status = inside_->mission().state().tree.status(node);
-        if (status != bt::Status::kIdle) nodes.append(plan_.tree.path(node), bt::to_string(status));
-      }
-      moment["nodes"] = std::move(nodes);
-      for (const auto& [key, value] : snapshot) moment[key] = value;
-      for (const project::LeafPlan& leaf : plan_.leaves) {
-        Value* saved = moment["skills"].as_map()->find(leaf.name);
-        const Value* saved_session = saved != nullptr ? saved->find("session") : nullptr;
-        const auto session =
-            saved_session != nullptr ? scxml::restore(*leaf.chart, *saved_session) : fail("replay.no-session", "");
-        if (!session) continue;
-        List states;
-        for (std::string& id : session->active_ids(*leaf.chart)) states.emplace_back(std::move(id));
-        (*saved->as_map())["states"] = std::move(states);
-        (*saved->as_map())["data"] = session->data(*leaf.chart);
-      }
-      for (std::size_t i = 0; i < plan_.monitors.size(); ++i) {
-        const monitor::State* state = inside_->monitors().state(i);
-        Value* saved = moment["monitors"].as_map()->find(plan_.monitors[i].name());
-        if (state == nullptr || saved == nullptr || state->verdict != monitor::Verdict::kUndecided) continue;
-        (*saved->as_map())["standing"] = monitor::standing(plan_.monitors[i], *state).text();
-      }
-      report_.moment = std::move(moment);
+      tell_moment(snapshot);
       inside_->end();
     });
+  }
+
+  void tell_end() {
+    if (inside_ == nullptr) return;
+    if (inside_->sim() != nullptr && !report_.continued && !report_.restored)
+      inside_->sim()->restore(world_at(recorded_.ended()));
+    tell_moment(snapshot_of_end(*inside_, plan_));
+  }
+
+  void tell_moment(const Map& snapshot) {
+    Map moment{{"time", seconds(*options_.at)}, {"tick", static_cast<std::int64_t>(tick_)}};
+    Map nodes;
+    for (bt::NodeId node = 0; node < plan_.tree.size(); ++node) {
+      const bt::Status status = inside_->mission().state().tree.status(node);
+      if (status != bt::Status::kIdle) nodes.append(plan_.tree.path(node), bt::to_string(status));
+    }
+    moment["nodes"] = std::move(nodes);
+    for (const auto& [key, value] : snapshot) moment[key] = value;
+    for (const project::LeafPlan& leaf : plan_.leaves) {
+      Value* saved = moment["skills"].as_map()->find(leaf.name);
+      const Value* saved_session = saved != nullptr ? saved->find("session") : nullptr;
+      const auto session =
+          saved_session != nullptr ? scxml::restore(*leaf.chart, *saved_session) : fail("replay.no-session", "");
+      if (!session) continue;
+      List states;
+      for (std::string& id : session->active_ids(*leaf.chart)) states.emplace_back(std::move(id));
+      (*saved->as_map())["states"] = std::move(states);
+      (*saved->as_map())["data"] = session->data(*leaf.chart);
+    }
+    for (std::size_t i = 0; i < plan_.monitors.size(); ++i) {
+      const monitor::State* state = inside_->monitors().state(i);
+      Value* saved = moment["monitors"].as_map()->find(plan_.monitors[i].name());
+      if (state == nullptr || saved == nullptr || state->verdict != monitor::Verdict::kUndecided) continue;
+      (*saved->as_map())["standing"] = monitor::standing(plan_.monitors[i], *state).text();
+    }
+    report_.moment = std::move(moment);
   }
 
   // A run that was stopped in between halted its leaves at a moment that the replay does not know.
@@ -618,8 +638,9 @@ class Replay {
 
   void compare() {
     const bool exact = recorded_.is_virtual();
+    const bool is_before_end = report_.moment && *options_.at < recorded_.ended();
     const TimePoint until = !report_.unrecorded.empty() ? report_.unrecorded_at
-                            : report_.moment            ? *options_.at
+                            : is_before_end             ? *options_.at
                             : options_.go_on_at         ? *options_.go_on_at - Duration(1)
                             : is_whole()                ? kNever
                                                         : recorded_.ended() - std::chrono::seconds(1);

@@ -38,7 +38,7 @@ struct ReplayReport {
 struct ReplayOptions {
   /// At the first request that was not recorded, restore the simulator to that moment and go on with it.
   bool go_on = false;
-  /// Let the simulator take over at this moment, whatever is asked.
+  /// Let the simulator take over at this moment, whatever is asked; at the end of the run it is as `at`.
   std::optional<TimePoint> go_on_at = {};
   /// End when everything up to and including this moment has happened, and tell what the state is then.
   std::optional<TimePoint> at = {};
@@ -64,7 +64,7 @@ struct ReplayOptions {
 /// Of a recording in real time, what passes between mission and skills arrives when it did then, however late the
 /// machine was; virtual time has no lateness of its own. Ticks, halts, timers and topics that a skill took behind what
 /// came later are taken where the recording says so ("<leaf>.tick.taken" and the like).
-/// Errors: record.*, json.*, replay.foreign-skill, replay.after-end (a moment at which the run was over),
+/// Errors: record.*, json.*, replay.foreign-skill, replay.after-end (a moment behind the end of the run),
 /// replay.continued (a run that was resumed has no beginning of its own).
 [[nodiscard]] Result<ReplayReport> replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options);
 

@@ -503,6 +503,25 @@ TEST_F(Replays, SayThatAMomentIsAfterTheEnd) {
   }
 }
 
+TEST_F(Replays, ShowTheEndOfARunToo) {
+  RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", true, std::chrono::seconds(2));
+  for (const bool take_over : {false, true}) {
+    auto scenario = run.scenario();
+    auto plan = prepare(std::move(*scenario.value));
+    ReplayOptions options;
+    (take_over ? options.go_on_at : options.at) = run.ended();
+    const auto report = replay(run, std::move(*plan.value), std::move(options));
+    ASSERT_TRUE(report.has_value()) << to_string(report.error());
+    ASSERT_TRUE(report->moment.has_value());
+    EXPECT_FALSE(report->continued);
+    EXPECT_THAT(report->differences, IsEmpty());
+    EXPECT_EQ(report->moment->find("time")->number(), 2.0);
+    EXPECT_EQ(*report->moment->find("tick")->as_int(), 20);
+    EXPECT_FALSE(report->moment->find("skills")->as_map()->empty());
+    EXPECT_NE(report->moment->find("world"), nullptr);
+  }
+}
+
 TEST_F(Replays, GoOnInTheSimulatorFromAnyMomentAsTheRunItself) {
   RecordedRun run = record_run(kRecharge / "scenarios/experiment1.yaml", true, std::chrono::seconds(60));
   for (const int ms : {0, 9'999, 10'000, 23'456}) {

@@ -39,6 +39,18 @@ void save_monitor(const monitor::Model& model, const monitor::State* state, Map&
   into[model.name()] = std::move(saved);
 }
 
+void save_tree(const runtime::RunInside& inside, const project::Plan& plan, Map& into) {
+  const auto saved = bt::save(plan.tree, inside.mission().state().tree);
+  if (!saved) return;
+  const auto* octets = reinterpret_cast<const std::byte*>(saved->data());
+  into["tree"] = Bytes{{octets, octets + saved->size()}};
+}
+
+Value save_skill(const mission::SkillModel& model, const mission::SkillState& state) {
+  auto saved = mission::save(model, state);
+  return saved ? std::move(*saved) : Map{{"unsaved", saved.error().message}};
+}
+
 }  // namespace
 
 void take_snapshot(runtime::RunInside& inside, const project::Plan& plan,
@@ -54,12 +66,8 @@ void take_snapshot(runtime::RunInside& inside, const project::Plan& plan,
     if (inside.skill(leaf) != nullptr) ++snapshot->missing;
   }
   inside.scheduler().post(inside.mission().actor(), [&inside, &plan, snapshot] {
-    auto saved = bt::save(plan.tree, inside.mission().state().tree);
     const std::lock_guard lock(snapshot->mutex);
-    if (saved) {
-      const auto* octets = reinterpret_cast<const std::byte*>(saved->data());
-      snapshot->values["tree"] = Bytes{{octets, octets + saved->size()}};
-    }
+    save_tree(inside, plan, snapshot->values);
     snapshot->arrived();
   });
   inside.scheduler().post(inside.observer(), [&inside, &plan, snapshot] {
@@ -71,13 +79,31 @@ void take_snapshot(runtime::RunInside& inside, const project::Plan& plan,
   for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
     if (inside.skill(leaf) == nullptr) continue;
     inside.skill(leaf)->inspect([&plan, leaf, snapshot](const runtime::Skill* skill) {
-      auto saved =
-          skill != nullptr ? mission::save(skill->model, skill->state) : fail("run.given-up", "the skill was given up");
+      Value saved =
+          skill != nullptr ? save_skill(skill->model, skill->state) : Value(Map{{"unsaved", "the skill was given up"}});
       const std::lock_guard lock(snapshot->mutex);
-      snapshot->skills[plan.leaves[leaf].name] = saved ? std::move(*saved) : Map{{"unsaved", saved.error().message}};
+      snapshot->skills[plan.leaves[leaf].name] = std::move(saved);
       snapshot->arrived();
     });
   }
+}
+
+Map snapshot_of_end(runtime::RunInside& inside, const project::Plan& plan) {
+  Map values{{"sequence", static_cast<std::int64_t>(inside.published())}};
+  if (inside.sim() != nullptr)
+    inside.sim()->inspect([&](const sim::State& state) { values["world"] = sim::save(state); });
+  save_tree(inside, plan, values);
+  Map skills;
+  for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
+    if (runtime::SkillActor* const skill = inside.skill(leaf))
+      skills[plan.leaves[leaf].name] = save_skill(mission::skill_model(plan, leaf), skill->state());
+  }
+  Map monitors;
+  for (std::size_t i = 0; i < plan.monitors.size(); ++i)
+    save_monitor(plan.monitors[i], inside.monitors().state(i), monitors);
+  values["skills"] = std::move(skills);
+  values["monitors"] = std::move(monitors);
+  return values;
 }
 
 }  // namespace sentree::replay

@@ -16,5 +16,7 @@ namespace sentree::replay {
 /// these. In virtual time that is the same instant.
 void take_snapshot(runtime::RunInside& inside, const project::Plan& plan,
                    std::function<void(TimePoint, const Map&)> done);
+/// The same of a run in virtual time that is over, when no actor takes anything any more.
+[[nodiscard]] Map snapshot_of_end(runtime::RunInside& inside, const project::Plan& plan);
 
 }  // namespace sentree::replay
