@@ -16,6 +16,7 @@
 #include "sentree/yarp/detail/bottle.h"
 #include "sentree/yarp/detail/encoding.h"
 #include "sentree/yarp/detail/frame.h"
+#include "sentree/yarp/detail/listen.h"
 #include "sentree/yarp/detail/output.h"
 #include "sentree/yarp/name_server.h"
 #include "sentree/yarp/names.h"
