@@ -140,7 +140,7 @@ class Follower final : public mission::ModelHost {
       }
     }
     if (!serves && !heard) return {};
-    if (auto done = pass(message.time); !done) return done;
+    if (auto done = pass(message.time); !done || !out_.given_up.empty()) return done;
     std::vector<Possible> next;
     for (const Possible& one : possible_) {
       const TimePoint at = std::max(one.now, std::min(message.time, one.state.wake));
@@ -181,7 +181,7 @@ class Follower final : public mission::ModelHost {
   Result<void> answered(const Message& message) {
     const std::string call = call_of(message);
     const Answer recorded = answer_of(message, call);
-    if (auto done = pass(message.time); !done) return done;
+    if (auto done = pass(message.time); !done || !out_.given_up.empty()) return done;
     const Value args = std::move(pending_.extract(message.call).mapped());
     ++out_.answers;
     std::vector<Possible> agreeing;

@@ -225,6 +225,13 @@ TEST_F(Against, AModelThatCanBeInTooManyStatesIsGivenUp) {
   EXPECT_EQ(
       found().given_up,
       "it can be in more than 4096 states; most is left open at models/stove.scxml:3 (tick 11: stove.ask.request)");
+  // Where it is given up while an answer is waited for, nothing is said of that.
+  recording_.clear();
+  asked(milliseconds(0), heat(20), milliseconds(1000));
+  const Agreement late = found();
+  EXPECT_THAT(late.given_up, HasSubstr("it can be in more than 4096 states"));
+  EXPECT_EQ(late.not_allowed, 0U);
+  EXPECT_EQ(late.answers, 0U);
 }
 
 TEST_F(Against, WhatLeavesTooMuchOpenIsToldWithItsPlace) {
