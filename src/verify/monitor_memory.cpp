@@ -1,6 +1,7 @@
 #include "sentree/verify/monitor_memory.h"
 
 #include <algorithm>
+#include <iterator>
 #include <span>
 #include <utility>
 
@@ -174,16 +175,17 @@ const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint
   return &outcomes_.emplace_back(std::move(outcome));
 }
 
-bool MonitorMemory::violated_by_silence(std::uint32_t core, Duration silence) const {
-  const Kept& kept = cores_[core];
-  const TimePoint until = add_saturating(kept.at, silence);
-  if (kept.core.verdict != Verdict::kUndecided || monitor::next_timer(model_, kept.core) > until) return false;
-  Core stepped = kept.core;
-  for (;;) {
-    const monitor::Stepped what = monitor::step_timers(model_, stepped, until);
-    if (what.verdict == Verdict::kViolated) return true;
-    if (what.verdict == Verdict::kUndecided || stepped.verdict != Verdict::kUndecided) return false;
+const MonitorMemory::Outcome* MonitorMemory::before(std::uint32_t core, std::uint32_t heard, Duration end) {
+  const auto [found, is_new] = before_.emplace(std::pair(heard, end), heard);
+  const auto& all = heard_[heard];
+  if (is_new && !all.empty() && all.back().after >= end) {
+    std::vector<Seen> early;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(early), [&](const Seen& seen) { return seen.after < end; });
+    bytes_ += 128 + early.size() * sizeof(Seen);
+    found->second = static_cast<std::uint32_t>(heard_.size());
+    heard_.push_back(std::move(early));
   }
+  return after(core, found->second, end - Duration(1));
 }
 
 }  // namespace sentree::verify

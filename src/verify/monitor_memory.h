@@ -52,8 +52,8 @@ class MonitorMemory {
   /// Null: see `error`. Valid for the life of the memory.
   /// @param heard  Of `heard`.
   [[nodiscard]] const Outcome* after(std::uint32_t core, std::uint32_t heard, Duration period);
-  /// Whether silence violates it.
-  [[nodiscard]] bool violated_by_silence(std::uint32_t core, Duration silence) const;
+  /// What of a period that is before `end` of it does to it, likewise.
+  [[nodiscard]] const Outcome* before(std::uint32_t core, std::uint32_t heard, Duration end);
 
   [[nodiscard]] const Kept& kept(std::uint32_t core) const { return cores_[core]; }
   [[nodiscard]] const std::vector<Kept>& all() const { return cores_; }
@@ -81,6 +81,7 @@ class MonitorMemory {
   std::unordered_map<Hash128, std::uint32_t, Hash128Hash> known_;
   std::vector<std::vector<Seen>> heard_;
   std::vector<std::uint32_t> of_sequence_;
+  std::map<std::pair<std::uint32_t, Duration>, std::uint32_t> before_;     // what is heard of a period before an end
   std::map<std::pair<std::uint32_t, Duration>, std::uint32_t> cut_short_;  // what is heard of a period that ends early
   std::vector<Kept> cores_;
   std::unordered_map<std::string, std::uint32_t> core_of_;

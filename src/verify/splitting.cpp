@@ -152,24 +152,31 @@ class Splitter {
     MonitorMemory& monitor = walk_.monitor(monitor_);
     auto [score, at, core, now] = trail.marks.back();
     if (score == kViolated) return {};
-    for (std::uint64_t tick = 0; !walk_.is_at_end(at, now, end); ++tick) {
+    bool is_last = false;
+    bool ended = walk_.ended(at);
+    for (std::uint64_t tick = 0; !is_last && !walk_.ended(at); ++tick) {
+      // Of the period in which the run ends all comes that is before its end.
+      is_last = walk_.is_at_end(at, now, end);
       if (tick % 1024 == 1023 && walk_.bytes() > splitting_.memory)
         return fail("verify.memory", "one repetition needs too much of it");
       const auto way = walk_.go_on(at, rng);
       if (!way) return tl::unexpected(way.error());
-      const auto* outcome = monitor.after(core, monitor.heard(way->seen), way->judged);
+      const bool is_cut = is_last && now + way->took >= end;
+      const auto* outcome = is_cut ? monitor.before(core, monitor.heard(way->seen), end - now)
+                                   : monitor.after(core, monitor.heard(way->seen), way->judged);
       if (outcome == nullptr) return tl::unexpected(*monitor.error());
       at = way->to;
       core = outcome->core;
       now += way->took;
+      ended = !is_cut && walk_.ended(at);
+      // What is behind the end is near nothing any more.
+      if (is_cut && !outcome->violated) break;
       const double reached = outcome->violated ? kViolated : score_of(at, core);
       if (reached > trail.best()) trail.marks.push_back({reached, at, core, now});
       if (outcome->violated) return {};
     }
     const bool owes = monitor.kept(core).owes;
-    const bool ended = walk_.ended(at);
-    if (ended ? owes : monitor.violated_by_silence(core, end - now - Duration(1)))
-      trail.marks.push_back({kViolated, at, core, now});
+    if (ended && owes) trail.marks.push_back({kViolated, at, core, now});
     trail.owed = owes && !ended;
     return {};
   }

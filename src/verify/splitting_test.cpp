@@ -205,5 +205,69 @@ TEST_F(Splits, RunsAndJudgementsAreTheSameHoweverManyWorkersThereAre) {
   }
 }
 
+// A model that says something every 50 ms, so and so often, under a mission that never ends.
+class EndOfARun : public InFolder {
+ protected:
+  EndOfARun() : InFolder("end") {}
+
+  project::Plan plan(int times, const std::string& requirements) {
+    write("interfaces/d.thrift", "service D { oneway void note(1: i32 x) }\n");
+    tree("<KeepRunningUntilFailure><AlwaysSuccess/></KeepRunningUntilFailure>");
+    write("m.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel>
+<data id="n" expr="0"/></datamodel><state><onentry><send event="time" delay="50ms"/></onentry><transition event="time" cond="n &lt; )" +
+                         std::to_string(times) +
+                         R"("><assign location="n" expr="n + 1"/><send type="thrift" target="d" event="note">
+<param name="x" expr="1"/></send><send event="time" delay="50ms"/></transition></state></scxml>)");
+    write("r.req", requirements);
+    write("sentree.yaml",
+          "mission: {file: mission.xml, rate: 10 Hz}\nservices: {d: {interface: d.thrift/D, at: model}}\n"
+          "models: [{file: m.scxml, serves: [d]}]\nmonitors: [{file: r.req}]\n");
+    auto project = project::load_project(folder_.path());
+    EXPECT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+    auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+    for (const Diagnostic& one : prepared.diagnostics) EXPECT_NE(one.severity, Severity::kError) << to_string(one);
+    return std::move(prepared.value.value());
+  }
+  // Whether the first requirement is violated in a run of that length; however it is made.
+  static bool is_violated(const project::Plan& of, Duration length) {
+    std::vector<bool> all;
+    Sampling sampling;
+    sampling.runs = 1;
+    sampling.length = length;
+    sampling.told = [&](const std::vector<Came>& came) {
+      all.push_back(came.front() == Came::kViolated);
+      return true;
+    };
+    for (const bool remembers : {true, false}) {
+      sampling.memory_of_periods = remembers;
+      EXPECT_TRUE(sample(of, sampling));
+    }
+    Splitting splitting;
+    splitting.length = length;
+    splitting.walkers = 10;
+    splitting.repetitions = 1;
+    const auto splits = split(of, 0, splitting);
+    EXPECT_TRUE(splits) << to_string(splits.error());
+    all.push_back(splits->estimates.front() == 1);
+    EXPECT_EQ(all, std::vector<bool>(3, all.front()));
+    return all.front();
+  }
+};
+
+TEST_F(EndOfARun, IsComeToByWhateverIsDueBeforeIt) {
+  using std::chrono::milliseconds;
+  for (const char* requirement :
+       {"event(request(d.note)) at least every 60 ms", "event(request(d.note)) at least every 50 ms",
+        "whenever event(request(d.note)), event(request(d.note)) within 50 ms"}) {
+    const project::Plan goes_on = plan(1000, std::string("r: ") + requirement + ".\n");
+    for (const int length : {950, 999, 1000, 1001, 1050})
+      EXPECT_FALSE(is_violated(goes_on, milliseconds(length))) << requirement << ", " << length;
+  }
+  // The last one is at 900 ms; what is due at the end is kept.
+  const project::Plan stops = plan(18, "r: event(request(d.note)) at least every 60 ms.\n");
+  for (const int length : {910, 960}) EXPECT_FALSE(is_violated(stops, milliseconds(length))) << length;
+  for (const int length : {961, 1000, 1200}) EXPECT_TRUE(is_violated(stops, milliseconds(length))) << length;
+}
+
 }  // namespace
 }  // namespace sentree::verify

@@ -35,6 +35,7 @@ class Thrower final : public mission::Surroundings {
 
   void observed(const Message& message) override {
     gates_.observed(message, message.time);
+    if (message.time >= end_) return;
     decided_.clear();
     // It may be part of a witness, which lives longer than the message.
     monitors_.observe(std::make_shared<const Message>(message), decided_);
@@ -57,6 +58,9 @@ class Thrower final : public mission::Surroundings {
     note();
   }
 
+  // What comes from then on is not judged.
+  void end_at(TimePoint end) { end_ = end; }
+
   // Nothing follows.
   void end(bool of_the_mission) {
     for (std::size_t i = 0; i < of_run.size(); ++i)
@@ -76,6 +80,7 @@ class Thrower final : public mission::Surroundings {
   const project::Plan& plan_;
   Order order_;
   Rng rng_;
+  TimePoint end_ = kNever;
   Gates gates_;
   monitor::MonitorSet monitors_;
   std::vector<monitor::MonitorSet::Decided> decided_;
@@ -92,16 +97,19 @@ class Executed {
     const TimePoint end = TimePoint{} + sampling_.length;
     Thrower thrower(plan_, sampling_.order, rng_of(sampling_.seed, number));
     mission::State state = host_.begin();
-    while (!mission::VirtualHost::ended(state) && (state.tree.over || state.tree.planned < end)) {
+    bool is_last = false;
+    while (!is_last && !mission::VirtualHost::ended(state)) {
+      // Of the period in which the run ends all comes that is before its end.
+      is_last = !state.tree.over && state.tree.planned >= end;
+      if (is_last) thrower.end_at(end);
       const auto done = period(host_, state, thrower, [] { return Result<void>(); });
       if (!done) return tl::unexpected(done.error());
       if (thrower.error) return tl::unexpected(*thrower.error);
       // What has no effect any more needs no throw of the die.
       mission::prune(state);
     }
-    // What is owed with a bound is due while the rest of the run is silent. What would come at its very end is not
-    // known any more.
-    const bool ended = mission::VirtualHost::ended(state);
+    // What would come at its very end is not known any more.
+    const bool ended = mission::VirtualHost::ended(state) && (!is_last || state.now < end);
     thrower.advance(ended ? mission::judged_until(state.now, bt::is_completed(state.tree.root)) : end - Duration(1));
     thrower.end(ended);
     return std::move(thrower.of_run);
@@ -131,15 +139,21 @@ class Walked {
     for (std::size_t i = 0; i < walk_.monitors(); ++i) cores_.push_back(walk_.first(i));
     TimePoint now{};
     std::uint32_t at = 0;
-    for (std::uint64_t tick = 0; left > 0 && !walk_.is_at_end(at, now, end); ++tick) {
+    bool is_last = false;
+    bool ended = false;
+    for (std::uint64_t tick = 0; left > 0 && !is_last && !walk_.ended(at); ++tick) {
+      // Of the period in which the run ends all comes that is before its end.
+      is_last = walk_.is_at_end(at, now, end);
       if (tick % 1024 == 1023 && walk_.bytes() > sampling_.memory)
         return fail("verify.memory", "one run needs too much of it");
       const auto way = walk_.go_on(at, rng);
       if (!way) return tl::unexpected(way.error());
+      const bool is_cut = is_last && now + way->took >= end;
       for (std::size_t i = 0; i < walk_.monitors(); ++i) {
         if (of_run[i] == Came::kViolated) continue;
         MonitorMemory& monitor = walk_.monitor(i);
-        const auto* outcome = monitor.after(cores_[i], monitor.heard(way->seen), way->judged);
+        const auto* outcome = is_cut ? monitor.before(cores_[i], monitor.heard(way->seen), end - now)
+                                     : monitor.after(cores_[i], monitor.heard(way->seen), way->judged);
         if (outcome == nullptr) return tl::unexpected(*monitor.error());
         cores_[i] = outcome->core;
         if (!outcome->violated) continue;
@@ -148,12 +162,10 @@ class Walked {
       }
       at = way->to;
       now += way->took;
+      ended = !is_cut && walk_.ended(at);
     }
-    const bool ended = walk_.ended(at);
     for (std::size_t i = 0; i < walk_.monitors(); ++i) {
       if (of_run[i] == Came::kViolated) continue;
-      if (!ended && walk_.monitor(i).violated_by_silence(cores_[i], end - now - Duration(1)))
-        of_run[i] = Came::kViolated;
       note_end(of_run[i], walk_.monitor(i).kept(cores_[i]).owes, ended);
     }
     return of_run;
