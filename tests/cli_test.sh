@@ -653,6 +653,15 @@ expect 0 'at least 97 %: holds' "$sentree" verify examples/grasp --at-least '97 
 expect 1 'at least 97.6 %: REFUTED' "$sentree" verify examples/grasp --at-least '97.6 %' --only grasps
 expect 124 'undecided, so many runs do not tell 9[67][.0-9]*–9[78][.0-9]* % apart' "$sentree" verify examples/grasp --at-least '97.3 %' --runs 5000 --only grasps
 expect 124 '"at_least":"undecided","indifference":\{"low":0.9' "$sentree" verify examples/grasp --at-least '97.3 %' --runs 5000 --only grasps --json
+# A run by chance ends where one of that length does: what is due behind its end is kept.
+mkdir -p "$work/ends/interfaces"
+printf 'service D { oneway void note() }\n' >"$work/ends/interfaces/d.thrift"
+printf '<root BTCPP_format="4"><BehaviorTree ID="M"><KeepRunningUntilFailure><AlwaysSuccess/></KeepRunningUntilFailure></BehaviorTree></root>' >"$work/ends/mission.xml"
+printf '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0"><state id="a"><onentry><send event="t" delay="50ms"/></onentry><transition event="t" target="a"><send type="thrift" target="d" event="note"/></transition></state></scxml>' >"$work/ends/m.scxml"
+printf 'often: event(request(d.note)) at least every 60 ms.\n' >"$work/ends/r.req"
+printf 'mission: {file: mission.xml, rate: 10 Hz}\nservices: {d: {interface: d.thrift/D, at: model}}\nmodels: [{file: m.scxml, serves: [d]}]\nmonitors: [{file: r.req}]\n' >"$work/ends/sentree.yaml"
+expect 124 'often: undecided .pending: owes' "$sentree" run "$work/ends" --clock virtual --duration '1 s'
+expect 0 'often +violated in 0 of 20' "$sentree" verify "$work/ends" --runs 20 --ticks 10
 # What a model did it allows; the simulated robot does what that model does not.
 expect 0 'robot: allows all [0-9]+ answers' "$sentree" verify "$work/verified" --against "$work/verified/verify/never_empty.mcap" --tolerance '0 s' --exact
 "$sentree" run examples/recharge --clock virtual --record "$work/simulated.mcap" >/dev/null </dev/null || true
