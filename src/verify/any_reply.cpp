@@ -239,6 +239,12 @@ class Writer {
   }
   static double above(double number) { return 0.0 - below(-number); }
 
+  // A step further, also where steps are too small to tell, or the next one would have no end.
+  static double beyond(double number, double step) {
+    constexpr double kMost = std::numeric_limits<double>::max();
+    return std::min(kMost, std::max(number + step, std::nextafter(number, kMost)));
+  }
+
   // How many values must stand between two constants so that they and earlier ones come in every order.
   std::size_t at_once(const std::string& name) const {
     const auto found = uses_.at_once.find(name);
@@ -255,7 +261,8 @@ class Writer {
       return all;
     }
     for (std::size_t i = 1; i <= count; ++i) {
-      double number = low + (high - low) * static_cast<double>(i) / static_cast<double>(count + 1);
+      const double part = static_cast<double>(i) / static_cast<double>(count + 1);
+      double number = std::isfinite(high - low) ? low + (high - low) * part : low * (1 - part) + high * part;
       // A short one is easier to read.
       const double rounded = std::round(number * 1e6) / 1e6;
       if (rounded > low && rounded < high && (all.empty() || rounded > all.back())) number = rounded;
@@ -315,8 +322,8 @@ class Writer {
     double outside_low = *constants.begin();
     double outside_high = *constants.rbegin();
     for (std::size_t i = 0; i < count; ++i) {
-      add(outside_low = is_whole ? below(outside_low) : outside_low - step);
-      add(outside_high = is_whole ? above(outside_high) : outside_high + step);
+      add(outside_low = is_whole ? below(outside_low) : 0.0 - beyond(0.0 - outside_low, step));
+      add(outside_high = is_whole ? above(outside_high) : beyond(outside_high, step));
     }
     for (auto at = constants.begin(); at != constants.end(); ++at) {
       add(*at);
@@ -325,6 +332,8 @@ class Writer {
     }
     std::vector<std::string> out;
     for (const double number : values) out.push_back(plain_decimal(number));
+    // What is no number is neither less nor more than any; bounds say that there is one.
+    if (!is_whole && (field == nullptr || (!field->min && !field->max))) out.emplace_back("NaN");
     if (out.empty()) out.push_back(plain_decimal(zero(field)));
     return out;
   }

@@ -39,10 +39,10 @@ struct AnyReply {
 /// they are compared with (after + - * / by constants, also through variables of the chart, constants and literal
 /// ports), between each two, and beyond the outermost, within the interface's bounds: there at one, or, where they are
 /// compared with earlier replies, at as many as are compared at once; where they are ordered against them, at all that
-/// the interface allows, if it allows no more than kReplyValuesMax. Texts are tried at each that they are compared
-/// with, and one other, or so many. Of a union it is each member that something names, or one other; optional members
-/// of which something is made are there or not. Everything else has one value: what nothing looks at changes nothing. A
-/// method that throws may do so.
+/// the interface allows, if it allows no more than kReplyValuesMax; a double without bounds is NaN too. Texts are tried
+/// at each that they are compared with, and one other, or so many. Of a union it is each member that something names,
+/// or one other; optional members of which something is made are there or not. Everything else has one value: what
+/// nothing looks at changes nothing. A method that throws may do so.
 ///
 /// Error: verify.any-reply, if a value is compared with too many constants, or replies hold too many structs.
 [[nodiscard]] Result<AnyReply> any_reply(const project::Plan& plan, const std::string& service);

@@ -75,9 +75,9 @@ TEST_F(AnyReplyOf, TriesWhatComparisonsTellApart) {
   EXPECT_EQ(tried("i32", "Math.abs(v) > 3"), "ask: -4, -3, -2, 0, 3, 4");
   EXPECT_EQ(tried("i32", "v == '3'"), "ask: 2, 3, 4");
   EXPECT_EQ(tried("i32", "v === 3000000000 || v > 5"), "ask: 4, 5, 6, 1500000002");
-  EXPECT_EQ(tried("double", "Math.floor(v) > 2 && v !== 2.1"), "ask: 1.5, 2, 2.05, 2.1, 2.55, 3, 3.5");
-  EXPECT_EQ(tried("double", "1 / v > 4"), "ask: -0.125, 0, 0.125, 0.25, 0.375");
-  EXPECT_EQ(tried("double", "v === 2.5"), "ask: 1.5, 2.5, 3.5");
+  EXPECT_EQ(tried("double", "Math.floor(v) > 2 && v !== 2.1"), "ask: 1.5, 2, 2.05, 2.1, 2.55, 3, 3.5, NaN");
+  EXPECT_EQ(tried("double", "1 / v > 4"), "ask: -0.125, 0, 0.125, 0.25, 0.375, NaN");
+  EXPECT_EQ(tried("double", "v === 2.5"), "ask: 1.5, 2.5, 3.5, NaN");
   EXPECT_EQ(tried("bool", "v"), "ask: false, true");
   EXPECT_EQ(tried("string", "v"), "ask: '', 'other'");
   EXPECT_EQ(tried("string", "v === port", "kitchen"), "ask: 'kitchen', 'other'");
@@ -180,7 +180,7 @@ TEST_F(AnyReplyInto, IsFollowedThroughTheBlackboard) {
             "initial=\"a\"><datamodel><data id=\"x\"/></datamodel><state id=\"a\"><transition "
             "event=\"tick\" target=\"success\"><log expr=\"x\"/></transition></state><final id=\"success\"/></scxml>");
   EXPECT_EQ(through_blackboard("<Action ID=\"Read\" x=\"{v}\"/>"),
-            "a reply comes through the blackboard from another leaf and is compared");
+            "a reply comes through the blackboard or a topic from another leaf and is compared");
   EXPECT_EQ(through_blackboard("<Action ID=\"Keep\" x=\"{v}\"/>"), "");
   EXPECT_EQ(through_blackboard("<Action ID=\"Read\" x=\"{w}\"/>"), "");
   const std::string kLooks = " looks at the entry v of the blackboard";
@@ -188,7 +188,7 @@ TEST_F(AnyReplyInto, IsFollowedThroughTheBlackboard) {
                                "case_2=\"2\"><AlwaysSuccess/><AlwaysSuccess/><AlwaysSuccess/></Switch2>"),
             "Switch2" + kLooks);
   EXPECT_EQ(through_blackboard("<Action ID=\"Read\" x=\"{@v}\"/>"),
-            "a reply comes through the blackboard from another leaf and is compared");
+            "a reply comes through the blackboard or a topic from another leaf and is compared");
   EXPECT_EQ(through_blackboard("<ScriptCondition code=\"v > 3\"/>"), "ScriptCondition" + kLooks);
   EXPECT_EQ(through_blackboard("<AlwaysSuccess _skipIf=\"v > 3\"/>"), "AlwaysSuccess" + kLooks);
 }
@@ -243,6 +243,203 @@ TEST_F(AnyReplyOf, IsRefusedWhereSomebodyWaitsForWhatIsPublished) {
 <transition event="halt" target="failure"/></state><final id="success"/><final id="failure"/></scxml>)");
   tree("<Action ID=\"Ask\"/>");
   EXPECT_EQ(told("skills: {Ask: {subscribe: [door.opened]}}\n"), "Ask waits for door.opened");
+}
+
+// What is assigned elsewhere than by <assign> is no constant.
+TEST_F(AnyReplyOf, TakesNothingForAConstantThatAScriptChanges) {
+  write("interfaces/door.thrift", "service Door { i32 ask() }\n");
+  tree("<Action ID=\"Ask\"/>");
+  const auto with = [&](const std::string& script, const std::string& content = "") {
+    write("skills/Ask.scxml", kChart + R"(initial="a"><datamodel><data id="m" expr="[0, 0]"/><data id="v" expr="0"/>
+<data id="lim" expr="70"/></datamodel>)" +
+                                  script + R"(<state id="a"><onentry><send type="thrift" target="door" event="ask"/>)" +
+                                  content + R"(</onentry>
+<transition event="door.ask.reply" cond="_event.data.result === lim" target="failure"/>
+<transition event="door.ask.reply" target="success"/></state><final id="success"/><final id="failure"/></scxml>)");
+    return told();
+  };
+  EXPECT_EQ(with(""), "ask: 69, 70, 71");
+  EXPECT_EQ(with("<script>function near(a) { return a === lim; }</script>"), "ask: 69, 70, 71") << "it is only read";
+  const std::string kNoConstant = "_event.data.result is compared with what is no constant";
+  EXPECT_EQ(with("<script>lim = 77;</script>"), kNoConstant);
+  EXPECT_EQ(with("<script>(lim) = 77;</script>"), kNoConstant);
+  EXPECT_EQ(with("<script>function up() { lim = 77; return 1; }</script>", "<assign location=\"v\" expr=\"up()\"/>"),
+            kNoConstant);
+  EXPECT_EQ(with("", "<log expr=\"lim = 77\"/>"), kNoConstant);
+  EXPECT_EQ(with("", "<assign location=\"m[lim++]\" expr=\"1\"/>"), kNoConstant);
+  EXPECT_EQ(with("", "<send event=\"e\" idlocation=\"lim\"/>"), kNoConstant);
+  EXPECT_EQ(with("<script>eval('li' + 'm = 77');</script>"), kNoConstant);
+  // Monitors too.
+  with("");
+  write("m.scxml", kChart + R"(><datamodel><data id="lim" expr="70"/></datamodel><script>lim = 77;</script><state>
+<transition event="door.ask.reply" cond="_event.data.result === lim" target="violated"/></state><final id="violated"/></scxml>)");
+  EXPECT_EQ(told("monitors: [{file: m.scxml}]\n"), kNoConstant);
+}
+
+// What is sent comes back in the answer.
+TEST_F(AnyReplyOf, IsFollowedIntoArgumentsThatComeBack) {
+  write("interfaces/door.thrift", "service Door { i32 ask(), i32 tell(1: i32 x, 2: i32 y = 8) }\n");
+  tree("<Action ID=\"Ask\"/>");
+  const auto with = [&](const std::string& passed, const std::string& transition) {
+    write("skills/Ask.scxml", kChart + R"(initial="a"><datamodel><data id="v"/></datamodel><state id="a"><onentry>
+<send type="thrift" target="door" event="ask"/></onentry><transition event="door.ask.reply"><send type="thrift" target="door"
+event="tell"><param name="x" expr=")" +
+                                  passed + R"("/></send></transition><transition )" + transition +
+                                  R"( target="failure"/></state><final id="success"/><final id="failure"/></scxml>)");
+    return told();
+  };
+  const std::string kResult = "_event.data.result";
+  EXPECT_EQ(with(kResult, "event=\"door.tell.reply\" cond=\"_event.data.args.x === 77\""), "ask: 76, 77, 78");
+  EXPECT_EQ(with(kResult, "event=\"error.communication\" cond=\"_event.data.args.x > 7\""), "ask: 6, 7, 8");
+  EXPECT_EQ(with(kResult + " + 7", "event=\"door.tell.reply\" cond=\"_event.data.args.x === 77\""), "ask: 69, 70, 71");
+  EXPECT_EQ(with("77", "event=\"door.tell.reply\" cond=\"_event.data.result === _event.data.args.x\""),
+            "ask: 76, 77, 78");
+  EXPECT_EQ(with("77", "event=\"door.tell.reply\" cond=\"_event.data.result === _event.data.args.y\""),
+            kResult + " is compared with what is no constant");
+  EXPECT_EQ(with(kResult, "event=\"door.tell.reply\" cond=\"JSON.stringify(_event.data.args) === '{}'\""),
+            "a reply is changed before it is compared with a text");
+  EXPECT_EQ(with(kResult, "event=\"door.tell.reply\" cond=\"_event.data.args['x'] === 77\""),
+            "a reply chooses by an index");
+}
+
+TEST_F(AnyReplyInto, IsRefusedWhereItGoesByTheWay) {
+  tree("<Action ID=\"Ask\"/>");
+  const std::string kResult = "_event.data.result";
+  const std::string kLooks = "<transition cond=\"v === 77\" target=\"success\"/>";
+  EXPECT_EQ(made("<log expr=\"v = _event.data.result\"/>", kLooks), kResult + " is assigned inside an expression");
+  EXPECT_EQ(made("<log expr=\"'at ' + _event.data.result.toFixed(1) + JSON.stringify(_event.data.result)\"/>"), "");
+  EXPECT_EQ(made("<log expr=\"Object.keys(_event.data.result)\"/>"), kResult + " is given to Object.keys()");
+  EXPECT_EQ(made("<log expr=\"JSON.stringify(_event.data.result, Object.keys)\"/>"),
+            kResult + " is given to JSON.stringify()");
+  EXPECT_EQ(
+      made("<send type=\"thrift\" target=\"door\" event=\"tell\"><param name=\"x\" expr=\"_event.data.result\"/></send>"
+           "<assign location=\"v\" expr=\"_event.data\"/>"),
+      "a reply is kept among all that its event holds");
+  EXPECT_EQ(made("<assign location=\"o[_event.data.result]\" expr=\"1\"/>"), kResult + " chooses by an index");
+  EXPECT_EQ(made("<script>eval('v = _ev' + 'ent.data.result')</script>", kLooks),
+            "a reply may be looked at by way of eval");
+}
+
+TEST_F(AnyReplyInto, IsRefusedWhereOthersLookAtIt) {
+  const std::string kTopic = "skills: {Hear: {subscribe: [note.said]}}\n";
+  const std::string kSay =
+      "<send type=\"thrift\" target=\"note\" event=\"said\"><param name=\"x\" expr=\"_event.data.result\"/></send>";
+  const auto published = [&](const std::string& more) {
+    made(kSay);
+    write("interfaces/note.thrift", "service Note { oneway void said(1: i32 x) }\n");
+    write("sentree.yaml",
+          "mission: {file: mission.xml, rate: 10 Hz}\nservices: {door: {interface: door.thrift/Door, at: "
+          "'tcp://localhost:1'}, note: {interface: note.thrift/Note, at: topics}}\nmodels: [{file: far.scxml, "
+          "subscribe: [note.said]}]\n" +
+              more);
+    auto project = project::load_project(folder_.path());
+    EXPECT_TRUE(project.ok()) << to_string(project.diagnostics.front());
+    const auto prepared = project::prepare(project::plain_scenario(std::move(*project.value)));
+    for (const Diagnostic& one : prepared.diagnostics) EXPECT_NE(one.severity, Severity::kError) << to_string(one);
+    const auto reply = any_reply(*prepared.value, "door");
+    EXPECT_TRUE(reply);
+    return reply->unsure ? reply->unsure->message.substr(0, reply->unsure->message.find(',')) : std::string();
+  };
+  const auto far = [&](const std::string& transition) {
+    write("far.scxml", kChart + "><datamodel><data id=\"v\"/></datamodel><state>" + transition + "</state></scxml>");
+  };
+  const auto hear = [&](const std::string& condition) {
+    write("skills/Hear.scxml", kChart + "initial=\"a\"><state id=\"a\"><transition event=\"note.said\" " + condition +
+                                   " target=\"success\"/></state><final id=\"success\"/></scxml>");
+  };
+  tree("<Parallel success_count=\"2\"><Action ID=\"Ask\"/><Action ID=\"Hear\"/></Parallel>");
+  far("<transition event=\"note.said\"/>");
+  hear("");
+  EXPECT_EQ(published(kTopic), "");
+  hear("cond=\"_event.data.x === 77\"");
+  EXPECT_EQ(published(kTopic), "a reply comes through the blackboard or a topic from another leaf and is compared");
+  hear("");
+  far("<transition event=\"note.said\" cond=\"_event.data.x === 77\"/>");
+  EXPECT_EQ(published(kTopic), "_event.data.result is published as x");
+  far("<transition event=\"note.said\"><assign location=\"v\" expr=\"_event.data\"/></transition>");
+  EXPECT_EQ(published(kTopic), "_event.data.result is handed on as the argument x of a call")
+      << "all of it is kept, and may be looked at";
+}
+
+TEST_F(AnyReplyInto, IsRefusedWhereAMonitorSeesItInAnInput) {
+  write("skills/Keep.scxml", kChart + R"(initial="a"><datamodel><data id="x"/></datamodel><state id="a">
+<transition event="tick" target="success"/></state><final id="success"/></scxml>)");
+  EXPECT_EQ(through_blackboard("<Action ID=\"Keep\" x=\"{v}\"/>"), "");
+  const std::string kSees = "a reply of door comes through the blackboard into the input x of Keep";
+  write("r.req", "r: never observation(Keep.tick.request).inputs.x = 77.\n");
+  EXPECT_EQ(told("monitors: [{file: r.req}]\n"), kSees);
+  const auto sees = [&](const std::string& condition) {
+    write("m.scxml", kChart + "><state><transition event=\"Keep.tick.request\" cond=\"" + condition +
+                         "\" target=\"violated\"/></state><final id=\"violated\"/></scxml>");
+    return told("monitors: [{file: m.scxml}]\n");
+  };
+  EXPECT_EQ(sees("_event.data.inputs.x === 77"), kSees);
+  // All of them.
+  EXPECT_THAT(sees("_event.data.inputs['x'] === 77"),
+              testing::HasSubstr("comes through the blackboard into the input"));
+  EXPECT_THAT(sees("_event['data'].inputs.x === 77"), testing::HasSubstr("a reply is given as the output out"));
+}
+
+TEST_F(AnyReplyOf, IsRefusedWhereWhatAnErrorSaysIsCompared) {
+  write("interfaces/door.thrift",
+        "exception Stuck { 1: i32 at }\nservice Door { i32 ask() throws (1: Stuck stuck) }\n");
+  tree("<Action ID=\"Ask\"/>");
+  const auto says = [&](const std::string& condition, const std::string& content = "") {
+    write("skills/Ask.scxml",
+          kChart + R"(initial="a"><state id="a"><onentry><send type="thrift" target="door" event="ask"/></onentry>
+<transition event="door.ask.error" )" +
+              condition + R"( target="failure">)" + content + R"(</transition>
+<transition event="door.ask.reply" target="success"/></state><final id="success"/><final id="failure"/></scxml>)");
+    return told();
+  };
+  EXPECT_EQ(says("", "<log expr=\"_event.data.message\"/>"), "");
+  EXPECT_EQ(says("cond=\"_event.data.message === 'ajar'\""), "_event.data.message is compared");
+}
+
+TEST_F(AnyReplyOf, IsRefusedWhereItAnswersATick) {
+  write("interfaces/door.thrift", "service Door { i32 ask() }\n");
+  tree("<Action ID=\"Ask\"/>");
+  const auto answers = [&](const std::string& status) {
+    write("skills/Ask.scxml", kChart +
+                                  R"(initial="w"><state id="w"><transition event="T"><send type="thrift" target="door"
+event="ask"/></transition><transition event="door.ask.reply"><send event="ANS"><param name="status" expr=")" +
+                                  text::xml_escape(status) + R"("/></send></transition></state></scxml>)");
+    return told(
+        "skills: {Ask: {protocol: {tick: T, answer: {event: ANS, param: status, values: {10: SUCCESS, 11: FAILURE, "
+        "12: RUNNING}}}}}\n");
+  };
+  EXPECT_EQ(answers("_event.data.result"), "_event.data.result decides how a tick is answered");
+  EXPECT_EQ(answers("_event.data.result > 5 ? 10 : 11"), "ask: 4, 5, 6");
+}
+
+TEST_F(AnyReplyOf, TriesNumbersWithoutBoundsBeyondTheGreatestAndNone) {
+  EXPECT_EQ(tried("double", "v > 1e308"), "ask: 9.999999999999998e+307, 1e+308, 1.0000000000000002e+308, NaN");
+  EXPECT_EQ(tried("double", "!(v < 5) && !(v >= 5)"), "ask: 4, 5, 6, NaN");
+  EXPECT_EQ(tried("double", "v > -1e308 && v < 1e308"),
+            "ask: -1.7976931348623157e+308, -1e+308, 0, 1e+308, 1.7976931348623157e+308, NaN");
+  EXPECT_EQ(tried("double", "1 / v === 0"), "a reply is compared after / with what only an endless number comes to");
+  write("interfaces/door.thrift", "struct R { 1: double r (min = \"0\", max = \"1\") }\nservice Door { R ask() }\n");
+  write("skills/Ask.scxml",
+        kChart + R"(initial="a"><state id="a"><onentry><send type="thrift" target="door" event="ask"/></onentry>
+<transition event="door.ask.reply" cond="_event.data.result.r > 0.5" target="success"/></state><final id="success"/></scxml>)");
+  EXPECT_EQ(told(), "ask.r: 0, 0.5, 1") << "bounds say that it is a number";
+}
+
+// A monitor compares what is handed back: with constants too, where skills pass them.
+TEST_F(AnyReplyInto, TriesConstantsThatAMonitorSeesHandedBack) {
+  write("m.scxml", kChart + R"(initial="a"><datamodel><data id="r"/></datamodel><state id="a">
+<transition event="door.ask.reply"><assign location="r" expr="_event.data.result"/></transition>
+<transition event="door.tell.request" cond="_event.data.args.x === r" target="violated"/></state><final id="violated"/></scxml>)");
+  const std::string yaml = "monitors: [{file: m.scxml}]\n";
+  const auto tell = [&](const std::string& passed) {
+    tree("<Action ID=\"Ask\"/>");
+    made("<send type=\"thrift\" target=\"door\" event=\"tell\"><param name=\"x\" expr=\"" + passed + "\"/></send>");
+    return told(yaml);
+  };
+  EXPECT_EQ(tell("77"), "ask: 75, 76, 77, 78, 79");
+  EXPECT_EQ(tell("_event.data.result"), "ask: -2, -1, 0, 1, 2");
+  EXPECT_EQ(tell("2 * _event.data.result"), "_event.data.result is handed on as the argument x of a call");
+  EXPECT_EQ(tell("Math.random()"), "a reply is compared with an argument that is no constant");
 }
 
 TEST_F(AnyReplyOf, TriesOtherEnumeratorsAndNoneWhereOneIsComparedWithAnEarlierOne) {

@@ -112,17 +112,45 @@ class MemberPlaces {
 struct Given {
   std::map<std::string, std::set<double>> numbers;
   std::map<std::string, std::set<std::string>> texts;
-  std::set<std::string> open;  // what they hold is not known
+  std::set<std::string> open;    // what they hold is not known
+  std::set<std::string> inputs;  // of them, those that hold something to begin with
 };
+
+// What a part of an expression can be, if it is made of constants only, and all that is made of them is known.
+struct Constants {
+  std::set<double> numbers;
+  std::set<std::string> texts;
+
+  // A port that is written down is a text that may count as a number.
+  bool are_numbers() const {
+    return std::all_of(texts.begin(), texts.end(),
+                       [](const std::string& text) { return !numbers_in(Value(text)).empty(); });
+  }
+  bool add(const std::optional<Constants>& more) {
+    if (!more) return false;
+    numbers.insert(more->numbers.begin(), more->numbers.end());
+    texts.insert(more->texts.begin(), more->texts.end());
+    return numbers.size() <= kConstantsMax && texts.size() <= kConstantsMax;
+  }
+};
+
+// What skills pass as arguments of calls, by name, beside what replies hold; nothing: that is not known.
+using Passed = std::map<std::string, std::optional<Constants>>;
 
 // One chart's comparisons.
 class Comparisons {
  public:
   /// @param place    Of what the chart was written from; nothing: it has places of its own.
   /// @param monitor  Whose chart it is; empty: one that decides what the mission does.
+  /// @param passed   To calls of which a monitor sees the arguments; null: those are the chart's own.
   Comparisons(const ReplyFlow& flow, Given given, Distinctions& uses, std::optional<SourceSpan> place = std::nullopt,
-              std::string monitor = {})
-      : flow_(flow), given_(std::move(given)), uses_(uses), place_(std::move(place)), monitor_(std::move(monitor)) {
+              std::string monitor = {}, const Passed* passed = nullptr)
+      : flow_(flow),
+        given_(std::move(given)),
+        uses_(uses),
+        place_(std::move(place)),
+        monitor_(std::move(monitor)),
+        passed_(passed) {
     for (const scxml::Expression& expression : expressions()) {
       for (const std::string& name : scxml::names_in_script(expression.text)) uses_.own.names.insert(name);
     }
@@ -151,6 +179,15 @@ class Comparisons {
       const auto& tree = flow_.tree(expression_);
       give_up(tree ? &*tree : nullptr, unknown->why);
     }
+  }
+
+  /// What an expression can be beside what replies hold, if constants make that.
+  std::optional<Constants> constants_of(scxml::ExpressionId expression) {
+    const auto& tree = flow_.tree(expression);
+    std::set<std::string> seen;
+    Constants all;
+    const bool is_known = tree && add_first(*tree, tree->root(), seen, all);
+    return is_known ? std::optional(std::move(all)) : std::nullopt;
   }
 
  private:
@@ -261,6 +298,9 @@ class Comparisons {
       uses_.absent.insert(names.begin(), names.end());
       return;
     }
+    if (flow_.types().throws && tree.path(value) == "_event.data.message" && !uses_.trouble)
+      uses_.trouble = Diagnostic{Severity::kError, "verify.any-reply",
+                                 "_event.data.message is compared, and what an error says is not known", place()};
     const bool is_order = sign.front() == '<' || sign.front() == '>';
     const std::set<std::string> texts = text_constants(tree, other);
     const bool is_text = std::any_of(texts.begin(), texts.end(),
@@ -272,35 +312,72 @@ class Comparisons {
     const std::set<double> numbers = constants(tree, other);
     for (const double number : numbers) equal(tree, value, number);
     if (!texts.empty() || !numbers.empty() || tree.at(other).kind == Node::kTruth) return;
-    // What is handed back is that value or another one.
-    const bool is_handed = !is_order && tree.path(other).starts_with("_event.data.args.");
-    if (!is_handed && !is_alike(tree, value, other))
-      return give_up(tree, value, "is compared with what is no constant");
     if (!flow_.is_of_reply(tree, value)) return;
+    // What is handed back is that value or another one.
+    const bool is_handed = passed_ != nullptr && !is_order && is_argument(tree, other);
+    if (is_handed) {
+      const auto passed = passed_->find(tree.at(other).text);
+      if (passed != passed_->end() && !passed->second)
+        return give_up(tree, value, "is compared with an argument that is no constant");
+      if (passed != passed_->end()) {
+        for (const std::string& text : passed->second->texts) equal(tree, value, text);
+        for (const double number : passed->second->numbers) equal(tree, value, number);
+      }
+    } else {
+      std::set<std::string> seen;
+      Constants first;
+      if (!is_alike(tree, value, other) || !add_first(tree, other, seen, first))
+        return give_up(tree, value, "is compared with what is no constant");
+      for (const std::string& text : first.texts) equal(tree, value, text);
+      for (const double number : first.numbers) equal(tree, value, number);
+    }
     const auto names = flow_.sources(tree, value);
     compared_.insert(names.begin(), names.end());
     for (const std::string& name : names) {
       if (is_order) ordered_.try_emplace(name, place());
     }
-    std::set<std::string> seen;
-    equal_first(tree, value, tree, other, seen);
   }
-  // A variable that is what a reply was may also be what it was before the first one.
-  void equal_first(const ScriptTree& tree, std::uint32_t value, const ScriptTree& in, std::uint32_t id,
-                   std::set<std::string>& seen) {
+  // A variable that is what a reply was may also be what it was before the first one. Whether that is known.
+  bool add_first(const ScriptTree& in, std::uint32_t id, std::set<std::string>& seen, Constants& all) {
     const scxml::ScriptNode& node = in.at(id);
-    if (node.kind == Node::kConditional) {
-      equal_first(tree, value, in, node.operands[1], seen);
-      equal_first(tree, value, in, node.operands[2], seen);
-    } else if (node.kind == Node::kName && flow_.is_of_reply(in, id)) {
-      if (!seen.insert(node.text).second) return;
-      for (const scxml::ExpressionId one : flow_.assigned(node.text)) {
-        if (flow_.tree(one)) equal_first(tree, value, *flow_.tree(one), flow_.tree(one)->root(), seen);
-      }
-    } else {
-      for (const std::string& text : text_constants(in, id)) equal(tree, value, text);
-      for (const double number : constants(in, id)) equal(tree, value, number);
-    }
+    if (node.kind == Node::kConditional)
+      return add_first(in, node.operands[1], seen, all) && add_first(in, node.operands[2], seen, all);
+    if (const std::string sent = flow_.echo(in, id); node.kind == Node::kName || !sent.empty())
+      return add_first(sent.empty() ? node.text : sent, seen, all);
+    if (flow_.is_of_reply(in, id)) return is_empty_first(in, id);
+    return node.kind == Node::kTruth || all.add(known(in, id));
+  }
+  bool add_first(const std::string& variable, std::set<std::string>& seen, Constants& all) {
+    if (!seen.insert(variable).second) return true;
+    if (flow_.is_scripted(variable) || given_.inputs.contains(variable)) return false;
+    Constants given;
+    if (const auto numbers = given_.numbers.find(variable); numbers != given_.numbers.end())
+      given.numbers = numbers->second;
+    if (const auto texts = given_.texts.find(variable); texts != given_.texts.end()) given.texts = texts->second;
+    const auto& assigned = flow_.assigned(variable);
+    return all.add(given) && std::all_of(assigned.begin(), assigned.end(), [&](scxml::ExpressionId one) {
+             const auto& tree = flow_.tree(one);
+             return tree && add_first(*tree, tree->root(), seen, all);
+           });
+  }
+  // What a variable holds before the first reply has no member, so far as that is known.
+  bool is_empty_first(const ScriptTree& in, std::uint32_t id) const {
+    const std::string path = in.path(id);
+    const auto& assigned = flow_.assigned(path.substr(0, path.find('.')));
+    return std::all_of(assigned.begin(), assigned.end(), [&](scxml::ExpressionId one) {
+      const auto& tree = flow_.tree(one);
+      if (!tree) return false;
+      const scxml::ScriptNode& first = tree->at(tree->root());
+      return flow_.is_of_reply(*tree, tree->root()) || first.kind == Node::kNumber || first.kind == Node::kText ||
+             first.kind == Node::kTruth || first.kind == Node::kNothing ||
+             (first.kind == Node::kUnary && first.text == "-") ||
+             (first.kind == Node::kRecord && first.operands.empty());
+    });
+  }
+  static bool is_argument(const ScriptTree& tree, std::uint32_t id) {
+    constexpr std::string_view kArguments = "_event.data.args.";
+    const std::string path = tree.path(id);
+    return path.starts_with(kArguments) && path.find('.', kArguments.size()) == std::string::npos;
   }
   // Both are what replies hold under one name, and nothing else.
   bool is_alike(const ScriptTree& tree, std::uint32_t a, std::uint32_t b) const {
@@ -308,23 +385,6 @@ class Comparisons {
            flow_.sources(tree, a) == flow_.sources(tree, b);
   }
 
-  // What a part of an expression can be, if it is made of constants only, and all that is made of them is known.
-  struct Constants {
-    std::set<double> numbers;
-    std::set<std::string> texts;
-
-    // A port that is written down is a text that may count as a number.
-    bool are_numbers() const {
-      return std::all_of(texts.begin(), texts.end(),
-                         [](const std::string& text) { return !numbers_in(Value(text)).empty(); });
-    }
-    bool add(const std::optional<Constants>& more) {
-      if (!more) return false;
-      numbers.insert(more->numbers.begin(), more->numbers.end());
-      texts.insert(more->texts.begin(), more->texts.end());
-      return numbers.size() <= kConstantsMax && texts.size() <= kConstantsMax;
-    }
-  };
   std::optional<Constants> known(const ScriptTree& tree, std::uint32_t id) {
     const scxml::ScriptNode& node = tree.at(id);
     switch (node.kind) {
@@ -332,6 +392,10 @@ class Comparisons {
       case Node::kText: return Constants{numbers_in(Value(node.text)), {node.text}};
       case Node::kNothing: return Constants{};
       case Node::kName: return known(node.text);
+      case Node::kMember: {
+        const std::string sent = flow_.echo(tree, id);
+        return sent.empty() ? std::nullopt : known(sent);
+      }
       case Node::kConditional: {
         Constants all;
         const bool is_known = all.add(known(tree, node.operands[1])) && all.add(known(tree, node.operands[2]));
@@ -411,10 +475,12 @@ class Comparisons {
   void equal(const ScriptTree& tree, std::uint32_t id, double number) {
     const scxml::ScriptNode& node = tree.at(id);
     if (!std::isfinite(number)) return;
-    if (node.kind == Node::kMember) {
+    if (const std::string sent = flow_.echo(tree, id); !sent.empty()) {
+      equal_variable(tree, id, sent, number);
+    } else if (node.kind == Node::kMember) {
       uses_.numbers[node.text].insert(number);
     } else if (node.kind == Node::kName) {
-      equal_variable(tree, id, number);
+      equal_variable(tree, id, node.text, number);
     } else if (node.kind == Node::kUnary && node.text == "-") {
       equal(tree, node.operands[0], -number);
     } else if (node.kind == Node::kBinary &&
@@ -422,6 +488,10 @@ class Comparisons {
       const std::set<double> left = constants(tree, node.operands[0]);
       const std::set<double> right = constants(tree, node.operands[1]);
       for (const double known : left) equal(tree, node.operands[1], inverse(node.text, number, known, true));
+      // What is endless is not tried, and of a number that has no end nothing else comes to that.
+      for (const double known : left) {
+        if (std::isinf(inverse(node.text, number, known, true))) endless(tree, node.operands[1], node.text);
+      }
       // On both sides of 0 what is divided by it is far away.
       if (node.text == "/" && !left.empty()) equal(tree, node.operands[1], 0);
       for (const double known : right) equal(tree, node.operands[0], inverse(node.text, number, known, false));
@@ -445,8 +515,13 @@ class Comparisons {
     }
   }
 
-  void equal_variable(const ScriptTree& tree, std::uint32_t id, double number) {
-    const std::string& variable = tree.at(id).text;
+  void endless(const ScriptTree& tree, std::uint32_t id, const std::string& sign) {
+    const auto kinds = flow_.kinds(tree, id);
+    if (kinds.empty() || kinds.contains(idl::Kind::kDouble))
+      give_up(tree, id, fmt::format("is compared after {} with what only an endless number comes to", sign));
+  }
+
+  void equal_variable(const ScriptTree& tree, std::uint32_t id, const std::string& variable, double number) {
     auto& before = followed_[variable];
     if (std::find(before.begin(), before.end(), number) != before.end()) return;
     if (!before.empty()) return give_up(tree, id, "is computed from what it was before");
@@ -496,13 +571,14 @@ class Comparisons {
     return {number};
   }
 
-  static constexpr const char* kIsFar = "comes through the blackboard from another leaf and is compared";
+  static constexpr const char* kIsFar = "comes through the blackboard or a topic from another leaf and is compared";
 
   const ReplyFlow& flow_;
   Given given_;
   Distinctions& uses_;
   std::optional<SourceSpan> place_;
   std::string monitor_;
+  const Passed* passed_;
   std::set<scxml::ExpressionId> conditions_;
   std::set<std::string> compared_;                         // names of values that are compared with earlier ones
   std::map<std::string, SourceSpan> ordered_;              // of those that are ordered, and where first
@@ -522,6 +598,7 @@ Given given_of(const project::Plan& plan, const project::LeafPlan& leaf) {
     const std::string name(port.name);
     if (port.text.find('{') != std::string_view::npos) {
       given.open.insert(name);
+      if (port.input) given.inputs.insert(name);
       continue;
     }
     given.texts[name] = {std::string(port.text)};
@@ -530,32 +607,112 @@ Given given_of(const project::Plan& plan, const project::LeafPlan& leaf) {
   return given;
 }
 
-// What a chart looks at of calls, of answers to ticks and of logs; arguments that are only compared with what they may
-// be are left out.
-void add_looked_at(const scxml::Chart& chart, LookedAt& out) {
-  constexpr std::string_view kOutputs = "_event.data.outputs.";
-  for (const scxml::Expression& expression : chart.model().expressions) {
-    const auto tree = scxml::parse_script_expression(expression.text);
-    if (!tree) continue;
-    std::set<std::uint32_t> handed;
-    for (const scxml::ScriptNode& node : tree->nodes) {
-      const bool is_equality = node.kind == Node::kBinary && (node.text == "===" || node.text == "!==");
-      if (!is_equality) continue;
-      for (const auto& [one, other] :
-           {std::pair(node.operands[0], node.operands[1]), std::pair(node.operands[1], node.operands[0])}) {
-        const Node kind = tree->at(other).kind;
-        if (kind != Node::kNumber && kind != Node::kText) handed.insert(one);
-      }
-    }
-    for (std::uint32_t id = 0; id < tree->nodes.size(); ++id) {
-      const std::string path = tree->path(id);
-      if (path.starts_with("_event.data.args.") && !handed.contains(id)) out.arguments.insert(tree->at(id).text);
-      if (path.starts_with(kOutputs))
-        out.outputs.insert(path.substr(kOutputs.size(), path.find('.', kOutputs.size()) - kOutputs.size()));
-      out.logs = out.logs || path == "_event.data.text";
+// What there is to be looked at, by name.
+LookedAt all_of(const project::Plan& plan) {
+  LookedAt all;
+  for (const auto& [name, of] : plan.services) {
+    for (const idl::Method* method : of.service->methods) {
+      for (const idl::Field& parameter : method->arguments.fields) all.arguments.insert(parameter.name);
     }
   }
+  for (const project::LeafPlan& leaf : plan.leaves) {
+    for (const bt::PortFact& port : plan.tree.ports(leaf.node)) {
+      all.inputs.emplace(port.name);
+      all.outputs.emplace(port.name);
+    }
+  }
+  all.published = all.arguments;
+  all.logs = true;
+  return all;
 }
+
+void add(const LookedAt& more, LookedAt& out) {
+  out.arguments.insert(more.arguments.begin(), more.arguments.end());
+  for (const auto& [name, sources] : more.handed_back) out.handed_back[name].insert(sources.begin(), sources.end());
+  out.published.insert(more.published.begin(), more.published.end());
+  out.topics.insert(more.topics.begin(), more.topics.end());
+  out.inputs.insert(more.inputs.begin(), more.inputs.end());
+  out.outputs.insert(more.outputs.begin(), more.outputs.end());
+  out.logs = out.logs || more.logs;
+}
+
+// An argument of a call that is compared for equality: with the argument's own name.
+struct HandedBack {
+  scxml::ExpressionId expression = scxml::kNoExpression;
+  std::uint32_t other = 0;
+  std::string name;
+};
+
+// What a chart looks at of calls, publications, ticks, their answers and logs.
+class Looking {
+ public:
+  /// @param all   What it looks at, if it keeps all that an event holds.
+  /// @param handed  Gets the arguments that are only compared with what is no constant; null: they are looked at too.
+  Looking(const LookedAt& all, LookedAt& out, std::vector<HandedBack>* handed)
+      : all_(all), out_(out), handed_(handed) {}
+
+  void operator()(const scxml::Chart& chart) {
+    const auto& expressions = chart.model().expressions;
+    for (std::size_t id = 0; id < expressions.size(); ++id) {
+      const auto tree = scxml::parse_script_expression(expressions[id].text);
+      const auto names = scxml::names_in_script(expressions[id].text);
+      const bool is_opaque = !tree || std::any_of(tree->nodes.begin(), tree->nodes.end(),
+                                                  [](const auto& node) { return node.kind == Node::kOpaque; });
+      if (hides_names(names) || (is_opaque && names.contains("_event"))) add(all_, out_);
+      if (tree) look(static_cast<scxml::ExpressionId>(id), *tree);
+    }
+  }
+
+ private:
+  void look(scxml::ExpressionId expression, const ScriptTree& tree) {
+    std::set<std::uint32_t> inner;  // of longer paths, or only asked for
+    std::map<std::uint32_t, std::uint32_t> compared;
+    for (const scxml::ScriptNode& node : tree.nodes) {
+      const bool is_test =
+          (node.kind == Node::kBinary && node.text == "&&") || (node.kind == Node::kUnary && node.text == "!");
+      if (node.kind == Node::kMember || is_test) inner.insert(node.operands[0]);
+      if (node.kind != Node::kBinary || (node.text != "===" && node.text != "!==")) continue;
+      compared.emplace(node.operands[0], node.operands[1]);
+      compared.emplace(node.operands[1], node.operands[0]);
+    }
+    for (std::uint32_t id = 0; id < tree.nodes.size(); ++id) {
+      const std::string path = tree.path(id);
+      if (!path.starts_with("_event")) continue;
+      const bool is_whole = !inner.contains(id);
+      const auto other = compared.find(id);
+      if (is_whole && (path == "_event" || path == "_event.data")) {
+        add(all_, out_);
+      } else if (const auto name = behind(path, "_event.data.args."); !name.empty()) {
+        if (handed_ != nullptr && is_whole && other != compared.end() && path == "_event.data.args." + name)
+          handed_->push_back({expression, other->second, name});
+        else if (is_whole)
+          out_.arguments.insert(name);
+      } else if (path == "_event.data.args") {
+        if (is_whole) out_.arguments.insert(all_.arguments.begin(), all_.arguments.end());
+      } else if (const auto input = behind(path, "_event.data.inputs."); !input.empty()) {
+        out_.inputs.insert(input);
+      } else if (const auto output = behind(path, "_event.data.outputs."); !output.empty()) {
+        out_.outputs.insert(output);
+      } else if (path == "_event.data.inputs") {
+        if (is_whole) out_.inputs.insert(all_.inputs.begin(), all_.inputs.end());
+      } else if (path == "_event.data.outputs") {
+        if (is_whole) out_.outputs.insert(all_.outputs.begin(), all_.outputs.end());
+      } else if (const auto published = behind(path, "_event.data."); !published.empty()) {
+        out_.published.insert(published);
+        out_.logs = out_.logs || published == "text";
+      }
+    }
+  }
+  // The first name behind the beginning of a path.
+  static std::string behind(const std::string& path, std::string_view beginning) {
+    if (!path.starts_with(beginning)) return {};
+    return path.substr(beginning.size(), path.find('.', beginning.size()) - beginning.size());
+  }
+
+  const LookedAt& all_;
+  LookedAt& out_;
+  std::vector<HandedBack>* handed_;
+};
 
 // An event of a monitor that is made by expressions.
 struct MadeEvent {
@@ -564,32 +721,47 @@ struct MadeEvent {
 };
 
 // What events of monitors that are made by expressions look at: of what is called so, all.
-std::vector<MadeEvent> made_events(const project::Plan& plan, LookedAt& out) {
+std::vector<MadeEvent> made_events(const project::Plan& plan, const LookedAt& there, LookedAt& out) {
   std::vector<MadeEvent> all;
-  bool of_arguments = false;
-  bool of_outputs = false;
   for (const project::MonitorEntry& monitor : plan.scenario.project.monitors) {
     for (const project::EventRename& rename : monitor.events) {
       std::set<std::string> names = scxml::names_in_script(rename.when);
       for (const auto& [name, expression] : rename.data) names.merge(scxml::names_in_script(expression));
       if (names.empty()) continue;
       all.push_back({&monitor, &rename});
-      of_arguments = of_arguments || names.contains("args");
-      of_outputs = of_outputs || names.contains("outputs");
+      if (names.contains("args")) out.arguments.insert(there.arguments.begin(), there.arguments.end());
+      if (names.contains("inputs")) out.inputs.insert(there.inputs.begin(), there.inputs.end());
+      if (names.contains("outputs")) out.outputs.insert(there.outputs.begin(), there.outputs.end());
+      out.logs = out.logs || names.contains("text");
     }
   }
-  if (of_arguments) {
-    for (const auto& [name, of] : plan.services) {
-      for (const idl::Method* method : of.service->methods) {
-        for (const idl::Field& parameter : method->arguments.fields) out.arguments.insert(parameter.name);
-      }
+  return all;
+}
+
+// What skills pass, beside what is of a reply of the service.
+Passed passed_to_calls(const project::Plan& plan, const std::string& service, const ReplyTypes& types,
+                       const MissionFlow& mission) {
+  Passed all;
+  for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
+    if (!plan.leaves[leaf].chart) continue;
+    std::optional<ReplyFlow> own;
+    const auto found = mission.flows().find(leaf);
+    if (found == mission.flows().end())
+      own.emplace(*plan.leaves[leaf].chart, service, types, std::set<std::string>(), ReplyFlow::Answer());
+    const ReplyFlow& flow = own ? *own : found->second;
+    Distinctions nothing;
+    Comparisons reads(flow, given_of(plan, plan.leaves[leaf]), nothing);
+    for (const ReplyFlow::Use& use : flow.uses()) {
+      if (use.role != ReplyFlow::Role::kArgument) continue;
+      // Who does not call the service passes no reply of it.
+      const auto& tree = flow.tree(use.expression);
+      const bool is_of_another = own && tree && flow.is_of_reply(*tree, tree->root());
+      const auto constants = is_of_another ? std::nullopt : reads.constants_of(use.expression);
+      auto& known = all.try_emplace(use.name, Constants()).first->second;
+      if (known && !known->add(constants)) known.reset();
     }
   }
-  if (of_outputs) {
-    for (const project::LeafPlan& leaf : plan.leaves) {
-      for (const bt::PortFact& port : plan.tree.ports(leaf.node)) out.outputs.emplace(port.name);
-    }
-  }
+  for (const std::string& argument : *types.defaulted) all[argument].reset();
   return all;
 }
 
@@ -609,12 +781,6 @@ std::optional<Diagnostic> made_of_reply(const MadeEvent& event, const std::strin
   return std::nullopt;
 }
 
-void add(const LookedAt& more, LookedAt& out) {
-  out.arguments.insert(more.arguments.begin(), more.arguments.end());
-  out.outputs.insert(more.outputs.begin(), more.outputs.end());
-  out.logs = out.logs || more.logs;
-}
-
 // A call by a skill's chart.
 struct Sent {
   std::size_t leaf;
@@ -628,6 +794,7 @@ struct Seeing {
   bool is_gate = false;
   bool all = false;
   std::set<std::string> heads = {};  // of what it waits for, up to the first point
+  std::vector<HandedBack> handed = {};
 };
 
 }  // namespace
@@ -637,6 +804,7 @@ struct MissionDistinctions::Common {
 
   const project::Plan& plan;
   std::set<std::string> fields;
+  std::set<std::string> defaulted;                // arguments of calls that need not be given
   std::map<std::string, std::vector<Sent>> sent;  // by service
   std::vector<Sent> sent_to_any;                  // an expression says to which
   std::vector<MadeEvent> made_events;
@@ -654,8 +822,14 @@ MissionDistinctions::MissionDistinctions(const project::Plan& plan) {
   auto common = std::make_unique<Common>(plan);
   MemberNames names(common->fields);
   for (const auto& [name, of] : plan.services) {
-    for (const idl::Method* method : of.service->methods) names.add(*method->result);
+    for (const idl::Method* method : of.service->methods) {
+      names.add(*method->result);
+      for (const idl::Field& parameter : method->arguments.fields) {
+        if (parameter.default_value) common->defaulted.insert(parameter.name);
+      }
+    }
   }
+  const LookedAt there = all_of(plan);
   for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
     if (!plan.leaves[leaf].chart) continue;
     std::size_t place = 0;
@@ -665,12 +839,12 @@ MissionDistinctions::MissionDistinctions(const project::Plan& plan) {
       (send.target ? common->sent[*send.target] : common->sent_to_any).push_back({leaf, place++, send.event});
     }
   }
-  common->made_events = verify::made_events(plan, common->looked_at);
+  common->made_events = verify::made_events(plan, there, common->looked_at);
   std::set<std::size_t> gates;
   for (const project::GatePlan& gate : plan.gates) gates.insert(gate.monitor);
   for (const monitor::Model& monitor : plan.monitors) {
-    add_looked_at(monitor.chart(), common->looked_at);
     Seeing seeing{.monitor = &monitor, .is_gate = gates.contains(common->monitors.size())};
+    Looking(there, common->looked_at, &seeing.handed)(monitor.chart());
     for (const auto& transition : monitor.chart().transitions()) {
       for (const std::string& event : transition.events) {
         seeing.heads.insert(event.substr(0, event.find('.')));
@@ -695,7 +869,8 @@ MissionDistinctions::MissionDistinctions(const project::Plan& plan) {
   }
   for (std::size_t model = 0; model < plan.models.size(); ++model) {
     for (const std::string& service : plan.models[model].serves) common->served.emplace(service, model);
-    add_looked_at(plan.models[model].chart, common->by_models.emplace_back());
+    Looking(there, common->by_models.emplace_back(), nullptr)(plan.models[model].chart);
+    common->by_models.back().topics.insert(plan.models[model].subscribes.begin(), plan.models[model].subscribes.end());
     add(common->by_models.back(), common->by_all);
   }
   add(common->looked_at, common->by_all);
@@ -721,9 +896,11 @@ Distinctions MissionDistinctions::of(const std::string& service, std::vector<con
   uses.common = common_->mentioned;
   ReplyTypes types;
   types.fields = &common_->fields;
+  types.defaulted = &common_->defaulted;
   MemberPlaces places;
   for (const idl::Method* method : interface.methods) {
     types.results[method->name] = kinds_of(*method->result);
+    types.throws = types.throws || !method->exceptions.empty();
     add_kinds(*method->result, 0, types.members);
     for (const auto& [name, count] : places.of(*method->result))
       types.places[name] = std::max(types.places[name], count);
@@ -740,7 +917,7 @@ Distinctions MissionDistinctions::of(const std::string& service, std::vector<con
       if (model != served->second) add(common_->by_models[model], by_others);
     }
   }
-  const LookedAt& looked_at = served != common_->served.end() ? by_others : common_->by_all;
+  LookedAt looked_at = served != common_->served.end() ? std::move(by_others) : common_->by_all;
   std::vector<Sent> sent = common_->sent_to_any;
   if (const auto to_it = common_->sent.find(service); to_it != common_->sent.end())
     sent.insert(sent.end(), to_it->second.begin(), to_it->second.end());
@@ -755,17 +932,34 @@ Distinctions MissionDistinctions::of(const std::string& service, std::vector<con
       methods->push_back(method);
     }
   }
+  std::vector<std::unique_ptr<ReplyFlow>> seen;  // by monitor; null: sees nothing of it
+  bool hands_back = false;                       // what replies held, so that it is compared
+  for (const Seeing& seeing : common_->monitors) {
+    const bool sees = seeing.all || seeing.heads.contains(service.substr(0, service.find('.')));
+    auto& flow = seen.emplace_back();
+    if (sees)
+      flow = std::make_unique<ReplyFlow>(seeing.monitor->chart(), service, types, std::set<std::string>(),
+                                         ReplyFlow::Answer());
+    for (const HandedBack& handed : seeing.handed) {
+      const ScriptTree* const tree = flow ? &*flow->tree(handed.expression) : nullptr;
+      if (tree != nullptr && flow->is_of_reply(*tree, handed.other) && flow->is_plain(*tree, handed.other))
+        looked_at.handed_back[handed.name].merge(flow->sources(*tree, handed.other));
+      else
+        looked_at.arguments.insert(handed.name);
+      hands_back = hands_back || (tree != nullptr && flow->is_of_reply(*tree, handed.other));
+    }
+  }
   const MissionFlow mission(plan, service, types, std::move(callers));
   for (const auto& [leaf, flow] : mission.flows())
     Comparisons(flow, given_of(plan, plan.leaves[leaf]), uses)(looked_at);
-  if (!uses.trouble) uses.trouble = mission.trouble();
-  for (const Seeing& seeing : common_->monitors) {
-    if (!seeing.all && !seeing.heads.contains(service.substr(0, service.find('.')))) continue;
-    const monitor::Model& monitor = *seeing.monitor;
+  if (!uses.trouble) uses.trouble = mission.trouble(looked_at);
+  const Passed passed = hands_back ? passed_to_calls(plan, service, types, mission) : Passed();
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (!seen[i]) continue;
+    const monitor::Model& monitor = *common_->monitors[i].monitor;
     std::optional<SourceSpan> place;
     if (monitor.origin() != nullptr) place = monitor.origin()->requirement.span;
-    Comparisons(ReplyFlow(monitor.chart(), service, types, {}, {}), {}, uses, place,
-                seeing.is_gate ? "" : monitor.name())(looked_at);
+    Comparisons(*seen[i], {}, uses, place, common_->monitors[i].is_gate ? "" : monitor.name(), &passed)(looked_at);
   }
   // What variables hold, and what the reply brings that just comes.
   for (auto& [name, count] : uses.at_once) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "sentree/scxml/script_syntax.h"
@@ -25,15 +26,25 @@ MissionFlow::MissionFlow(const project::Plan& plan, std::string service, const R
                          std::set<std::size_t> callers)
     : plan_(plan), service_(std::move(service)), types_(types), callers_(std::move(callers)) {
   for (const std::size_t leaf : callers_) follow(leaf);
-  for (std::size_t before = 0; entries_.size() > before;) {
-    before = entries_.size();
+  for (std::size_t before = 0; entries_.size() + passed_.size() > before;) {
+    before = entries_.size() + passed_.size();
     for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) follow(leaf);
     for (bt::NodeId node = 0; node < plan.tree.size(); ++node) follow(node);
   }
 }
 
-std::optional<Diagnostic> MissionFlow::trouble() const {
+std::optional<Diagnostic> MissionFlow::trouble(const LookedAt& looked_at) const {
   if (entries_.empty()) return std::nullopt;
+  for (const project::LeafPlan& leaf : plan_.leaves) {
+    for (const std::string& input : far_inputs(leaf)) {
+      if (!looked_at.inputs.contains(input)) continue;
+      return Diagnostic{Severity::kError, "verify.any-reply",
+                        fmt::format("a reply of {} comes through the blackboard into the input {} of {}, at which a "
+                                    "monitor looks, so that which of its values are told apart is not known",
+                                    service_, input, leaf.name),
+                        plan_.tree.span(leaf.node)};
+    }
+  }
   std::set<bt::NodeId> charted;
   for (const project::LeafPlan& leaf : plan_.leaves) {
     if (leaf.chart) charted.insert(leaf.node);
@@ -70,24 +81,37 @@ Diagnostic MissionFlow::told(bt::NodeId node, const std::string& entry) const {
           plan_.tree.span(node)};
 }
 
+std::set<std::string> MissionFlow::far_inputs(const project::LeafPlan& leaf) const {
+  std::set<std::string> far;
+  for (const bt::PortFact& port : plan_.tree.ports(leaf.node)) {
+    const bool is_bound = port.text.find('{') != std::string_view::npos;
+    if (port.input && is_bound && (entries_.contains(entry_of(port)) || !mentioned(port.text).empty()))
+      far.emplace(port.name);
+  }
+  return far;
+}
+
 void MissionFlow::follow(std::size_t leaf) {
   const project::LeafPlan& of = plan_.leaves[leaf];
   if (!of.chart) return;
   const auto ports = plan_.tree.ports(of.node);
-  std::set<std::string> far;
-  for (const bt::PortFact& port : ports) {
-    const bool is_bound = port.text.find('{') != std::string_view::npos;
-    if (port.input && is_bound && (entries_.contains(entry_of(port)) || !mentioned(port.text).empty()))
-      far.emplace(port.name);
+  std::set<std::string> far = far_inputs(of);
+  for (const auto& [call, argument] : passed_) {
+    const bool is_heard = call.empty()
+                              ? !of.subscribes.empty()
+                              : std::find(of.subscribes.begin(), of.subscribes.end(), call) != of.subscribes.end();
+    if (is_heard) far.insert(argument);
   }
   if (far.empty() && !callers_.contains(leaf)) return;
   auto flow = flows_.find(leaf);
   if (flow == flows_.end() || far != far_[leaf]) {
     if (flow != flows_.end()) flows_.erase(flow);
-    const std::string answer = of.protocol ? of.protocol->answer : std::string();
-    flow = flows_.try_emplace(leaf, *of.chart, service_, types_, far, answer).first;
+    ReplyFlow::Answer answer;
+    if (of.protocol) answer = {of.protocol->answer, of.protocol->param};
+    flow = flows_.try_emplace(leaf, *of.chart, service_, types_, far, std::move(answer)).first;
     far_[leaf] = std::move(far);
   }
+  passed_.merge(flow->second.passed());
   for (const std::string& given : flow->second.given()) {
     for (const bt::PortFact& port : ports) {
       if (port.name == given && port.output) add(entry_of(port));

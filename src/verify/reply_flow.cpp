@@ -22,14 +22,68 @@ bool is_steady(const std::string& function) {
   return kSteady.contains(function);
 }
 
+bool hides_names(const std::set<std::string>& names_in_script) {
+  static const std::set<std::string> kHiding{"eval", "Function", "constructor", "this", "globalThis", "with"};
+  return std::any_of(kHiding.begin(), kHiding.end(),
+                     [&](const std::string& word) { return names_in_script.contains(word); });
+}
+
+namespace {
+
+constexpr std::string_view kData = "_event.data.";
+constexpr std::string_view kArguments = "_event.data.args";
+
+// Calls of functions that only look at what they are given.
+bool only_looks(const ScriptTree& tree, const scxml::ScriptNode& call) {
+  static const std::set<std::string> kFunctions{"String",     "Number", "Boolean",       "parseInt",
+                                                "parseFloat", "isNaN",  "Array.isArray", "isFinite"};
+  static const std::set<std::string> kMethods{"toFixed", "toString", "toPrecision", "trim",  "toUpperCase",
+                                              "join",    "substr",   "substring",   "slice", "toLowerCase",
+                                              "concat",  "indexOf",  "charAt",      "split"};
+  const std::uint32_t callee = call.operands[0];
+  const std::string path = tree.path(callee);
+  // What replaces values gets them.
+  if (path == "JSON.stringify") return call.operands.size() < 3 || tree.at(call.operands[2]).kind == Node::kNothing;
+  if (kFunctions.contains(path) || path.starts_with("Math.")) return true;
+  return tree.at(callee).kind == Node::kMember && kMethods.contains(tree.at(callee).text);
+}
+
+bool changes(const scxml::ScriptNode& node) {
+  return node.kind == Node::kAssignment || (node.kind == Node::kUnary && (node.text == "++" || node.text == "--"));
+}
+
+// Names that a script may give another value.
+std::set<std::string> assigned_in(const std::string& script) {
+  static const std::set<std::string_view> kBehind{
+      "=", "+=", "-=", "*=", "/=", "%=", "<<=", ">>=", ">>>=", "&=", "|=", "^=", "++", "--", "in"};
+  static const std::set<std::string_view> kBefore{"++", "--", "function", "delete"};
+  const auto tokens = scxml::script_tokens(script);
+  if (!tokens) return scxml::names_in_script(script);
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < tokens->size(); ++i) {
+    const auto raw = [&](std::size_t at) { return at < tokens->size() ? (*tokens)[at].raw : std::string_view(); };
+    const bool is_assigned = kBehind.contains(raw(i + 1)) || (i > 0 && kBefore.contains(raw(i - 1)));
+    if ((*tokens)[i].kind == scxml::ScriptToken::Kind::kName && is_assigned) names.emplace(raw(i));
+    // (name) = value
+    if ((raw(i) == ")" && raw(i + 1) != "in" && kBehind.contains(raw(i + 1))) ||
+        (raw(i) == "(" && i > 0 && (raw(i - 1) == "++" || raw(i - 1) == "--")))
+      return scxml::names_in_script(script);
+  }
+  return names;
+}
+
+}  // namespace
+
 ReplyFlow::ReplyFlow(const scxml::Chart& chart, std::string service, const ReplyTypes& types, std::set<std::string> far,
-                     const std::string& answer)
-    : chart_(chart), service_(std::move(service)), types_(types), far_(std::move(far)), answer_(answer) {
+                     Answer answer)
+    : chart_(chart), service_(std::move(service)), types_(types), far_(std::move(far)), answer_(std::move(answer)) {
   const scxml::Model& model = chart.model();
   for (const scxml::Expression& expression : model.expressions)
     trees_.push_back(scxml::parse_script_expression(expression.text));
-  for (const scxml::Variable& variable : model.variables)
+  for (const scxml::Variable& variable : model.variables) {
     use(variable.expr, Role::kAssigned, variable.id, std::nullopt);
+    if (variable.expr == scxml::kNoExpression && variable.content) scripted_.insert(variable.id);
+  }
   for (const scxml::StateCode& state : model.state_code) {
     for (const scxml::Block& block : state.onentry) look(block, std::nullopt);
     for (const scxml::Block& block : state.onexit) look(block, std::nullopt);
@@ -44,7 +98,30 @@ ReplyFlow::ReplyFlow(const scxml::Chart& chart, std::string service, const Reply
   for (const scxml::Invoke& invoke : model.invokes) look(invoke);
   for (const ExpressionId script : model.scripts)
     use(script, Role::kDecides, "is looked at in a <script>", std::nullopt);
+  note_changes();
   follow();
+  for (const auto& tree : trees_) {
+    for (std::uint32_t node = 0; tree && node < tree->nodes.size(); ++node) {
+      if (std::string sent = echo(*tree, node); !sent.empty()) echoes_.insert(std::move(sent));
+    }
+  }
+}
+
+// Whatever is assigned by scripts, by functions and inside expressions, or written by the engine.
+void ReplyFlow::note_changes() {
+  const auto& expressions = chart_.model().expressions;
+  for (std::size_t id = 0; id < expressions.size(); ++id) {
+    const auto& tree = trees_[id];
+    const bool is_script = expressions[id].use == scxml::ExpressionUse::kScript;
+    const bool may_change =
+        is_script || !tree || std::any_of(tree->nodes.begin(), tree->nodes.end(), [](const scxml::ScriptNode& node) {
+          return changes(node) || node.kind == Node::kOpaque;
+        });
+    if (!hiding_ && hides_names(scxml::names_in_script(expressions[id].text))) hiding_ = static_cast<ExpressionId>(id);
+    if (may_change) scripted_.merge(assigned_in(expressions[id].text));
+  }
+  if (types_.defaulted == nullptr) return;
+  for (const std::string& argument : *types_.defaulted) scripted_.insert(fmt::format("{}.{}", kArguments, argument));
 }
 
 void ReplyFlow::look(const scxml::Invoke& invoke) {
@@ -52,6 +129,15 @@ void ReplyFlow::look(const scxml::Invoke& invoke) {
     use(expression, Role::kDecides, "decides what is invoked", std::nullopt);
   look(invoke.payload, Role::kDecides, std::nullopt);
   look(invoke.finalize, std::nullopt);
+  // Where an empty <finalize> writes.
+  for (const auto* params : {&invoke.payload.namelist, &invoke.payload.params}) {
+    for (const scxml::Param& param : *params) {
+      if (param.location != scxml::kNoExpression)
+        scripted_.merge(scxml::names_in_script(chart_.model().expressions[param.location].text));
+    }
+  }
+  if (invoke.idlocation != scxml::kNoExpression)
+    scripted_.merge(scxml::names_in_script(chart_.model().expressions[invoke.idlocation].text));
 }
 
 void ReplyFlow::use(ExpressionId expression, Role role, std::string name, const Where& where) {
@@ -59,6 +145,7 @@ void ReplyFlow::use(ExpressionId expression, Role role, std::string name, const 
   if (where && where->empty()) foreign_.insert(expression);
   if (where && trees_[expression]) where_[&*trees_[expression]] = *where;
   if (role == Role::kAssigned && !name.empty()) assigned_[name].push_back(expression);
+  if (role == Role::kArgument) assigned_[fmt::format("{}.{}", kArguments, name)].push_back(expression);
   uses_.push_back({expression, role, std::move(name)});
 }
 
@@ -77,10 +164,13 @@ ReplyFlow::Where ReplyFlow::methods(const std::vector<std::string>& events) cons
   return events.empty() ? Where() : all;
 }
 
-void ReplyFlow::look(const scxml::Payload& payload, Role role, const Where& where) {
+void ReplyFlow::look(const scxml::Payload& payload, Role role, const Where& where, const std::string& call) {
   for (const auto* params : {&payload.namelist, &payload.params}) {
-    for (const scxml::Param& param : *params)
+    for (const scxml::Param& param : *params) {
+      if (param.expr == scxml::kNoExpression) continue;
       use(param.expr, role, role == Role::kDecides ? "is handed on in an event" : param.name, where);
+      uses_.back().call = call;
+    }
   }
   use(payload.content_expr, Role::kDecides, "is handed on as a whole", where);
 }
@@ -89,9 +179,26 @@ void ReplyFlow::look(const scxml::Send& send, const Where& where) {
   for (const ExpressionId expression : {send.event.expr, send.target.expr, send.type.expr})
     use(expression, Role::kDecides, "decides which event is sent", where);
   use(send.delay.expr, Role::kDecides, "decides when an event comes", where);
-  const bool is_answer = !answer_.empty() && send.event.constant == answer_;
-  const Role role = send.type.constant == "thrift" ? Role::kArgument : is_answer ? Role::kGiven : Role::kDecides;
-  look(send.payload, role, where);
+  if (send.idlocation != scxml::kNoExpression)
+    scripted_.merge(scxml::names_in_script(chart_.model().expressions[send.idlocation].text));
+  if (send.type.constant == "thrift") {
+    const bool is_named = !send.target.constant.empty() && !send.event.constant.empty();
+    look(send.payload, Role::kArgument, where,
+         is_named ? send.target.constant + "." + send.event.constant : std::string());
+    return;
+  }
+  if (answer_.event.empty() || send.event.constant != answer_.event) return look(send.payload, Role::kDecides, where);
+  look(send.payload, Role::kGiven, where);
+  for (const auto* params : {&send.payload.namelist, &send.payload.params}) {
+    for (const scxml::Param& param : *params) {
+      if (param.expr == scxml::kNoExpression) continue;
+      if (answer_.status.empty() || param.name == answer_.status)
+        use(param.expr, Role::kDecides, "decides how a tick is answered", where);
+      // A name under which replies are read.
+      if (param.name == "result") use(param.expr, Role::kDecides, "comes back as the result of an answer", where);
+      assigned_[fmt::format("{}{}", kData, param.name)].push_back(param.expr);
+    }
+  }
 }
 
 void ReplyFlow::look(const scxml::Block& block, const Where& where) {
@@ -100,6 +207,9 @@ void ReplyFlow::look(const scxml::Block& block, const Where& where) {
       if (assign->location == scxml::kNoExpression) continue;
       const scxml::Expression& location = chart_.model().expressions[assign->location];
       use(assign->expr, Role::kAssigned, location.slot ? location.text : std::string(), where);
+      if (!location.slot) use(assign->location, Role::kDecides, "has a member changed", where);
+      if (!location.slot || assign->expr == scxml::kNoExpression)
+        scripted_.merge(scxml::names_in_script(location.text));
     } else if (const auto* branches = std::get_if<scxml::If>(&action.what)) {
       for (const scxml::If::Branch& branch : branches->branches) {
         use(branch.condition, Role::kCondition, {}, where);
@@ -115,8 +225,6 @@ void ReplyFlow::look(const scxml::Block& block, const Where& where) {
       use(log->expr, Role::kLogged, {}, where);
     } else if (const auto* script = std::get_if<scxml::Script>(&action.what)) {
       use(script->code, Role::kDecides, "is looked at in a <script>", where);
-      for (const std::string& name : scxml::names_in_script(chart_.model().expressions[script->code].text))
-        scripted_.insert(name);
     } else if (const auto* cancel = std::get_if<scxml::Cancel>(&action.what)) {
       use(cancel->sendid_expr, Role::kDecides, "decides what is cancelled", where);
     } else if (const auto* send = std::get_if<scxml::Send>(&action.what)) {
@@ -131,9 +239,7 @@ void ReplyFlow::follow() {
     is_more = false;
     for (const auto& [variable, expressions] : assigned_) {
       if (of_reply_.contains(variable)) continue;
-      if (!std::any_of(expressions.begin(), expressions.end(), [&](ExpressionId id) {
-            return trees_[id] ? is_of_reply(*trees_[id], trees_[id]->root()) : mentions_reply(id);
-          }))
+      if (std::none_of(expressions.begin(), expressions.end(), [&](ExpressionId id) { return is_of_reply(id); }))
         continue;
       of_reply_.insert(variable);
       is_more = true;
@@ -145,6 +251,22 @@ const std::vector<ExpressionId>& ReplyFlow::assigned(const std::string& variable
   static const std::vector<ExpressionId> kNone;
   const auto found = assigned_.find(variable);
   return found == assigned_.end() ? kNone : found->second;
+}
+
+bool ReplyFlow::is_of_reply(ExpressionId expression) const {
+  const auto& tree = trees_[expression];
+  return tree ? is_of_reply(*tree, tree->root()) : mentions_reply(expression);
+}
+
+std::string ReplyFlow::echo(const ScriptTree& tree, std::uint32_t node) const {
+  if (tree.at(node).kind != Node::kMember) return {};
+  std::string path = tree.path(node);
+  return path.starts_with(kData) && path != "_event.data.result" && assigned_.contains(path) ? path : std::string();
+}
+
+bool ReplyFlow::is_any_sent() const {
+  return std::any_of(of_reply_.begin(), of_reply_.end(),
+                     [](const std::string& variable) { return variable.starts_with(kData); });
 }
 
 bool ReplyFlow::is_foreign(const ScriptTree& tree) const {
@@ -168,12 +290,26 @@ bool ReplyFlow::is_of_reply(const ScriptTree& tree, std::uint32_t id) const {
       const std::string variable = path.substr(0, path.find('.'));
       return far_.contains(variable) || (of_reply_.contains(variable) && !is_truth_value(tree, id));
     }
-    if (is_foreign(tree)) return false;
-    return path == "_event" || path == "_event.data" || (is_direct(tree, id) && !is_truth_value(tree, id)) ||
-           (path.starts_with("_event.data.") && far_.contains(path.substr(12, path.find('.', 12) - 12)));
+    return is_event_of_reply(tree, id, path);
   }
   return std::any_of(node.operands.begin(), node.operands.end(),
                      [&](std::uint32_t operand) { return is_of_reply(tree, operand); });
+}
+
+bool ReplyFlow::is_event_of_reply(const ScriptTree& tree, std::uint32_t id, const std::string& path) const {
+  static const std::set<std::string> kFacts{"_event.name",   "_event.type",       "_event.sendid",
+                                            "_event.origin", "_event.origintype", "_event.invokeid"};
+  if (path == kArguments) return is_any_sent();
+  if (path.starts_with(kData)) {
+    if (far_.contains(path.substr(kData.size(), path.find('.', kData.size()) - kData.size()))) return true;
+    for (std::size_t end = path.size(); end > kData.size() && end != std::string::npos;
+         end = path.rfind('.', end - 1)) {
+      if (of_reply_.contains(path.substr(0, end))) return true;
+    }
+    return is_direct(tree, id) && !is_truth_value(tree, id);
+  }
+  if (path != "_event" && path != "_event.data") return !kFacts.contains(path.substr(0, path.find('.', 7)));
+  return !is_foreign(tree) || is_any_sent() || !far_.empty();
 }
 
 // A member that is one wherever it is: both values are tried, and so all that can be made of it.
@@ -199,7 +335,7 @@ std::set<idl::Kind> ReplyFlow::kinds_of_member(const ScriptTree& tree, std::uint
 
 bool ReplyFlow::mentions_reply(ExpressionId expression) const {
   const std::set<std::string> names = scxml::names_in_script(chart_.model().expressions[expression].text);
-  if (names.contains("_event") && names.contains("data") && !foreign_.contains(expression)) return true;
+  if (names.contains("_event") && (!foreign_.contains(expression) || is_any_sent() || !far_.empty())) return true;
   return std::any_of(names.begin(), names.end(),
                      [&](const std::string& name) { return of_reply_.contains(name) || far_.contains(name); });
 }
@@ -211,10 +347,11 @@ void ReplyFlow::visit_plain(const ScriptTree& tree, std::uint32_t id, std::set<s
   if (node.kind == Node::kConditional) {
     visit_plain(tree, node.operands[1], seen, visit);
     visit_plain(tree, node.operands[2], seen, visit);
-  } else if (node.kind == Node::kName) {
-    if (!seen.insert(node.text).second) return;
+  } else if (const std::string sent = echo(tree, id); node.kind == Node::kName || !sent.empty()) {
+    const std::string& variable = sent.empty() ? node.text : sent;
+    if (!seen.insert(variable).second) return;
     if (far_.contains(node.text)) visit(tree, id);
-    for (const ExpressionId expression : assigned(node.text)) {
+    for (const ExpressionId expression : assigned(variable)) {
       if (trees_[expression]) visit_plain(*trees_[expression], trees_[expression]->root(), seen, visit);
     }
   } else {
@@ -241,6 +378,8 @@ std::size_t ReplyFlow::held(const std::string& source) const {
   const std::size_t inside = found == types_.places.end() ? 1 : found->second;
   std::size_t sum = 0;
   for (const std::string& variable : of_reply_) {
+    // What comes back counts where somebody looks at it.
+    if (variable.starts_with(kData) && !echoes_.contains(variable)) continue;
     std::size_t most = 0;
     for (const ExpressionId one : assigned(variable)) {
       if (!trees_[one]) continue;
@@ -290,9 +429,11 @@ bool ReplyFlow::is_of_text(const ScriptTree& tree, std::uint32_t id) const {
 bool ReplyFlow::is_of_text(const ScriptTree& tree, std::uint32_t id, std::set<std::string>& seen) const {
   const scxml::ScriptNode& node = tree.at(id);
   if (!is_of_reply(tree, id)) return false;
-  if (node.kind == Node::kMember && kinds_of_member(tree, id).contains(idl::Kind::kString)) return true;
-  if (node.kind == Node::kName && seen.insert(node.text).second) {
-    const auto& all = assigned(node.text);
+  const std::string sent = echo(tree, id);
+  if (sent.empty() && node.kind == Node::kMember && kinds_of_member(tree, id).contains(idl::Kind::kString)) return true;
+  if (const std::string& variable = sent.empty() ? node.text : sent;
+      (node.kind == Node::kName || !sent.empty()) && seen.insert(variable).second) {
+    const auto& all = assigned(variable);
     return std::any_of(all.begin(), all.end(), [&](ExpressionId one) {
       return trees_[one] && is_of_text(*trees_[one], trees_[one]->root(), seen);
     });
@@ -324,9 +465,15 @@ bool ReplyFlow::is_plain(const ScriptTree& tree, std::uint32_t id) const {
 std::set<std::string> ReplyFlow::given() const {
   std::set<std::string> all;
   for (const Use& use : uses_) {
-    if (use.role != Role::kGiven) continue;
-    const auto& tree = trees_[use.expression];
-    if (tree ? is_of_reply(*tree, tree->root()) : mentions_reply(use.expression)) all.insert(use.name);
+    if (use.role == Role::kGiven && is_of_reply(use.expression)) all.insert(use.name);
+  }
+  return all;
+}
+
+std::set<std::pair<std::string, std::string>> ReplyFlow::passed() const {
+  std::set<std::pair<std::string, std::string>> all;
+  for (const Use& use : uses_) {
+    if (use.role == Role::kArgument && is_of_reply(use.expression)) all.emplace(use.call, use.name);
   }
   return all;
 }
@@ -337,11 +484,32 @@ namespace {
 class Parts {
  public:
   Parts(const ReplyFlow& flow, const ReplyFlow::Use& use, const ScriptTree& tree)
-      : flow_(flow), use_(use), tree_(tree) {}
+      : flow_(flow), use_(use), tree_(tree) {
+    const auto add = [&](std::uint32_t node) { looked_into_.insert(node); };
+    for (const scxml::ScriptNode& node : tree.nodes) {
+      const bool is_test = node.text == "&&" || node.text == "!" || node.text == "typeof";
+      if (node.kind == Node::kMember || node.kind == Node::kConditional ||
+          ((node.kind == Node::kBinary || node.kind == Node::kUnary) && is_test))
+        add(node.operands[0]);
+      if (node.kind == Node::kBinary && is_comparison(node.text)) {
+        if (tree.at(node.operands[1]).kind == Node::kNothing) add(node.operands[0]);
+        if (tree.at(node.operands[0]).kind == Node::kNothing) add(node.operands[1]);
+      }
+    }
+  }
 
   /// Why what is made of a reply is not understood; empty: it is.
   std::string operator()() {
     for (std::uint32_t node = 0; node < tree_.nodes.size() && why_.empty(); ++node) look(node);
+    return why_;
+  }
+  /// The same of what nobody looks at: it may yet be kept by the way.
+  std::string kept() {
+    for (std::uint32_t id = 0; id < tree_.nodes.size() && why_.empty(); ++id) {
+      const scxml::ScriptNode& node = tree_.at(id);
+      if (changes(node) || node.kind == Node::kOpaque || (node.kind == Node::kCall && !only_looks(tree_, node)))
+        look(id);
+    }
     return why_;
   }
 
@@ -359,6 +527,9 @@ class Parts {
     };
     switch (node.kind) {
       case Node::kMember: return member(id);
+      case Node::kName:
+        if (node.text == "_event" && is_of_reply(id)) whole(id);
+        return;
       case Node::kIndex:
         if (is_of_reply(node.operands[1])) why_ = "chooses by an index";
         if (is_of_reply(node.operands[0])) why_ = "is looked into by an index";
@@ -387,6 +558,13 @@ class Parts {
   void member(std::uint32_t id) {
     const scxml::ScriptNode& node = tree_.at(id);
     if (!is_of_reply(id)) return;
+    const std::string path = tree_.path(id);
+    if (!flow_.echo(tree_, id).empty()) return;
+    if (path == kArguments || path == "_event.data") return whole(id);
+    if (!flow_.echo(tree_, node.operands[0]).empty()) {
+      why_ = "is looked into where it comes back as an argument";
+      return;
+    }
     const auto kinds = flow_.kinds(tree_, node.operands[0]);
     const bool is_struct = kinds.empty() || kinds.contains(idl::Kind::kStruct);
     if (tree_.path(id).empty()) {
@@ -395,6 +573,11 @@ class Parts {
                !(is_struct && flow_.types().fields->contains(node.text)) && !flow_.is_far(tree_, id)) {
       why_ = fmt::format("has its {} looked at", node.text);
     }
+  }
+
+  // All that an event holds, with what was sent and comes back in it.
+  void whole(std::uint32_t id) {
+    if (flow_.is_sent() && !looked_into_.contains(id)) why_ = "is kept among all that its event holds";
   }
 
   void call(const scxml::ScriptNode& node) {
@@ -457,6 +640,7 @@ class Parts {
   const ReplyFlow& flow_;
   const ReplyFlow::Use& use_;
   const ScriptTree& tree_;
+  std::set<std::uint32_t> looked_into_;  // parts of which only a member goes on, or whether they are there
   std::string why_;
 };
 
@@ -464,8 +648,8 @@ class Parts {
 
 std::optional<UnknownUse> unknown_use(const ReplyFlow& flow, const LookedAt& looked_at) {
   using Role = ReplyFlow::Role;
+  if (flow.hiding()) return UnknownUse{*flow.hiding(), "may be looked at by way of eval, this or the like"};
   for (const ReplyFlow::Use& use : flow.uses()) {
-    if (use.role == Role::kLogged && !looked_at.logs) continue;
     const auto& tree = flow.tree(use.expression);
     const auto unknown = [&](std::string why) { return UnknownUse{use.expression, std::move(why)}; };
     if (!tree) {
@@ -473,16 +657,29 @@ std::optional<UnknownUse> unknown_use(const ReplyFlow& flow, const LookedAt& loo
         return unknown(use.role == Role::kDecides ? use.name : "is in an expression that cannot be read");
       continue;
     }
-    if (std::string why = Parts(flow, use, *tree)(); !why.empty()) return unknown(std::move(why));
+    Parts parts(flow, use, *tree);
+    const bool is_unseen = use.role == Role::kLogged && !looked_at.logs;
+    if (std::string why = is_unseen ? parts.kept() : parts(); !why.empty()) return unknown(std::move(why));
+    if (is_unseen) continue;
     if (!flow.is_of_reply(*tree, tree->root())) continue;
     if (use.role == Role::kDecides) return unknown(use.name);
     if (use.role == Role::kAssigned && use.name.empty()) return unknown("is kept in a member of a variable");
     if (use.role == Role::kLogged) return unknown("is logged, and a monitor looks at that");
     if (use.role == Role::kGiven && looked_at.outputs.contains(use.name))
       return unknown(fmt::format("is given as the output {}, which a monitor looks at", use.name));
-    if (use.role == Role::kArgument && looked_at.arguments.contains(use.name))
+    if (use.role != Role::kArgument) continue;
+    if (looked_at.arguments.contains(use.name))
       return unknown(
           fmt::format("is handed on as the argument {} of a call, which a monitor or a model looks at", use.name));
+    if (looked_at.published.contains(use.name) && (use.call.empty() || looked_at.topics.contains(use.call)))
+      return unknown(fmt::format("is published as {}, which a model looks at", use.name));
+    if (const auto compared = looked_at.handed_back.find(use.name);
+        compared != looked_at.handed_back.end() &&
+        (!flow.is_plain(*tree, tree->root()) || flow.sources(*tree, tree->root()) != compared->second))
+      return unknown(
+          fmt::format("is handed on as the argument {} of a call, which a monitor compares with another "
+                      "reply",
+                      use.name));
   }
   return std::nullopt;
 }

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "sentree/project/plan.h"
 #include "sentree/verify/detail/reply_flow.h"
@@ -22,12 +23,14 @@ class MissionFlow {
 
   /// By leaf, of those to which a reply comes.
   [[nodiscard]] const std::map<std::size_t, ReplyFlow>& flows() const { return flows_; }
-  /// A node of the tree that makes something of what a reply has left on the blackboard: verify.any-reply.
-  [[nodiscard]] std::optional<Diagnostic> trouble() const;
+  /// A node of the tree that makes something of what a reply has left on the blackboard, or a port of that kind that
+  /// somebody looks at: verify.any-reply.
+  [[nodiscard]] std::optional<Diagnostic> trouble(const LookedAt& looked_at) const;
 
  private:
   [[nodiscard]] std::string mentioned(std::string_view text) const;
   [[nodiscard]] Diagnostic told(bt::NodeId node, const std::string& entry) const;
+  [[nodiscard]] std::set<std::string> far_inputs(const project::LeafPlan& leaf) const;
   void follow(std::size_t leaf);
   void follow(bt::NodeId node);
   void add(const std::string& entry);
@@ -37,8 +40,9 @@ class MissionFlow {
   const ReplyTypes& types_;
   std::set<std::size_t> callers_;
   std::map<std::size_t, ReplyFlow> flows_;
-  std::map<std::size_t, std::set<std::string>> far_;  // ports, by leaf
-  std::set<std::string> entries_;                     // of all blackboards alike
+  std::map<std::size_t, std::set<std::string>> far_;      // ports and arguments of topics, by leaf
+  std::set<std::string> entries_;                         // of all blackboards alike
+  std::set<std::pair<std::string, std::string>> passed_;  // arguments, as `ReplyFlow` has them
 };
 
 }  // namespace sentree::verify
