@@ -41,7 +41,7 @@ struct ProjectFindings {
 };
 using KnownProjects = std::map<std::filesystem::path, ProjectFindings>;
 
-std::filesystem::path place(const std::filesystem::path& file) {
+std::filesystem::path whole_path(const std::filesystem::path& file) {
   std::error_code error;
   return std::filesystem::weakly_canonical(file, error);
 }
@@ -56,14 +56,14 @@ std::optional<Diagnostics> check_in_project(const std::filesystem::path& chart, 
   if (is_new) {
     const text::ReadLog log;
     found.all = project::check_project(folder);
-    for (const text::ReadFile& file : log.files()) found.files.insert(place(file.path));
+    for (const text::ReadFile& file : log.files()) found.files.insert(whole_path(file.path));
   }
-  const std::filesystem::path wanted = place(chart);
+  const std::filesystem::path wanted = whole_path(chart);
   if (!found.files.contains(wanted)) return std::nullopt;
   Diagnostics own;
   bool others = false;
   for (Diagnostic diagnostic : found.all) {
-    if (place(diagnostic.span.file) == wanted) {
+    if (whole_path(diagnostic.span.file) == wanted) {
       diagnostic.span.file = chart.string();
       own.push_back(std::move(diagnostic));
     } else {
@@ -198,7 +198,7 @@ Diagnostics check_all(const CheckCommand& command) {
         findings.add(check_one(project.string()));
         has_projects = true;
       }
-      for (const text::ReadFile& file : log.files()) read.insert(place(file.path));
+      for (const text::ReadFile& file : log.files()) read.insert(whole_path(file.path));
     }
     if (ending == ".xml" || ending == ".scxml" || !is_project(name) || (source && is_xml_source(*source)))
       trees_and_charts.push_back(name);
@@ -214,7 +214,7 @@ Diagnostics check_all(const CheckCommand& command) {
   KnownProjects projects;
   findings.add(problems);
   for (const GivenFile& file : files) {
-    if (!file.named && !read.empty() && read.contains(place(file.path))) continue;
+    if (!file.named && !read.empty() && read.contains(whole_path(file.path))) continue;
     const auto source = text::read_file(file.path);
     const std::string kind = source ? document_kind(*source) : "";
     if (kind == "chart" || (kind.empty() && file.path.extension() == ".scxml"))

@@ -24,12 +24,12 @@ class Server::Impl {
         tls_(std::move(tls)) {}
 
   Result<void> run(Listener listener) {
-    auto acceptor = Acceptor::start(
-        std::move(listener), [this](Visitor& visitor) { attend(visitor); },
-        {.connections_max = options_.connections_max,
-         .idle_before_eviction = options_.idle_before_eviction,
-         .newcomers_max = tls_ == nullptr ? 0 : std::max<std::size_t>(options_.connections_max / 2, 1),
-         .on_refused = [this] { refuse(); }});
+    auto acceptor =
+        Acceptor::start(std::move(listener), [this](Visitor& visitor) { attend(visitor); },
+                        {.connections_max = options_.connections_max,
+                         .idle_before_eviction = options_.idle_before_eviction,
+                         .newcomers_max = tls_ == nullptr ? 0 : std::max<std::size_t>(options_.connections_max / 2, 1),
+                         .on_refused = [this] { refuse(); }});
     if (!acceptor) return tl::unexpected(std::move(acceptor.error()));
     acceptor_ = std::move(*acceptor);
     return {};

@@ -608,7 +608,7 @@ Given given_of(const project::Plan& plan, const project::LeafPlan& leaf) {
 }
 
 // What there is to be looked at, by name.
-LookedAt all_of(const project::Plan& plan) {
+LookedAt all_looked_at(const project::Plan& plan) {
   LookedAt all;
   for (const auto& [name, of] : plan.services) {
     for (const idl::Method* method : of.service->methods) {
@@ -829,7 +829,7 @@ MissionDistinctions::MissionDistinctions(const project::Plan& plan) {
       }
     }
   }
-  const LookedAt there = all_of(plan);
+  const LookedAt there = all_looked_at(plan);
   for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
     if (!plan.leaves[leaf].chart) continue;
     std::size_t place = 0;
