@@ -312,7 +312,7 @@ TEST(Scenario, InVirtualTimeIsToldWhatIsElsewhere) {
 TEST(Scenario, ThatExpectsNothingIsPointedOut) {
   const Folder folder;
   EXPECT_THAT(said_of(folder, "tcp://127.0.0.1:1", "clock: real\n"),
-              ElementsAre("scenarios/s.yaml:1:1: warning: the scenario expects nothing, so that no test of it fails; "
+              ElementsAre("scenarios/s.yaml:1:1: note: the scenario expects nothing, so that no test of it fails; "
                           "write expect: {mission: SUCCESS}, or verdicts of monitors"));
 }
 
