@@ -450,19 +450,6 @@ sim::Pose2 random_pose(const sim::World& world, const std::string& area, Rng& rn
   constexpr int kTriesMax = 10'000;
   const auto found =
       std::find_if(world.areas.begin(), world.areas.end(), [&](const auto& a) { return a.name == area; });
-  return of_unbounded(from, [&](const auto& distribution, double lowest) {
-    const double low = from.min ? cdf(distribution, std::max(*from.min, lowest)) : 0.0;
-    const double high = from.max ? (*from.max <= lowest ? 0.0 : cdf(distribution, *from.max)) : 1.0;
-    double value = 0;
-    if (high - low < kFarOut) {
-      const CutOff off = cut_off(from, distribution, lowest);
-      const double at = std::max(off.at_min + rank * (off.at_max - off.at_min), std::numeric_limits<double>::min());
-      value = off.is_above ? quantile(complement(distribution, at)) : quantile(distribution, at);
-    } else {
-      value = quantile(distribution, std::clamp(low + rank * (high - low), 1e-15, 1.0 - 1e-15));
-    }
-    return std::clamp(value, from.min.value_or(-infinity()), from.max.value_or(infinity()));
-  });
   const sim::CostGrid& costs = world.robots.front().costs;
   for (int i = 0; i < kTriesMax; ++i) {
     sim::Vec2 point = world.map.from_grid({rng.uniform() * world.map.width(), rng.uniform() * world.map.height()});
