@@ -193,7 +193,7 @@ void note_rank(const Rank& rank, const fs::path& folder, bool has_ended) {
 std::vector<fs::path> await_ranks(const Rank& rank, const fs::path& folder) {
   // On another machine only its files tell of a rank: one that has written nothing for so long is given up.
   constexpr std::chrono::minutes kSilenceMax{10};
-  constexpr std::chrono::milliseconds kLook{100};
+  constexpr std::chrono::milliseconds kLookAgain{100};
   std::vector<fs::path> folders;
   for (std::uint64_t i = 0; i < rank.count; ++i) {
     const fs::path of = rank_folder(folder, i, rank.count);
@@ -229,7 +229,7 @@ std::vector<fs::path> await_ranks(const Rank& rank, const fs::path& folder) {
                         i + 1, rank.count, kSilenceMax.count()));
         break;
       }
-      std::this_thread::sleep_for(kLook);
+      std::this_thread::sleep_for(kLookAgain);
     }
     std::error_code error;
     if (fs::exists(of / campaign::kTableName, error)) folders.push_back(of);
