@@ -333,6 +333,7 @@ def tree_of_nav2():
     with open("nav2_tree/sentree.yaml", "w") as out:
         out.write(yaml + "monitors:\n  - {file: requirements/recovery.req}\n")
     os.remove("nav2_tree/scenarios/shut.yaml")
+    os.remove("nav2_tree/requirements/robot.req")
     for name in ("free", "blocked"):
         # What a timeline does to the simulator, the test does to the robot.
         with open("nav2_tree/scenarios/%s.yaml" % name) as file:

@@ -13,7 +13,6 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/requirement_file.h"
 #include "sentree/cli/tree_files.h"
-#include "sentree/project/expectations.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/plan.h"
 #include "sentree/scxml/chart.h"
@@ -130,7 +129,6 @@ Diagnostics check_scenario(const std::filesystem::path& path) {
   auto scenario = project::load_scenario(path);
   Diagnostics all = std::move(scenario.diagnostics);
   if (!scenario.ok()) return all;
-  project::check_expectations(*scenario.value, all);
   add_new(all, project::prepare(std::move(*scenario.value)).diagnostics);
   return all;
 }

@@ -272,7 +272,7 @@ TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
   EXPECT_THAT(all,
               HasSubstr("sentree.yaml: warning: requirements/speed.req is watched by nobody; name it under monitors: "
                         "- {file: requirements/speed.req}"));
-  EXPECT_THAT(all, HasSubstr("speed.req:1:17: the project has no service \"batery\""));
+  EXPECT_THAT(all, HasSubstr("speed.req:1:17: warning: the project has no service \"batery\""));
   EXPECT_THAT(all, HasSubstr("warning: monitors/other.scxml is watched by nobody"));
   EXPECT_THAT(all, HasSubstr("note: skills/Unused.scxml is run by nobody: the mission has no leaf \"Unused\""));
   EXPECT_THAT(all, HasSubstr("warning: scenarios/other.yml is no scenario by its name, so it is not run; call it "

@@ -68,7 +68,7 @@ void forget_named_elsewhere(const Project& project, std::vector<Unnamed>& files)
   }
 }
 
-// What is wrong with requirements that nobody watches, in this project.
+// What would be wrong with requirements that nobody watches, in this project. No errors: nothing rests on them.
 void check_requirements(const Project& project, const fs::path& file, std::optional<Loaded<monitor::Vocabulary>>& known,
                         Diagnostics& diagnostics) {
   const auto source =
@@ -124,7 +124,13 @@ void check_unnamed(const Project& project, Diagnostics& diagnostics) {
     }
     diagnostics.push_back({name.starts_with("skills/") ? Severity::kNote : Severity::kWarning, "check.unnamed",
                            std::move(message), SourceSpan{project.file}});
-    if (one.file.extension() == ".req") check_requirements(project, one.file, vocabulary, diagnostics);
+    if (one.file.extension() != ".req") continue;
+    Diagnostics found;
+    check_requirements(project, one.file, vocabulary, found);
+    for (Diagnostic& each : found) {
+      if (each.severity == Severity::kError) each.severity = Severity::kWarning;
+      diagnostics.push_back(std::move(each));
+    }
   }
 }
 

@@ -263,8 +263,9 @@ class Reader {
 
   static ExpressionType list() { return of(DataType{.kind = TypeKind::kOther, .name = "list"}); }
   static bool is_list(const DataType& type) {
+    const bool is_array = type.name.ends_with(']') && !type.items.empty();  // of ROS
     return type.kind == TypeKind::kOther &&
-           (type.name == "list" || type.name.starts_with("list<") || type.name.starts_with("set<"));
+           (type.name == "list" || type.name.starts_with("list<") || type.name.starts_with("set<") || is_array);
   }
 
   // ECMAScript 5.1, 15.4.4, and what the engine has of later editions.

@@ -24,7 +24,6 @@
 #include "sentree/project/detail/checks.h"
 #include "sentree/project/detail/part_cache.h"
 #include "sentree/project/detail/skill_protocol.h"
-#include "sentree/project/expectations.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/requirements.h"
@@ -701,9 +700,6 @@ Diagnostics check_project(const Loaded<Project>& project, PartCache& cache) {
     auto scenario = load_scenario(file, &*project.value);
     add_new(scenario.diagnostics);
     if (!scenario.ok()) continue;
-    Diagnostics expectations;
-    check_expectations(*scenario.value, expectations);
-    add_new(expectations);
     add_new(prepare(std::move(*scenario.value), cache).diagnostics);
   }
   return all;

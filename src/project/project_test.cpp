@@ -309,13 +309,6 @@ TEST(Scenario, InVirtualTimeIsToldWhatIsElsewhere) {
       << "what is no address is told once";
 }
 
-TEST(Scenario, ThatExpectsNothingIsPointedOut) {
-  const Folder folder;
-  EXPECT_THAT(said_of(folder, "tcp://127.0.0.1:1", "clock: real\n"),
-              ElementsAre("scenarios/s.yaml:1:1: note: the scenario expects nothing, so that no test of it fails; "
-                          "write expect: {mission: SUCCESS}, or verdicts of monitors"));
-}
-
 TEST(Scenario, MakesUnreachableWhatIsThere) {
   const Folder folder;
   const auto told = [&](const std::string& call) {

@@ -28,7 +28,9 @@ bool Visitor::arrive() {
 }
 
 Acceptor::Acceptor(Listener listener, Attend attend, Options options)
-    : listener_(std::make_unique<Listener>(std::move(listener))), attend_(std::move(attend)), options_(options) {}
+    : listener_(std::make_unique<Listener>(std::move(listener))),
+      attend_(std::move(attend)),
+      options_(std::move(options)) {}
 
 Acceptor::~Acceptor() {
   stop();
@@ -38,7 +40,7 @@ Acceptor::~Acceptor() {
 }
 
 Result<std::unique_ptr<Acceptor>> Acceptor::start(Listener listener, Attend attend, Options options) {
-  std::unique_ptr<Acceptor> out(new Acceptor(std::move(listener), std::move(attend), options));
+  std::unique_ptr<Acceptor> out(new Acceptor(std::move(listener), std::move(attend), std::move(options)));
   if (::pipe2(out->wake_, O_CLOEXEC | O_NONBLOCK) != 0) return fail("rpc.address", "no descriptor left for a server");
   try {
     out->thread_ = std::thread([acceptor = out.get()] { acceptor->accept_all(); });

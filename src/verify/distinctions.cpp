@@ -908,16 +908,14 @@ Distinctions MissionDistinctions::of(const std::string& service, std::vector<con
   for (const MadeEvent& event : common_->made_events) {
     if (!uses.trouble) uses.trouble = made_of_reply(event, service, interface);
   }
-  LookedAt by_others;
-  const auto served = common_->served.find(service);
-  if (served != common_->served.end()) {
+  LookedAt looked_at = common_->by_all;
+  if (const auto served = common_->served.find(service); served != common_->served.end()) {
     // What is handed back to the service itself means what it said.
-    by_others = common_->looked_at;
+    looked_at = common_->looked_at;
     for (std::size_t model = 0; model < plan.models.size(); ++model) {
-      if (model != served->second) add(common_->by_models[model], by_others);
+      if (model != served->second) add(common_->by_models[model], looked_at);
     }
   }
-  LookedAt looked_at = served != common_->served.end() ? std::move(by_others) : common_->by_all;
   std::vector<Sent> sent = common_->sent_to_any;
   if (const auto to_it = common_->sent.find(service); to_it != common_->sent.end())
     sent.insert(sent.end(), to_it->second.begin(), to_it->second.end());

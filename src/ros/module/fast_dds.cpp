@@ -559,7 +559,8 @@ bool look_for_peers(const ParticipantOptions& options, rtps::BuiltinAttributes& 
   };
   if (options.localhost) {
     look_at("127.0.0.1", 0);
-    builtin.metatrafficUnicastLocatorList.push_back(rtps::Locator_t());  // else it would listen to multicast
+    // On all interfaces it would listen to multicast too, if it did not listen to something of its own.
+    if (!options.peers.empty()) builtin.metatrafficUnicastLocatorList.push_back(rtps::Locator_t());
   } else {
     look_at("239.255.0.1", rtps::PortParameters().getMulticastPort(options.domain));
   }

@@ -60,7 +60,8 @@ test("a new leaf without its port is marked until it has one", async () => {
   await page.getByLabel(/^destination/).fill("kitchen");
   await page.keyboard.press("Enter");
   await page.locator('[data-name="GoToLocation"][data-errors="0"]').waitFor();
-  await page.getByTestId("problems").getByText("✓ no problems").waitFor();
+  // Two actions under a ReactiveFallback start anew by turns, which stays a warning.
+  await page.getByTestId("problems").getByText("! 1 warning").waitFor();
   await close();
   await program.stop();
 });
