@@ -60,9 +60,10 @@ bool is_installed(std::string_view path) {
   return slash == path.rfind('/') && !path.substr(slash + 1).starts_with("test_");
 }
 
-// Also what tests share, which stands in detail/.
+// Also what tests share, which stands in detail/. The command `test` is none.
 bool is_of_tests(std::string_view path) {
-  return path.ends_with("_test.cpp") || path.find("/detail/test_") != std::string_view::npos;
+  return (path.ends_with("_test.cpp") && !path.ends_with("/cmd_test.cpp")) ||
+         path.find("/detail/test_") != std::string_view::npos;
 }
 
 class Checker {
