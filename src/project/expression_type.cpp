@@ -92,7 +92,7 @@ class Reader {
 
   [[nodiscard]] const ScriptNode& at(std::uint32_t id) const { return tree_.at(id); }
   [[nodiscard]] std::string name_of(std::uint32_t id) const {
-    const std::string path = tree_.path(id);
+    std::string path = tree_.path(id);
     if (!path.empty()) return path;
     const ScriptNode& n = at(id);
     if (n.kind == Node::kMember) return fmt::format("{}.{}", name_of(n.operands[0]), n.text);

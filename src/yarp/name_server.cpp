@@ -11,6 +11,7 @@
 #include "sentree/rpc/acceptor.h"
 #include "sentree/yarp/detail/bottle.h"
 #include "sentree/yarp/detail/inbox.h"
+#include "sentree/yarp/detail/listen.h"
 #include "sentree/yarp/detail/port.h"
 
 namespace sentree::yarp {
