@@ -72,6 +72,17 @@ bool check_call(const scxml::Chart& chart, const scxml::SendInfo& send,
   return true;
 }
 
+// Of charts that are invoked.
+void check_calls(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services, const Project& project,
+                 Diagnostics& diagnostics) {
+  for (const scxml::SendInfo& send : chart.sends()) {
+    if (send.type == "thrift") check_call(chart, send, services, project, diagnostics);
+  }
+  for (const scxml::Invoke& invoke : chart.model().invokes) {
+    if (invoke.child) check_calls(*invoke.child, services, project, diagnostics);
+  }
+}
+
 // "battery.getBatteryState.reply" handled, but nothing of that name can ever arrive.
 void check_handled(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services,
                    const std::set<std::string>& called, const std::set<std::string>& topics, Diagnostics& diagnostics) {
@@ -163,16 +174,6 @@ void check_outcomes(const scxml::Chart& chart, Diagnostics& diagnostics) {
         fmt::format("top-level <final id=\"{}\"> is no outcome of a skill; use success, failure or halted{}", state.id,
                     did_you_mean(state.id, kOutcomes)),
         chart.span(state.place));
-  }
-}
-
-void check_calls(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services, const Project& project,
-                 Diagnostics& diagnostics) {
-  for (const scxml::SendInfo& send : chart.sends()) {
-    if (send.type == "thrift") check_call(chart, send, services, project, diagnostics);
-  }
-  for (const scxml::Invoke& invoke : chart.model().invokes) {
-    if (invoke.child) check_calls(*invoke.child, services, project, diagnostics);
   }
 }
 

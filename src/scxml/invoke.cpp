@@ -16,13 +16,13 @@ bool is_scxml_type(std::string_view type) {
 
 }  // namespace
 
-Session* Interpreter::find_session(Session& root, std::string_view id) {
-  if (root.id() == id) return &root;
-  for (Invocation& invocation : root.invocations_) {
+Interpreter::Relative Interpreter::find_invoked(Session& session, std::string_view id) {
+  for (Invocation& invocation : session.invocations_) {
     if (!invocation.child) continue;
-    if (Session* found = find_session(*invocation.child, id)) return found;
+    if (invocation.child->id() == id) return {invocation.child.get(), &invocation.child.chart(), &session};
+    if (const Relative found = find_invoked(*invocation.child, id); found.session != nullptr) return found;
   }
-  return nullptr;
+  return {};
 }
 
 void Interpreter::invoke_entered_states() {

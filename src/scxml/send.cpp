@@ -173,7 +173,8 @@ void Interpreter::dispatch(Timer&& timer) {
   }
   if (target.starts_with(kSessionTarget)) {
     const std::string_view id = std::string_view(target).substr(kSessionTarget.size());
-    if (Session* session = find_session(run_.root, id)) return send_to_session(*session, std::move(event));
+    Session* const session = run_.root.id() == id ? &run_.root : find_invoked(run_.root, id).session;
+    if (session != nullptr) return send_to_session(*session, std::move(event));
     if (run_.host.knows_session && run_.host.knows_session(id)) {
       timer.event = std::move(event);
       timer.type = kScxmlProcessor;

@@ -48,14 +48,9 @@ struct SessionAccess {
     Interpreter::run_family(run, chart, session, nullptr);
   }
 
-  // A session of the family, with its chart and parent.
-  struct Owner {
-    Session* session = nullptr;
-    const Chart* chart = nullptr;
-    Session* parent = nullptr;
-  };
   // The one whose timer is due first, at `now` at the latest.
-  static void find_due(Session& session, const Chart& chart, Session* parent, TimePoint now, Owner& best) {
+  static void find_due(Session& session, const Chart& chart, Session* parent, TimePoint now,
+                       Interpreter::Relative& best) {
     if (session.running() && !session.timers_->empty() && session.timers_->front().due <= now &&
         (!best.session || session.timers_->front().due < best.session->timers_->front().due)) {
       best = {&session, &chart, parent};
@@ -63,15 +58,6 @@ struct SessionAccess {
     for (Invocation& invocation : session.invocations_) {
       if (invocation.child) find_due(*invocation.child, invocation.child.chart(), &session, now, best);
     }
-  }
-  // Below `session`; none, if it has gone.
-  static Owner find(Session& session, std::string_view id) {
-    for (Invocation& invocation : session.invocations_) {
-      if (!invocation.child) continue;
-      if (invocation.child->id() == id) return {invocation.child.get(), &invocation.child.chart(), &session};
-      if (const Owner found = find(*invocation.child, id); found.session != nullptr) return found;
-    }
-    return {};
   }
   static Timer take_timer(Session& session) { return session.timers_.edit().pop(); }
 };
@@ -107,7 +93,7 @@ StepInfo step(const Chart& chart, Session& session, const Event& event, TimePoin
   };
   if (event.session.empty()) {
     deliver(chart, session, nullptr, event);
-  } else if (const auto child = SessionAccess::find(session, session.id() + "." + event.session);
+  } else if (const auto child = Interpreter::find_invoked(session, session.id() + "." + event.session);
              child.session != nullptr && child.session->running()) {
     Event what = event;
     what.session.clear();
@@ -126,7 +112,7 @@ StepInfo step_timers(const Chart& chart, Session& session, TimePoint now, Effect
   Run run{session, now, effects, host, {}};
   if (SessionAccess::ready(chart, session)) SessionAccess::settle(run, chart, session);
   while (SessionAccess::ready(chart, session) && !(run.sent && host.yield_after_send)) {
-    SessionAccess::Owner owner;
+    Interpreter::Relative owner;
     SessionAccess::find_due(session, chart, nullptr, now, owner);
     if (!owner.session) break;
     {

@@ -84,7 +84,14 @@ class Interpreter {
 
   /// Runs the children of `session`, and itself, until no external event waits. False: a bound was exceeded.
   static bool run_family(Run& run, const Chart& chart, Session& session, Session* parent);
-  static Session* find_session(Session& root, std::string_view id);
+  /// A session of a family, with its chart and parent; none, if it is not there.
+  struct Relative {
+    Session* session = nullptr;
+    const Chart* chart = nullptr;
+    Session* parent = nullptr;
+  };
+  /// Among those that `session` has invoked, directly or not.
+  static Relative find_invoked(Session& session, std::string_view id);
 
  private:
   // Appendix D (interpreter.cpp).

@@ -5,21 +5,12 @@ import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
 import { state_at } from "../harness/chart.mjs";
-import { copy_of, node, open_design, serve_design, settled } from "../harness/design.mjs";
+import { design_of_recharge } from "../harness/design.mjs";
 
-const begin = async () => {
-  const folder = copy_of("recharge");
-  const program = await serve_design(folder);
-  const opened = await open_design(program.url);
-  await node(opened.page, "Root").waitFor();
-  await opened.page.locator('[data-palette="Fallback"]').waitFor();
-  await settled(opened.page);
-  return { folder, program, ...opened };
-};
 const open = (page, file) => page.locator(`.file-row[data-file="${file}"]`).click();
 
 test("what is doubtful in a chart is marked in its picture, and said at the chosen part", async () => {
-  const { page, close, program } = await begin();
+  const { page, close, program } = await design_of_recharge();
   await open(page, "skills/GoToLocation.scxml");
   await page.getByTestId("design-chart").waitFor();
   await page.locator("#design-new-state").fill("alone");
@@ -32,7 +23,7 @@ test("what is doubtful in a chart is marked in its picture, and said at the chos
 });
 
 test("a picture of a text that cannot be read leads to where it is broken", async () => {
-  const { page, close, program, folder } = await begin();
+  const { page, close, program, folder } = await design_of_recharge();
   await page.getByRole("button", { name: "Picture", exact: true }).click();
   const file = join(folder, "mission.xml");
   writeFileSync(file, readFileSync(file, "utf8").replace('<ReactiveSequence name="Recharge">', '<ReactiveSequence name="Recharge"'));

@@ -3,21 +3,12 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
-import { copy_of, node, open_design, serve_design, settled } from "../harness/design.mjs";
+import { design_of_recharge, node, settled } from "../harness/design.mjs";
 
-const begin = async () => {
-  const folder = copy_of("recharge");
-  const program = await serve_design(folder);
-  const opened = await open_design(program.url);
-  await node(opened.page, "Root").waitFor();
-  await opened.page.locator('[data-palette="Fallback"]').waitFor();
-  await settled(opened.page);
-  return { folder, program, ...opened };
-};
 const opened = (page, file) => page.locator(`.file-row[data-file="${file}"][aria-current=true]`).waitFor();
 
 test("at a moment of the shadow run the edited tree says what its nodes are, and the strip how it ended", async () => {
-  const { page, close, program } = await begin();
+  const { page, close, program } = await design_of_recharge();
   const status = () => page.getByTestId("shadow").getByTestId("mission-status").innerText();
   const said = page.locator("[data-testid=design-tree] [data-status]");
   await until(async () => (await status()) === "SUCCESS", "the mission ended so");
@@ -37,7 +28,7 @@ test("at a moment of the shadow run the edited tree says what its nodes are, and
 });
 
 test("whether the scenario comes out as it expects is said while one edits", async () => {
-  const { page, close, program } = await begin();
+  const { page, close, program } = await design_of_recharge();
   const expected = page.getByTestId("expected");
   // The mission alone expects nothing.
   assert.equal(await expected.count(), 0);

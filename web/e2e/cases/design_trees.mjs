@@ -7,18 +7,8 @@ import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
 import { state_at } from "../harness/chart.mjs";
-import { copy_of, node, open_design, serious, serve_design, settled, undo_name } from "../harness/design.mjs";
+import { design_of_recharge, node, serious, settled, undo_name } from "../harness/design.mjs";
 
-const begin = async (prepare = () => {}) => {
-  const folder = copy_of("recharge");
-  prepare(folder);
-  const program = await serve_design(folder);
-  const opened = await open_design(program.url);
-  await node(opened.page, "Root").waitFor();
-  await opened.page.locator('[data-palette="Fallback"]').waitFor();
-  await settled(opened.page);
-  return { folder, program, ...opened };
-};
 const open = (page, file) => page.locator(`.file-row[data-file="${file}"]`).click();
 const opened = (page, file) => page.locator(`.file-row[data-file="${file}"][aria-current=true]`).waitFor();
 const done = (page, what) => until(async () => (await undo_name(page)) === what, what);
@@ -26,7 +16,7 @@ const tree_shown = (page) => page.getByRole("combobox", { name: "Tree" }).inputV
 const focused = (page) => page.evaluate(() => document.activeElement?.id);
 
 test("a double click leads to what a node is: its chart, its tree, else its name", async () => {
-  const { page, close, program } = await begin();
+  const { page, close, program } = await design_of_recharge();
   await node(page, "WaitForUser").dblclick();
   await opened(page, "skills/WaitForUser.scxml");
   // Of a state it asks for the name.
@@ -57,7 +47,7 @@ test("a double click leads to what a node is: its chart, its tree, else its name
 });
 
 test("a leaf leads to the chart that its scenario runs, wherever that lies", async () => {
-  const { page, close, program } = await begin();
+  const { page, close, program } = await design_of_recharge();
   const button = page.getByRole("button", { name: /^Open its chart/ });
   await node(page, "BatteryLevelAbove30").click();
   await button.and(page.getByTitle(/^skills\/BatteryLevelAbove\.scxml/)).waitFor();
@@ -80,7 +70,7 @@ test("a leaf leads to the chart that its scenario runs, wherever that lies", asy
 });
 
 test("a tree is added, filled, named anew wherever it is named, and deleted once nobody uses it", async () => {
-  const { page, close, program, folder } = await begin();
+  const { page, close, program, folder } = await design_of_recharge();
   const original = readFileSync(join(folder, "mission.xml"), "utf8");
   await page.locator("#design-new-tree").fill("Rest");
   await page.keyboard.press("Enter");
@@ -123,7 +113,7 @@ test("a tree is added, filled, named anew wherever it is named, and deleted once
 
 test("what other files and editors have is pasted as nodes; what is copied can be pasted there", async () => {
   const other = '<root BTCPP_format="4">\n  <BehaviorTree ID="Other">\n    <Fallback name="Empty"/>\n  </BehaviorTree>\n</root>\n';
-  const { page, close, program, folder } = await begin((folder) => writeFileSync(join(folder, "other.xml"), other));
+  const { page, close, program, folder } = await design_of_recharge((folder) => writeFileSync(join(folder, "other.xml"), other));
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
   const clipboard = (text) => page.evaluate((given) => navigator.clipboard.writeText(given), text);
   // As Groot has it: a file.

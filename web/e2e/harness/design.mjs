@@ -99,3 +99,15 @@ export async function serious(page) {
 }
 
 export const undo_name = (page) => page.getByTestId("undo").getAttribute("data-name");
+
+/** The recharge example in design mode, in a folder of its own, with its first picture and its first run. */
+export async function design_of_recharge(prepare = () => {}) {
+  const folder = copy_of("recharge");
+  prepare(folder);
+  const program = await serve_design(folder);
+  const opened = await open_design(program.url);
+  await node(opened.page, "Root").waitFor();
+  await opened.page.locator('[data-palette="Fallback"]').waitFor();
+  await settled(opened.page);
+  return { folder, program, ...opened };
+}
