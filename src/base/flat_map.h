@@ -1,18 +1,23 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace sentree {
 
-/// Numbers by keys that never go away: open addressing in one array, at most three quarters full. For tables of
-/// millions of small keys, in which a node for each would cost more than what it holds.
-/// @tparam Key   A plain value.
-/// @tparam Hash  Spreads keys over all bits.
+/// Numbers by keys that never go away: open addressing in one array without gaps in its slots, three fifths to three
+/// quarters full. For tables of millions of small keys, in which a node for each would cost more than what it holds.
+/// @tparam Key   A plain value whose octets are equal where it is.
+/// @tparam Hash  Spreads keys over all 64 bits.
 template <class Key, class Hash>
 class FlatMap {
+  static_assert(std::has_unique_object_representations_v<Key>);
+
  public:
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
@@ -26,30 +31,37 @@ class FlatMap {
     Slot& slot = slots_[place_of(key)];
     if (slot.value != kNone) return {&slot.value, false};
     ++size_;
-    slot = {key, value};
+    std::memcpy(slot.key.data(), &key, sizeof(Key));
+    slot.value = value;
     return {&slot.value, true};
   }
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::size_t bytes() const { return slots_.capacity() * sizeof(Slot); }
 
  private:
+  // The octets of the key, which needs no alignment so.
   struct Slot {
-    Key key{};
+    std::array<std::byte, sizeof(Key)> key{};
     std::uint32_t value = kNone;
   };
 
   [[nodiscard]] std::size_t place_of(const Key& key) const {
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t place = Hash()(key) & mask;
-    while (slots_[place].value != kNone && !(slots_[place].key == key)) place = (place + 1) & mask;
+    // The upper half of the hash, as a fraction of the array (Lemire 2019), which may so have any length.
+    std::size_t place = static_cast<std::size_t>(((Hash()(key) >> 32U) * slots_.size()) >> 32U);
+    while (slots_[place].value != kNone && std::memcmp(slots_[place].key.data(), &key, sizeof(Key)) != 0) {
+      if (++place == slots_.size()) place = 0;
+    }
     return place;
   }
   void grow() {
     constexpr std::size_t kFirst = 1024;
-    std::vector<Slot> old(slots_.empty() ? kFirst : slots_.size() * 2);
+    std::vector<Slot> old(slots_.empty() ? kFirst : slots_.size() + slots_.size() / 4);
     old.swap(slots_);
     for (const Slot& slot : old) {
-      if (slot.value != kNone) slots_[place_of(slot.key)] = slot;
+      if (slot.value == kNone) continue;
+      Key key;
+      std::memcpy(&key, slot.key.data(), sizeof(Key));
+      slots_[place_of(key)] = slot;
     }
   }
 

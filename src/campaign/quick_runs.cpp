@@ -134,7 +134,7 @@ class QuickRuns::Impl final : private mission::PartMemory::Outside {
 
   void remember_anew() {
     if (memory_) executed_before_ += memory_->executed();
-    memory_ = std::make_unique<mission::PartMemory>(plan_, false, false);
+    memory_ = std::make_unique<mission::PartMemory>(plan_, mission::PartMemory::FaultsFrom::kNowhere);
     known_.clear();
     told_.clear();
     served_.clear();

@@ -176,8 +176,9 @@ std::int64_t epoch_us(const std::string& time) {
 }
 
 // The logs of Groot: the recorded tree, and every change of a node's status.
-Result<void> to_groot(replay::RecordedRun& run, bool allow_plugins, bool groot2, Output& output) {
-  auto scenario = run.scenario(allow_plugins);
+Result<void> to_groot(replay::RecordedRun& run, replay::RecordedCode code, decltype(groot::write_fbl)& write,
+                      Output& output) {
+  auto scenario = run.scenario(code);
   if (scenario.ok()) scenario.value->virtual_time = false;  // parts in other processes are of no interest here
   const auto plan = scenario.ok() ? project::prepare(std::move(*scenario.value)) : Loaded<project::Plan>();
   say(scenario.diagnostics);
@@ -201,8 +202,7 @@ Result<void> to_groot(replay::RecordedRun& run, bool allow_plugins, bool groot2,
   });
   if (!read) return read;
   const std::int64_t began_us = epoch_us(run.fact("started"));
-  const auto file =
-      groot2 ? groot::write_btlog(tree, transitions, began_us) : groot::write_fbl(tree, transitions, began_us);
+  const auto file = write(tree, transitions, began_us);
   if (!file) return tl::unexpected(file.error());
   output.text() += *file;
   return {};
@@ -237,9 +237,9 @@ int export_recording(const ExportCommand& command) {
   const auto exported = command.format == "csv"        ? to_csv(*run, output)
                         : command.format == "ndjson"   ? to_ndjson(*run, output)
                         : command.format == "scenario" ? to_scenario(*run, output)
-                        : command.format == "btlog"    ? to_groot(*run, command.allow_plugins, true, output)
-                        : command.format == "fbl"      ? to_groot(*run, command.allow_plugins, false, output)
-                                                       : to_trace(*run, output);
+                        : command.format == "btlog" ? to_groot(*run, command.recorded_code, groot::write_btlog, output)
+                        : command.format == "fbl"   ? to_groot(*run, command.recorded_code, groot::write_fbl, output)
+                                                    : to_trace(*run, output);
   say_each(run->reader().problems());
   if (!exported) {
     say(to_string(exported.error()));

@@ -57,7 +57,7 @@ std::optional<std::string> draw_project(const GraphCommand& command, const std::
   for (const std::string& folder : command.trees.packages)
     project.value->packages.push_back({std::filesystem::absolute(folder).string(), {}});
   bt::Registry registry;
-  const auto tree = project::load_mission(*project.value, registry, true);
+  const auto tree = project::load_mission(*project.value, registry, project::TreePurpose::kLook);
   say(tree.diagnostics);
   if (!tree.ok()) return std::nullopt;
   return written(graph::drawing_of(*tree.value), command, format);

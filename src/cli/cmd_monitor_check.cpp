@@ -76,7 +76,7 @@ int monitor_check(const MonitorCheckCommand& command) {
   }
   // The project tells the types of what was recorded, and has monitors of its own.
   auto scenario =
-      command.project.empty() ? recorded->scenario(command.allow_plugins) : recorded->scenario_in(command.project);
+      command.project.empty() ? recorded->scenario(command.recorded_code) : recorded->scenario_in(command.project);
   std::optional<project::Plan> plan;
   if (scenario.ok()) {
     say(scenario.diagnostics);

@@ -85,7 +85,7 @@ int replay(const ReplayCommand& command) {
     return kInvalidInput;
   }
   auto scenario =
-      command.project.empty() ? recorded->scenario(command.allow_plugins) : recorded->scenario_in(command.project);
+      command.project.empty() ? recorded->scenario(command.recorded_code) : recorded->scenario_in(command.project);
   say(scenario.diagnostics);
   if (!scenario.ok()) return kInvalidInput;
   // What was expected of the fault that was recorded is not expected of what may have mended it.

@@ -308,7 +308,7 @@ int report(const ReportCommand& command) {
     say(to_string(run.error()));
     return kInvalidInput;
   }
-  auto scenario = run->scenario(command.allow_plugins);
+  auto scenario = run->scenario(command.recorded_code);
   say(scenario.diagnostics);
   if (!scenario.ok()) return kInvalidInput;
   scenario.value->virtual_time = false;

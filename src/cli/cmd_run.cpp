@@ -1,18 +1,16 @@
 #include <fmt/format.h>
 
-#include <pthread.h>
 #include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <thread>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/cli/commands.h"
@@ -22,6 +20,7 @@
 #include "sentree/cli/progress.h"
 #include "sentree/cli/report.h"
 #include "sentree/cli/resume.h"
+#include "sentree/cli/run_interrupts.h"
 #include "sentree/cli/run_recording.h"
 #include "sentree/cli/what_if.h"
 #include "sentree/cli/yarp_network.h"
@@ -35,78 +34,6 @@
 namespace sentree::cli {
 
 namespace {
-
-// Turns Ctrl-C, SIGTERM and a terminal that goes away into an orderly end. The signals are blocked in all threads and
-// awaited in one.
-class RunInterrupts {
- public:
-  /// Before anything that starts threads, which must not take the signals.
-  static void block() {
-    const sigset_t awaited = signals();
-    pthread_sigmask(SIG_BLOCK, &awaited, nullptr);
-  }
-
-  explicit RunInterrupts(runtime::Run& run) : run_(&run) {
-    block();
-    thread_ = std::thread([this] { wait(); });
-  }
-  ~RunInterrupts() {
-    done_ = true;
-    pthread_kill(thread_.native_handle(), SIGUSR1);
-    thread_.join();
-  }
-
-  /// The run is over: from now on a signal ends the waiting.
-  void run_is_over() {
-    const std::lock_guard lock(mutex_);
-    run_ = nullptr;
-  }
-  /// Returns at the next signal.
-  void wait_for_one() {
-    std::unique_lock lock(mutex_);
-    asked_.wait(lock, [this] { return asked_to_end_; });
-  }
-
- private:
-  static sigset_t signals() {
-    sigset_t awaited;
-    sigemptyset(&awaited);
-    for (const int signal : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&awaited, signal);
-    struct sigaction hangup {};
-    sigaction(SIGHUP, nullptr, &hangup);
-    if (hangup.sa_handler != SIG_IGN) sigaddset(&awaited, SIGHUP);  // unless nohup started it
-    return awaited;
-  }
-
-  void wait() {
-    const sigset_t awaited = signals();
-    // Whoever starts a program may hand on the signal that it got itself too.
-    constexpr std::chrono::milliseconds kSame{500};
-    std::chrono::steady_clock::time_point last{};
-    for (int received = 0;;) {
-      int signal = 0;
-      sigwait(&awaited, &signal);
-      if (done_) return;
-      if (signal == SIGUSR1) continue;
-      if (signal == SIGHUP && received > 0) continue;  // shell and terminal both say it
-      const auto now = std::chrono::steady_clock::now();
-      if (received > 0 && now - last < kSame) continue;
-      last = now;
-      if (++received > 1) _exit(kInterrupted);  // asked twice: at once
-      const std::lock_guard lock(mutex_);
-      if (run_ != nullptr) run_->interrupt();
-      asked_to_end_ = true;
-      asked_.notify_one();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable asked_;
-  runtime::Run* run_;  // null: it is over
-  bool asked_to_end_ = false;
-  std::atomic<bool> done_ = false;
-  std::thread thread_;
-};
 
 int exit_code(const project::Scenario& scenario, const runtime::RunReport& report) {
   if (!report.given_up.empty()) return kFindings;
@@ -149,10 +76,6 @@ bool apply_options(const RunCommand& command, project::Scenario& scenario) {
   }
   return true;
 }
-
-}  // namespace
-
-namespace {
 
 // What a page asked for: the run once more.
 struct Again {
@@ -278,194 +201,249 @@ void tell_timeline(const project::Scenario& before, const project::Scenario& aft
       " has none (--project takes a scenario file as well)");
 }
 
-// `again` is set where the page asked for it; `run` then does so.
-int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewers& viewers) {
-  std::optional<text::ReadLog> files;
-  if (!command.no_record) files.emplace();
-  const auto invalid = [&](const Diagnostics& diagnostics) {
-    if (command.json) print(to_json(Value(Map{{"ok", false}, {"diagnostics", to_value(diagnostics)}})) + "\n");
+// A run from the files to what came of it. Its steps return kOk, or the exit code of a command that ends with them once
+// they have said why.
+class OneRun {
+ public:
+  OneRun(const RunCommand& command, Viewers& viewers) : command_(command), viewers_(viewers) {
+    if (!command.no_record) files_.emplace();
+  }
+
+  int operator()() {
+    for (const auto step :
+         {&OneRun::find_resumption, &OneRun::load_scenario, &OneRun::prepare_plan, &OneRun::find_names,
+          &OneRun::narrate, &OneRun::open_studio, &OneRun::show_elsewhere, &OneRun::record, &OneRun::keep_journal}) {
+      if (const int code = (this->*step)(); code != kOk) return code;
+    }
+    return execute();
+  }
+  // The run that the page asked for in its place.
+  std::optional<RunCommand> again() {
+    const std::lock_guard lock(wanted_.mutex);
+    return std::move(wanted_.command);
+  }
+
+ private:
+  [[nodiscard]] int invalid(const Diagnostics& diagnostics) const {
+    if (command_.json) print(to_json(Value(Map{{"ok", false}, {"diagnostics", to_value(diagnostics)}})) + "\n");
     return kInvalidInput;
-  };
-  std::optional<Resumption> resumption;
-  std::vector<std::function<void(const runtime::RunOptions&)>> untold;
-  if (command.resume) {
-    auto found = Resumption::find(*command.resume);
+  }
+  [[nodiscard]] const project::Project& project() const { return plan_.value->scenario.project; }
+  [[nodiscard]] bool is_virtual() const { return plan_.value->scenario.virtual_time; }
+  [[nodiscard]] bool is_shown() const { return !command_.studio.empty(); }
+
+  int find_resumption() {
+    if (!command_.resume) return kOk;
+    auto found = Resumption::find(*command_.resume);
     if (!found) {
       say(to_string(found.error()));
       return found.error().code == "journal.in-use" ? kEnvironment : kInvalidInput;
     }
-    resumption = std::move(*found);
-    resumption->allow_plugins = command.allow_plugins;
+    resumption_ = std::move(*found);
+    resumption_->recorded_code = command_.recorded_code;
+    replaces_ = command_.project != RunCommand().project;
+    return kOk;
   }
-  const bool replaces = resumption && command.project != RunCommand().project;
-  auto loaded = replaces     ? resumption->scenario_of(command.project)
-                : resumption ? resumption->scenario(false)
-                             : load(command.project, command.scenario);
-  say(loaded.diagnostics);
-  std::optional<project::Scenario> scenario = std::move(loaded.value);
-  if (!scenario) return invalid(loaded.diagnostics);
-  if (command.processes && command.virtual_clock.value_or(false)) {
-    say("--processes needs the real clock: other processes have no virtual time");
-    return kUsage;
+
+  int load_scenario() {
+    auto loaded = replaces_     ? resumption_->scenario_of(command_.project)
+                  : resumption_ ? resumption_->scenario()
+                                : load(command_.project, command_.scenario);
+    say(loaded.diagnostics);
+    if (!loaded.value) return invalid(loaded.diagnostics);
+    if (command_.processes && command_.virtual_clock.value_or(false)) {
+      say("--processes needs the real clock: other processes have no virtual time");
+      return kUsage;
+    }
+    in_processes_ = command_.processes || (resumption_ && resumption_->in_processes());
+    if (in_processes_) loaded.value->virtual_time = false;
+    if (!resumption_ && !apply_options(command_, *loaded.value)) return kUsage;
+    prepare(std::move(*loaded.value));
+    return kOk;
   }
-  const bool in_processes = command.processes || (resumption && resumption->in_processes());
-  if (in_processes) scenario->virtual_time = false;
-  if (!resumption && !apply_options(command, *scenario)) return kUsage;
-  const auto prepare = [&](project::Scenario what) {
-    auto plan = project::prepare(std::move(what));
-    return plan.ok() && in_processes ? project::prepare(project::in_processes(*plan.value)) : std::move(plan);
-  };
-  auto plan = prepare(std::move(*scenario));
-  if (replaces && !plan.ok()) {
-    say(plan.diagnostics);
-    say(fmt::format("the mission cannot go on with {}; nothing was resumed", command.project));
-    return invalid(plan.diagnostics);
+
+  void prepare(project::Scenario scenario) {
+    plan_ = project::prepare(std::move(scenario));
+    if (plan_.ok() && in_processes_) plan_ = project::prepare(project::in_processes(*plan_.value));
   }
-  if (replaces) {
-    say(plan.diagnostics);
-    auto before = resumption->plan();
+
+  int prepare_plan() {
+    if (replaces_) {
+      say(plan_.diagnostics);
+      if (const int code = replace(); code != kOk) return code;
+    } else if (resumption_ && resumption_->recorded &&
+               (!plan_.ok() || !is_plan_of(*plan_.value, resumption_->journaled))) {
+      if (const int code = go_on_as_recorded(); code != kOk) return code;
+    }
+    say(plan_.diagnostics);
+    if (!plan_.ok()) return invalid(plan_.diagnostics);
+    RunInterrupts::block();
+    return kOk;
+  }
+
+  // The run that was resumed goes on with another project.
+  int replace() {
+    const auto cannot = [this](const Diagnostics& why) {
+      say(fmt::format("the mission cannot go on with {}; nothing was resumed", command_.project));
+      return invalid(why);
+    };
+    if (!plan_.ok()) return cannot(plan_.diagnostics);
+    auto before = resumption_->plan();
     if (!before.ok()) {
       say(before.diagnostics);
       return invalid(before.diagnostics);
     }
-    auto replaced = runtime::replace_plan(*before.value, resumption->journaled, resumption->known, *plan.value);
+    auto replaced = runtime::replace_plan(*before.value, resumption_->journaled, resumption_->known, *plan_.value);
     if (!replaced.ok()) {
       say(replaced.diagnostics);
-      say(fmt::format("the mission cannot go on with {}; nothing was resumed", command.project));
-      return invalid(replaced.diagnostics);
+      return cannot(replaced.diagnostics);
     }
     for (const std::string& change : replaced.value->changes) say(change);
-    tell_timeline(before.value->scenario, plan.value->scenario, resumption->journaled.reached);
-    resumption->journaled = std::move(replaced.value->journaled);
-    untold = std::move(replaced.value->untold);
-  } else if (resumption && resumption->recorded && (!plan.ok() || !is_plan_of(*plan.value, resumption->journaled))) {
-    // What it began with goes on, whatever has become of its files.
-    if (files) files.emplace();
-    auto recorded = resumption->scenario(true);
+    tell_timeline(before.value->scenario, plan_.value->scenario, resumption_->journaled.reached);
+    resumption_->journaled = std::move(replaced.value->journaled);
+    untold_ = std::move(replaced.value->untold);
+    return kOk;
+  }
+
+  // What it began with goes on, whatever has become of its files.
+  int go_on_as_recorded() {
+    if (files_) files_.emplace();
+    auto recorded = resumption_->recorded_scenario();
     say_each(recorded.diagnostics);
     if (!recorded.value) return invalid(recorded.diagnostics);
     say(fmt::format("the project has changed since the run began; what is in {} goes on",
-                    resumption->recording.string()));
-    plan = prepare(std::move(*recorded.value));
-    plan.diagnostics = resumption->recorded->errors_in(std::move(plan.diagnostics));
+                    resumption_->recording.string()));
+    prepare(std::move(*recorded.value));
+    plan_.diagnostics = resumption_->recorded->errors_in(std::move(plan_.diagnostics));
+    return kOk;
   }
-  say(plan.diagnostics);
-  if (!plan.ok()) return invalid(plan.diagnostics);
 
-  RunInterrupts::block();
-  const project::Project& project = plan.value->scenario.project;
-  if (!viewers.names && command.yarp_server.empty() && !project.yarp_server.empty() &&
-      !plan.value->scenario.virtual_time) {
-    auto names = ensure_name_server(project.yarp_server, command.insecure);
+  int find_names() {
+    if (viewers_.names || !command_.yarp_server.empty() || project().yarp_server.empty() || is_virtual()) return kOk;
+    auto names = ensure_name_server(project().yarp_server, command_.insecure);
     if (!names) {
-      names.error().span = project.yarp_server_span;
+      names.error().span = project().yarp_server_span;
       say(to_string(names.error()));
       return kEnvironment;
     }
-    viewers.names = std::move(*names);
+    viewers_.names = std::move(*names);
+    return kOk;
   }
-  bool live = command.live && !command.headless && !command.json;
-  if (live && !wants_colour()) {
-    say("--live needs a terminal with colours; the log follows instead");
-    live = false;
+
+  int narrate() {
+    options_.elsewhere = processes::elsewhere({.listen = command_.listen, .insecure = command_.insecure});
+    bool live = command_.live && !command_.headless && !command_.json;
+    if (live && !wants_colour()) {
+      say("--live needs a terminal with colours; the log follows instead");
+      live = false;
+    }
+    if (live) {
+      view_ = std::make_unique<LiveView>(*plan_.value);
+      options_.listeners.push_back([this](const Message& message) { view_->observe(message); });
+      options_.on_decision = [this](const runtime::MonitorReport& report) { view_->decided(report); };
+      options_.on_problem = [this](const std::string& what) { view_->note("! " + what); };
+      options_.on_view = [this](runtime::RunView* run_view) { view_->attach(run_view); };
+    } else if (!command_.json) {
+      options_.listeners.push_back([this](const Message& message) {
+        const std::string text = command_.verbose ? line(message) : narrator_.tell(message);
+        if (!text.empty()) print(text + "\n");
+      });
+      options_.on_decision = [](const runtime::MonitorReport& report) { print(story(report)); };
+      options_.on_problem = [](const std::string& what) { say("! " + what); };
+    }
+    return kOk;
   }
-  std::unique_ptr<LiveView> view;
-  Narrator narrator;
-  runtime::RunOptions options;
-  options.elsewhere = processes::elsewhere({.listen = command.listen, .insecure = command.insecure});
-  if (live) {
-    view = std::make_unique<LiveView>(*plan.value);
-    options.listeners.push_back([&](const Message& message) { view->observe(message); });
-    options.on_decision = [&](const runtime::MonitorReport& report) { view->decided(report); };
-    options.on_problem = [&](const std::string& what) { view->note("! " + what); };
-    options.on_view = [&](runtime::RunView* run_view) { view->attach(run_view); };
-  } else if (!command.json) {
-    options.listeners.push_back([&](const Message& message) {
-      const std::string text = command.verbose ? line(message) : narrator.tell(message);
-      if (!text.empty()) print(text + "\n");
-    });
-    options.on_decision = [](const runtime::MonitorReport& report) { print(story(report)); };
-    options.on_problem = [](const std::string& what) { say("! " + what); };
-  }
-  Again wanted;
-  std::unique_ptr<studio::Live> page;
-  std::unique_ptr<RunRecording> recording;
-  RecordingTap tap;
-  const bool shown = !command.studio.empty();
-  if (!shown) {
-    // Not now, but `sentree studio --attach` may ask for one.
-    page = std::make_unique<studio::Live>(*plan.value);
-    page->install(options);
-  } else {
-    auto where = page_options(command.studio, command.insecure);
+
+  int open_studio() {
+    if (!is_shown()) {
+      // Not now, but `sentree studio --attach` may ask for one.
+      page_ = std::make_unique<studio::Live>(*plan_.value);
+      page_->install(options_);
+      return kOk;
+    }
+    auto where = page_options(command_.studio, command_.insecure);
     if (!where) return kUsage;
     // With a token, the page could not steer the next run.
-    if (!command.insecure)
-      where->again = [&](const Value& request) -> Result<void> {
-        auto next = command_again(command, *plan.value, request);
-        if (!next) return tl::unexpected(next.error());
-        const std::lock_guard lock(wanted.mutex);
-        if (wanted.command || wanted.at.empty()) return {};
-        next->studio = wanted.at;  // where the page looks for it
-        wanted.command = std::move(*next);
-        // Ends the run in order, or the wait after it.
-        ::kill(::getpid(), SIGINT);
-        return {};
-      };
-    auto started = start_page(*where, command.studio == "true",
-                              [&](const auto& there) { return studio::Live::start(*plan.value, there); });
+    if (!command_.insecure) where->again = [this](const Value& request) { return ask_again(request); };
+    auto started = start_page(*where, command_.studio == "true",
+                              [&](const auto& there) { return studio::Live::start(*plan_.value, there); });
     if (!started) {
       say(to_string(started.error()));
       return kEnvironment;
     }
-    page = std::move(*started);
-    page->install(options);
+    page_ = std::move(*started);
+    page_->install(options_);
     // Virtual time, so that the run can be repeated exactly, at a pace that one can follow.
-    if (plan.value->scenario.virtual_time) options.pace = command.factor.value_or(1.0);
-    options.paused = command.paused;
-    tap = page->tap();
+    if (is_virtual()) options_.pace = command_.factor.value_or(1.0);
+    options_.paused = command_.paused;
+    tap_ = page_->tap();
     {
-      const std::lock_guard lock(wanted.mutex);
-      wanted.at = fmt::format("{}:{}", where->address, page->server().port());
+      const std::lock_guard lock(wanted_.mutex);
+      wanted_.at = fmt::format("{}:{}", where->address, page_->server().port());
     }
-    announce(page->server().url(), command.open);
+    announce(page_->server().url(), command_.open);
+    return kOk;
   }
-  if (!show_to_groot(command, *plan.value, viewers.groot, options)) return kEnvironment;
-  if (const int code = show_in_foxglove(command, *plan.value, viewers.foxglove, options); code != kOk) return code;
-  // What one can follow in virtual time has a pace.
-  if (command.factor && plan.value->scenario.virtual_time && options.pace <= 0)
-    say("! --factor is ignored: in virtual time nothing is waited for, unless it is shown in a page");
-  std::optional<project::JournalSync> sync;
-  if (!wants_journal(command, plan.value->scenario.project, resumption, sync)) return kUsage;
-  if (files) {
-    bool ok = true;
-    std::vector<std::pair<std::string, std::string>> facts;
-    if (sync && !plan.value->scenario.virtual_time) facts.emplace_back("durable", "true");
-    if (resumption) {
-      facts.emplace_back("continues", resumption->recording.filename().string());
-      facts.emplace_back("continues_at_ns", std::to_string(resumption->journaled.reached.time_since_epoch().count()));
+
+  // In a thread of the page.
+  Result<void> ask_again(const Value& request) {
+    auto next = command_again(command_, *plan_.value, request);
+    if (!next) return tl::unexpected(next.error());
+    const std::lock_guard lock(wanted_.mutex);
+    if (wanted_.command || wanted_.at.empty()) return {};
+    next->studio = wanted_.at;  // where the page looks for it
+    wanted_.command = std::move(*next);
+    // Ends the run in order, or the wait after it.
+    ::kill(::getpid(), SIGINT);
+    return {};
+  }
+
+  int show_elsewhere() {
+    if (!show_to_groot(command_, *plan_.value, viewers_.groot, options_)) return kEnvironment;
+    if (const int code = show_in_foxglove(command_, *plan_.value, viewers_.foxglove, options_); code != kOk)
+      return code;
+    // What one can follow in virtual time has a pace.
+    if (command_.factor && is_virtual() && options_.pace <= 0)
+      say("! --factor is ignored: in virtual time nothing is waited for, unless it is shown in a page");
+    return kOk;
+  }
+
+  int record() {
+    if (!wants_journal(command_, project(), resumption_, sync_)) return kUsage;
+    if (files_) {
+      bool ok = true;
+      std::vector<std::pair<std::string, std::string>> facts;
+      if (sync_ && !is_virtual()) facts.emplace_back("durable", "true");
+      if (resumption_) {
+        facts.emplace_back("continues", resumption_->recording.filename().string());
+        facts.emplace_back("continues_at_ns",
+                           std::to_string(resumption_->journaled.reached.time_since_epoch().count()));
+      }
+      recording_ = RunRecording::begin(command_.record, *plan_.value, files_->files(), tap_, ok, std::move(facts),
+                                       viewers_.foxglove.get());
+      if (!ok) return kEnvironment;
+      files_.reset();
     }
-    recording = RunRecording::begin(command.record, *plan.value, files->files(), tap, ok, std::move(facts),
-                                    viewers.foxglove.get());
-    if (!ok) return kEnvironment;
-    files.reset();
+    if (!recording_ && (is_shown() || viewers_.foxglove))
+      recording_ = RunRecording::unwritten(*plan_.value, tap_, viewers_.foxglove.get());
+    if (recording_) recording_->install(options_);
+    return kOk;
   }
-  if (!recording && (shown || viewers.foxglove))
-    recording = RunRecording::unwritten(*plan.value, tap, viewers.foxglove.get());
-  if (recording) recording->install(options);
-  if (sync) {
-    if (!recording || recording->path().empty()) {
+
+  int keep_journal() {
+    if (!sync_) return kOk;
+    if (!recording_ || recording_->path().empty()) {
       say("a durable run is recorded: leave --no-record out, or say with --record FILE where");
       return kUsage;
     }
     // Whoever finds the journal finds out from the recording what that continues.
-    recording->recorder().flush();
-    options.durable = runtime::DurableOptions{
-        .journal = journal_of(recording->path()),
-        .sync = *sync,
-        .note = note_of(plan.value->scenario, recording->path(), in_processes, *sync),
-        .known = resumption ? resumption->known : 0,
-        .settle = [&recording] { recording->recorder().flush(); },
+    recording_->recorder().flush();
+    options_.durable = runtime::DurableOptions{
+        .journal = journal_of(recording_->path()),
+        .sync = *sync_,
+        .note = note_of(plan_.value->scenario, recording_->path(), in_processes_, *sync_),
+        .known = resumption_ ? resumption_->known : 0,
+        .settle = [this] { recording_->recorder().flush(); },
         .on_failure =
             [](const std::string& why) {
               say(fmt::format("! the journal cannot be written: {}; the run goes on, and cannot be resumed any more",
@@ -478,54 +456,73 @@ int run_once(const RunCommand& command, std::optional<RunCommand>& again, Viewer
                               "waits. --durable=interval waits for no disk",
                               why));
             }};
-    if (resumption) options.resume = &resumption->journaled;
+    if (resumption_) options_.resume = &resumption_->journaled;
+    return kOk;
   }
-  options.open_page = [&](const std::string& at, bool insecure) {
-    auto there = open_page(*page, recording.get(), at, insecure);
+
+  // For who attaches: from then on somebody else may steer, and the terminal says so.
+  Result<runtime::PageAt> open_for(const std::string& at, bool insecure) {
+    auto there = open_page(*page_, recording_.get(), at, insecure);
     if (there) {
-      // From now on somebody else may steer: the terminal says so.
       const std::string what = "somebody attached to this run; the page: " + there->url;
-      if (view)
-        view->note(what);
+      if (view_)
+        view_->note(what);
       else
         say(what);
     }
     return there;
-  };
-  for (const auto& tell : untold) tell(options);
-  // What was made before a run went on nobody has heard.
-  ChoicesMade choices(resumption ? std::vector<std::string>() : command.choose);
-  choices.install(options);
-  auto progress = std::make_unique<Progress>(*plan.value, options);
-  runtime::Run run(*plan.value, std::move(options));
-  RunInterrupts interrupts(run);
-  runtime::RunReport report = run.execute();
-  for (std::string& never : choices.never_made()) report.problems.push_back(std::move(never));
-  interrupts.run_is_over();
-  progress.reset();
-  view.reset();
-  if (recording) recording->finish(report);
-  run.forget();
-  page->ended(report);
-  if (command.json) {
-    print(to_json(to_value(report)) + "\n");
-  } else {
-    if (live) {
+  }
+
+  int execute() {
+    options_.open_page = [this](const std::string& at, bool insecure) { return open_for(at, insecure); };
+    for (const auto& tell : untold_) tell(options_);
+    // What was made before a run went on nobody has heard.
+    ChoicesMade choices(resumption_ ? std::vector<std::string>() : command_.choose);
+    choices.install(options_);
+    auto progress = std::make_unique<Progress>(*plan_.value, options_);
+    runtime::Run run(*plan_.value, std::move(options_));
+    RunInterrupts interrupts(run);
+    runtime::RunReport report = run.execute();
+    for (std::string& never : choices.never_made()) report.problems.push_back(std::move(never));
+    interrupts.run_is_over();
+    progress.reset();
+    const bool was_live = std::exchange(view_, nullptr) != nullptr;
+    if (recording_) recording_->finish(report);
+    run.forget();
+    page_->ended(report);
+    if (command_.json) {
+      print(to_json(to_value(report)) + "\n");
+    } else {
       for (const auto& monitor : report.monitors) {
-        if (monitor.decision) print(story(monitor));
+        if (was_live && monitor.decision) print(story(monitor));
       }
+      print(summary(report) + undone(plan_.value->scenario, report));
     }
-    print(summary(report) + undone(plan.value->scenario, report));
+    if (!report.error.empty()) say(report.error);
+    if (is_shown() && !command_.studio_exit && !report.interrupted && report.error.empty()) {
+      say(fmt::format("the run is over; its page stays at {} until Ctrl-C", page_->server().url()));
+      interrupts.wait_for_one();
+    }
+    return exit_code(plan_.value->scenario, report);
   }
-  if (!report.error.empty()) say(report.error);
-  if (shown && !command.studio_exit && !report.interrupted && report.error.empty()) {
-    say(fmt::format("the run is over; its page stays at {} until Ctrl-C", page->server().url()));
-    interrupts.wait_for_one();
-  }
-  const std::lock_guard lock(wanted.mutex);
-  again = std::move(wanted.command);
-  return exit_code(plan.value->scenario, report);
-}
+
+  const RunCommand& command_;
+  Viewers& viewers_;
+  std::optional<text::ReadLog> files_;
+  std::optional<Resumption> resumption_;
+  bool replaces_ = false;  // the run that was resumed goes on with another project
+  bool in_processes_ = false;
+  std::vector<std::function<void(const runtime::RunOptions&)>> untold_;
+  Loaded<project::Plan> plan_;
+  std::unique_ptr<LiveView> view_;
+  Narrator narrator_;
+  runtime::RunOptions options_;
+  Again wanted_;
+  std::unique_ptr<studio::Live> page_;
+  std::unique_ptr<RunRecording> recording_;
+  RecordingTap tap_;
+  std::optional<project::JournalSync> sync_;
+};
 
 }  // namespace
 
@@ -547,7 +544,9 @@ int run(const RunCommand& command) {
   }
   for (;;) {
     const RunCommand now = *std::exchange(next, std::nullopt);
-    const int code = run_once(now, next, viewers);
+    OneRun one(now, viewers);
+    const int code = one();
+    next = one.again();
     if (!next) {
       if (viewers.foxglove) viewers.foxglove->end();
       return code;

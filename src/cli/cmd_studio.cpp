@@ -85,7 +85,7 @@ int studio(const StudioCommand& command) {
   if (const auto folder = project_folder(command.recording)) return design(*folder, command, *where, signals);
   Diagnostics diagnostics;
   auto page = start_page(*where, command.at.empty(), [&](const sentree::studio::ServerOptions& there) {
-    return sentree::studio::Recorded::open(command.recording, command.allow_plugins, there, diagnostics);
+    return sentree::studio::Recorded::open(command.recording, command.recorded_code, there, diagnostics);
   });
   say(diagnostics);
   if (!page) {
@@ -100,7 +100,7 @@ int studio(const StudioCommand& command) {
       at->on_problem = [](const std::string& what) { say("! " + what); };
     }
     // What the project lacks has been told.
-    auto playing = at ? sentree::studio::GrootPlay::start(command.recording, command.allow_plugins, command.factor,
+    auto playing = at ? sentree::studio::GrootPlay::start(command.recording, command.recorded_code, command.factor,
                                                           std::move(*at), diagnostics)
                       : tl::unexpected(at.error());
     if (!playing) {

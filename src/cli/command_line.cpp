@@ -20,9 +20,10 @@ void add_trees(CLI::App& sub, TreeOptions& options) {
       ->allow_extra_args(false);
 }
 
-CLI::Option* add_allow_plugins(CLI::App& sub, bool& allowed) {
-  return sub.add_flag("--allow-plugins", allowed,
-                      "Load the plug-ins that this recording brings: their code runs with your rights");
+CLI::Option* add_allow_plugins(CLI::App& sub, replay::RecordedCode& code) {
+  return sub.add_flag_callback(
+      "--allow-plugins", [&code] { code = replay::RecordedCode::kLoaded; },
+      "Load the plug-ins that this recording brings: their code runs with your rights");
 }
 
 CLI::Validator whole_number(std::int64_t least, std::int64_t most) {

@@ -6,6 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "sentree/replay/recorded_code.h"
+
 namespace CLI {
 class App;
 class Option;
@@ -42,7 +44,7 @@ struct TreeOptions;
 /// What several commands have: where the types of a tree's nodes are looked for …
 void add_trees(CLI::App& sub, TreeOptions& options);
 /// … and whether code that a recording brings is loaded.
-CLI::Option* add_allow_plugins(CLI::App& sub, bool& allowed);
+CLI::Option* add_allow_plugins(CLI::App& sub, replay::RecordedCode& code);
 
 /// For options that are whole numbers: what is none, or out of range, is refused with the range. A recording, a
 /// scenario and JSON hold numbers to 2^63 - 1.

@@ -97,7 +97,7 @@ void add_run(CLI::App& app, Commands& commands) {
           ->excludes(scenario)
           ->excludes(durable)
           ->excludes(unrecorded);
-  add_allow_plugins(*sub, command.allow_plugins)->needs(resume);
+  add_allow_plugins(*sub, command.recorded_code)->needs(resume);
   sub->add_option_function<std::string>(
          "--project",
          // A folder that is named is another one than the folder that nobody named.
@@ -323,7 +323,7 @@ void add_studio(CLI::App& app, Commands& commands) {
   sub->add_option("--factor", command.factor, "Recorded seconds per second, for --groot")
       ->check(CLI::Range(0.01, 1000.0))
       ->needs(groot);
-  add_allow_plugins(*sub, command.allow_plugins);
+  add_allow_plugins(*sub, command.recorded_code);
   sub->add_flag("--open", command.open, "Open the page in a browser");
 }
 
@@ -384,7 +384,7 @@ void add_replay(CLI::App& app, Commands& commands) {
       ->excludes(from);
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");
   sub->add_flag("--json", command.json, "Print what differs as JSON");
-  add_allow_plugins(*sub, command.allow_plugins);
+  add_allow_plugins(*sub, command.recorded_code);
 }
 
 void add_export(CLI::App& app, Commands& commands) {
@@ -403,7 +403,7 @@ void add_export(CLI::App& app, Commands& commands) {
       ->required()
       ->check(CLI::IsMember({"csv", "ndjson", "scenario", "perfetto", "btlog", "fbl"}));
   sub->add_option("--output,-o", command.output, "Default: standard output");
-  add_allow_plugins(*sub, command.allow_plugins);
+  add_allow_plugins(*sub, command.recorded_code);
 }
 
 void add_report(CLI::App& app, Commands& commands) {
@@ -413,7 +413,7 @@ void add_report(CLI::App& app, Commands& commands) {
   sub->footer("Example:\n  sentree report RUN.mcap -o report.html");
   sub->add_option("recording", command.file, "MCAP file of sentree run")->required();
   sub->add_option("--output,-o", command.output, "Default: standard output");
-  add_allow_plugins(*sub, command.allow_plugins);
+  add_allow_plugins(*sub, command.recorded_code);
 }
 
 }  // namespace

@@ -139,7 +139,7 @@ void add_monitor(CLI::App& app, Commands& commands) {
   on->add_option("--req", kept->check.requirements, "Requirement files, instead of a project's monitors");
   on->add_option("--violated", kept->check.violated, "States of the charts whose entry is a violation");
   on->add_flag("--json", kept->check.json, "Print verdicts and witnesses as JSON");
-  add_allow_plugins(*on, kept->check.allow_plugins);
+  add_allow_plugins(*on, kept->check.recorded_code);
   sub->add_flag("--insecure", kept->serve.insecure, "Allow other machines to connect without TLS");
   commands.push_back({synth, [kept] { return monitor_synth(kept->synth); }});
   commands.push_back({on, [kept] { return monitor_check(kept->check); }});

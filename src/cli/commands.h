@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sentree/base/value.h"
+#include "sentree/replay/recorded_code.h"
 
 namespace sentree::cli {
 
@@ -37,8 +38,8 @@ struct RunCommand {
   std::string durable;  ///< The run can be resumed: never, interval or each, when its journal reaches the disk; "true"
                         ///< for the usual way, empty as the project says.
   std::optional<std::string> resume;  ///< Go on with the run of this recording, or with the last one (empty).
-  bool allow_plugins = false;         ///< With `resume`.
-  bool processes = false;             ///< Each skill and component in a process of its own.
+  replay::RecordedCode recorded_code = replay::RecordedCode::kRefused;  ///< With `resume`.
+  bool processes = false;  ///< Each skill and component in a process of its own.
   std::string studio;  ///< Where the web page is served, [HOST:]PORT, or "true" for the usual place; empty: nowhere.
   bool studio_exit = false;  ///< The page ends with the run.
   bool open = false;         ///< Show the page in a browser.
@@ -59,7 +60,7 @@ struct StudioCommand {
   std::string at;                     ///< Where the page is served, [HOST:]PORT; empty: the usual place.
   bool insecure = false;
   bool open = false;
-  bool allow_plugins = false;
+  replay::RecordedCode recorded_code = replay::RecordedCode::kRefused;
   std::string groot;    ///< Where the recording is played to Groot, as in `RunCommand`; empty: nowhere.
   double factor = 1.0;  ///< Recorded seconds per second, for Groot.
 };
@@ -88,7 +89,7 @@ int info(const InfoCommand& command);
 
 struct ExportCommand {
   std::string file;
-  bool allow_plugins = false;
+  replay::RecordedCode recorded_code = replay::RecordedCode::kRefused;
   std::string format;  ///< csv, ndjson, scenario, perfetto, btlog or fbl.
   std::string output;  ///< Empty: standard output.
 };
@@ -96,14 +97,14 @@ int export_recording(const ExportCommand& command);
 
 struct ReportCommand {
   std::string file;
-  bool allow_plugins = false;
+  replay::RecordedCode recorded_code = replay::RecordedCode::kRefused;
   std::string output;  ///< Empty: standard output.
 };
 int report(const ReportCommand& command);
 
 struct ReplayCommand {
   std::string file;
-  bool allow_plugins = false;
+  replay::RecordedCode recorded_code = replay::RecordedCode::kRefused;
   std::string project;  ///< Empty: the recorded one.
   bool go_on = false;
   std::string at;    ///< Print the state at this moment; empty: replay.
@@ -115,7 +116,7 @@ int replay(const ReplayCommand& command);
 
 struct MonitorCheckCommand {
   std::string file;
-  bool allow_plugins = false;
+  replay::RecordedCode recorded_code = replay::RecordedCode::kRefused;
   std::string project;                    ///< Whose monitors, if none are given; empty: the recorded one's.
   std::vector<std::string> monitors;      ///< Charts.
   std::vector<std::string> violated;      ///< States of them whose entry is a violation.

@@ -127,7 +127,7 @@ Candidates scenarios(const Line& line) {
 
 std::optional<bt::Tree> mission(const project::Project& project) {
   bt::Registry registry;
-  return project::load_mission(project, registry, true).value;
+  return project::load_mission(project, registry, project::TreePurpose::kLook).value;
 }
 
 Candidates leaves(const Line& line) {

@@ -107,7 +107,7 @@ std::string chart_picture(const scxml::Chart& chart, const NeverReached& never) 
 
 std::string coverage_section(const ReportCommand& command, const project::Plan& plan) {
   std::string html = "<h2>Coverage</h2>\n";
-  const auto reached = studio::reached_by(command.file, command.allow_plugins);
+  const auto reached = studio::reached_by(command.file, command.recorded_code);
   if (!reached)
     return fmt::format("{}<p class=soft>What was reached of charts and guards is not known: {}</p>\n", html,
                        text::xml_escape(reached.error().message));

@@ -105,13 +105,16 @@ Result<Resumption> Resumption::find(const std::string& recording) {
   return found;
 }
 
-Loaded<project::Scenario> Resumption::scenario(bool from_recording) const {
+Loaded<project::Scenario> Resumption::scenario() const {
   Loaded<project::Scenario> loaded;
-  if (from_recording && recorded) {
-    loaded = recorded->scenario(allow_plugins);
-  } else {
-    loaded.value = load_file(text_of(journaled.note, "source"));
-  }
+  loaded.value = load_file(text_of(journaled.note, "source"));
+  if (loaded.value) set_pace(*loaded.value);
+  return loaded;
+}
+
+Loaded<project::Scenario> Resumption::recorded_scenario() const {
+  if (!recorded) return scenario();
+  auto loaded = recorded->scenario(recorded_code);
   if (loaded.value) set_pace(*loaded.value);
   return loaded;
 }
@@ -139,7 +142,7 @@ std::optional<project::JournalSync> Resumption::sync() const {
 
 Loaded<project::Plan> Resumption::plan() const {
   for (const bool from_recording : {false, true}) {
-    auto loaded = scenario(from_recording);
+    auto loaded = from_recording ? recorded_scenario() : scenario();
     if (!loaded.value) {
       if (from_recording) return {std::nullopt, std::move(loaded.diagnostics)};
       continue;

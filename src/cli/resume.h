@@ -22,15 +22,17 @@ namespace sentree::cli {
 struct Resumption {
   std::filesystem::path recording;
   runtime::Journaled journaled;
-  std::shared_ptr<replay::RecordedRun> recorded;  ///< Null: nothing of the recording can be read.
-  std::uint64_t known = 0;                        ///< The last observation in it.
-  bool allow_plugins = false;                     ///< Those of the recording.
+  std::shared_ptr<replay::RecordedRun> recorded;                        ///< Null: nothing of the recording can be read.
+  std::uint64_t known = 0;                                              ///< The last observation in it.
+  replay::RecordedCode recorded_code = replay::RecordedCode::kRefused;  ///< Those of the recording.
 
   /// Of a recording, or the newest of the folder of recordings that can be resumed. Errors: journal.*; run.ended (it
   /// was killed when it had said how it ended: its journal goes).
   [[nodiscard]] static Result<Resumption> find(const std::string& recording);
-  /// The scenario from where it was, as it ran; or from the recording, if it has changed since.
-  [[nodiscard]] Loaded<project::Scenario> scenario(bool from_recording) const;
+  /// The scenario from where it was, as it ran.
+  [[nodiscard]] Loaded<project::Scenario> scenario() const;
+  /// From the recording, if it has changed since.
+  [[nodiscard]] Loaded<project::Scenario> recorded_scenario() const;
   /// The scenario of another project, or another scenario, at the pace of this run.
   [[nodiscard]] Loaded<project::Scenario> scenario_of(const std::string& project) const;
   /// See `note_of`.

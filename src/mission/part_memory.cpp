@@ -7,7 +7,7 @@
 #include "sentree/base/assert.h"
 #include "sentree/base/encoder.h"
 #include "sentree/idl/conform.h"
-#include "sentree/mission/detail/due.h"
+#include "sentree/mission/due.h"
 #include "sentree/mission/encode.h"
 #include "sentree/project/intervention.h"
 
@@ -44,17 +44,18 @@ bool PartMemory::remembers(const project::Plan& plan) {
                       [&](const project::ModelPlan& model) { return asks(model.chart); });
 }
 
-PartMemory::Tables::Tables(const project::Plan& plan, bool has_faults, bool timeline)
+PartMemory::Tables::Tables(const project::Plan& plan, FaultsFrom from)
     : parts(plan),
-      faults(has_faults || !plan.scenario.delays.empty() || (timeline && !plan.scenario.timeline.empty())),
+      faults(from == FaultsFrom::kAnywhere || !plan.scenario.delays.empty() ||
+             (from == FaultsFrom::kTimeline && !plan.scenario.timeline.empty())),
       gates(!plan.gates.empty()),
       states(parts) {
   parts.remember_steps();
   for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) looks.emplace_back(parts.skill(leaf).model().chart);
 }
 
-PartMemory::PartMemory(const project::Plan& plan, bool faults, bool timeline)
-    : tables_(std::make_shared<Tables>(plan, faults, timeline)) {}
+PartMemory::PartMemory(const project::Plan& plan, FaultsFrom faults)
+    : tables_(std::make_shared<Tables>(plan, faults)) {}
 
 PartMemory::Run PartMemory::begin() {
   Run run;
@@ -86,7 +87,7 @@ void PartMemory::step(Run& run, Outside& outside) {
   outside_ = &outside;
   auto& queue = run.queue;
   const auto part_at = [&](std::size_t i) { return tables_->deliveries[queue[i].what].part; };
-  detail::due(
+  due(
       queue, part_at, [&](std::size_t i) { return has_effect(run, queue[i]); }, due_);
   std::size_t which = 0;
   if (!due_.empty()) {

@@ -111,10 +111,11 @@ class PartMemory final : private Ground {
     }
   };
 
-  /// @param plan    Without obstacles for `VirtualHost`; borrowed.
-  /// @param faults  Some may come or stand.
-  /// @param timeline  What the scenario of the plan says of them counts too.
-  PartMemory(const project::Plan& plan, bool faults, bool timeline = true);
+  /// Where faults may come from, beside the delays that the scenario of the plan begins with.
+  enum class FaultsFrom : std::uint8_t { kNowhere, kTimeline, kAnywhere };
+
+  /// @param plan  Without obstacles for `VirtualHost`; borrowed.
+  PartMemory(const project::Plan& plan, FaultsFrom faults);
   /// Goes through runs by what this one has found out, and finds out nothing. Several may do so at a time, while this
   /// one does nothing. What it did is right unless it has `missed` something.
   [[nodiscard]] std::unique_ptr<PartMemory> reader() const {
@@ -300,7 +301,7 @@ class PartMemory final : private Ground {
 
   // What has a number, and which; and what steps do.
   struct Tables {
-    Tables(const project::Plan& plan, bool has_faults, bool timeline);
+    Tables(const project::Plan& plan, FaultsFrom from);
 
     Parts parts;
     bool faults;

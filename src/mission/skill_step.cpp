@@ -14,6 +14,18 @@
 
 namespace sentree::mission {
 
+namespace {
+
+scxml::Event event_of(const Publication& published) {
+  scxml::Event event;
+  event.name = published.topic;
+  event.origintype = "thrift";
+  event.data = idl::for_script(published.args);
+  return event;
+}
+
+}  // namespace
+
 bool SkillMachine::Step::operator()(TickSkill&& tick) {
   state_.tick = tick.tick;
   state_.answered = 0;
@@ -24,7 +36,10 @@ bool SkillMachine::Step::operator()(TickSkill&& tick) {
   }
   owing_ = true;
   if (model_.protocol) return ask(std::move(tick));
-  if (tick.started && !alive_) start(tick.inputs);
+  if (tick.started && !alive_) {
+    alive_ = true;
+    start(tick.inputs);
+  }
   if (alive_) {
     scxml::Event event;
     event.name = "tick";
@@ -92,10 +107,10 @@ bool SkillMachine::Step::operator()(const SkillTimer& timer) {
 bool SkillMachine::Step::operator()(const Published& published) {
   if (!state_.goals.empty()) note_result(*published.what);
   const bool begins = !lives_ && model_.protocol && state_.phase == SkillPhase::kIdle && state_.run == 0;
-  if (begins) start({}, false);
+  if (begins) start({});
   remember(published.what);
   if (!lives_) return begins;
-  hear(*published.what);
+  step(event_of(*published.what));
   return settle();
 }
 
@@ -104,12 +119,8 @@ bool SkillMachine::Step::ask(TickSkill&& tick) {
   // What it has said since the last tick answers this one.
   if (ended_ && !tick.started) return settle();
   const bool begins = !alive_;
-  ended_ = false;
-  if (lives_) {
-    alive_ = true;
-  } else {
-    start(tick.inputs);
-  }
+  alive_ = true;
+  if (!lives_) start(tick.inputs);
   const auto inputs = [&](const std::string& name) {
     scxml::Event event;
     event.name = name;
@@ -178,11 +189,10 @@ void SkillMachine::Step::give_reason() {
   state_.outputs["reason"] = std::move(trouble);
 }
 
-void SkillMachine::Step::start(const Map& inputs, bool asked) {
+void SkillMachine::Step::start(const Map& inputs) {
   const scxml::Chart& chart = model_.chart;
   state_.run = host_.run_number(state_.run + 1);
   lives_ = true;
-  alive_ = asked;
   ended_ = false;
   state_.asked = false;
   state_.halt_due.reset();
@@ -205,16 +215,11 @@ void SkillMachine::Step::start(const Map& inputs, bool asked) {
   machine_.said_.clear();
   follow();
   for (const Shared<Publication>& heard : state_.heard) {
-    if (lives_) hear(*heard, !model_.protocol);
+    if (!lives_) break;
+    execute(event_of(*heard));
+    if (model_.protocol) machine_.said_.clear();
+    follow();
   }
-}
-
-void SkillMachine::Step::hear(const Publication& published, bool answers) {
-  scxml::Event event;
-  event.name = published.topic;
-  event.origintype = "thrift";
-  event.data = idl::for_script(published.args);
-  step(event, answers);
 }
 
 void SkillMachine::Step::remember(const Shared<Publication>& what) {
@@ -229,13 +234,15 @@ void SkillMachine::Step::remember(const Shared<Publication>& what) {
     state_.heard.insert(at, what);
 }
 
-bool SkillMachine::Step::step(const scxml::Event& event, bool answers) {
-  const bool enabled =
-      execute(machine_.memory_ ? StepMemory::name_of(event) : std::string(),
-              {.kind = scxml::StepOrder::Kind::kEvent, .now = host_.now(), .event = event, .options = {}});
-  if (!answers) machine_.said_.clear();
+bool SkillMachine::Step::step(const scxml::Event& event) {
+  const bool enabled = execute(event);
   follow();
   return enabled;
+}
+
+bool SkillMachine::Step::execute(const scxml::Event& event) {
+  return execute(machine_.memory_ ? StepMemory::name_of(event) : std::string(),
+                 {.kind = scxml::StepOrder::Kind::kEvent, .now = host_.now(), .event = event, .options = {}});
 }
 
 bool SkillMachine::Step::execute(std::string_view what, const scxml::StepOrder& order) {

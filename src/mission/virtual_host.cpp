@@ -7,7 +7,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/mission/choice.h"
-#include "sentree/mission/detail/due.h"
+#include "sentree/mission/due.h"
 #include "sentree/mission/effect.h"
 
 namespace sentree::mission {
@@ -156,7 +156,7 @@ void VirtualHost::step(State& state, Surroundings& surroundings) {
   const auto wake = [&](bool is_model, std::size_t part) {
     return is_model ? state.models[part].wake : state.skills[part].wake;
   };
-  detail::due(
+  due(
       queue, [&](std::size_t i) { return part_number(queue[i].what); },
       [&](std::size_t i) { return has_effect(queue[i].what, state.tree, wake); }, at);
   std::size_t which = 0;

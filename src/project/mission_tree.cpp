@@ -23,7 +23,7 @@ class MissionLoader {
  public:
   MissionLoader(const Project& project, bt::Registry& registry) : project_(project), registry_(registry) {}
 
-  Loaded<bt::Tree> load(bool partial) {
+  Loaded<bt::Tree> load(TreePurpose purpose) {
     auto source = read(project_.mission);
     if (!source) return {std::nullopt, std::move(diagnostics_)};
     // Without its plug-ins the tree would be full of unknown nodes, which is not what is wrong.
@@ -33,7 +33,7 @@ class MissionLoader {
     for (const FileRef& file : project_.mission_files) add(file);
     bt::LoadOptions options;
     options.registry = &registry_;
-    options.partial = partial;
+    options.partial = purpose == TreePurpose::kLook;
     options.main_tree = project_.tree;
     options.skills = skill_names();
     options.skill_kind = [this](std::string_view id, std::string_view name) { return skill_kind(id, name); };
@@ -137,8 +137,8 @@ class MissionLoader {
 
 }  // namespace
 
-Loaded<bt::Tree> load_mission(const Project& project, bt::Registry& registry, bool partial) {
-  return MissionLoader(project, registry).load(partial);
+Loaded<bt::Tree> load_mission(const Project& project, bt::Registry& registry, TreePurpose purpose) {
+  return MissionLoader(project, registry).load(purpose);
 }
 
 bt::Category category_of(const scxml::Chart& chart, const SkillEntry* entry) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "sentree/base/result.h"
 #include "sentree/bt/registry.h"
 #include "sentree/bt/tree.h"
@@ -8,13 +10,16 @@
 
 namespace sentree::project {
 
+/// What a tree is loaded for: to be run, or to be looked at (`bt::LoadOptions::partial`).
+enum class TreePurpose : std::uint8_t { kRun, kLook };
+
 /// Loads the tree of a project's mission with everything that it takes: further files of trees, palettes, ROS packages,
 /// the C++ nodes of plug-ins, and the charts in skills/, which make leaves known that no file declares.
 ///
 /// @param registry  Gets the C++ nodes.
-/// @param partial   `bt::LoadOptions::partial`: the tree is looked at, not run.
 /// Errors: those of bt::load, plug-ins and files, at the places in sentree.yaml that name them.
-[[nodiscard]] Loaded<bt::Tree> load_mission(const Project& project, bt::Registry& registry, bool partial = false);
+[[nodiscard]] Loaded<bt::Tree> load_mission(const Project& project, bt::Registry& registry,
+                                            TreePurpose purpose = TreePurpose::kRun);
 
 /// What the leaf is that runs the chart: an action if it can be ticked again or halted, else a condition. With an entry
 /// whose protocol says how the chart is halted: an action if it can be.

@@ -37,12 +37,12 @@ class TreeFolder {
 
   [[nodiscard]] Loaded<Project> project() const { return load_project(folder_.path()); }
   /// What is said of the mission, or of the project that does not load.
-  [[nodiscard]] std::string told(bool partial = false) const {
+  [[nodiscard]] std::string told(TreePurpose purpose = TreePurpose::kRun) const {
     const auto loaded = project();
     std::string all = text(loaded.diagnostics);
     if (!loaded.ok()) return all;
     bt::Registry registry;
-    const auto tree = load_mission(*loaded.value, registry, partial);
+    const auto tree = load_mission(*loaded.value, registry, purpose);
     return all + text(tree.diagnostics) + (tree.ok() ? "loaded" : "");
   }
 
@@ -105,7 +105,7 @@ TEST(MissionFiles, SayWhatIsMissing) {
   EXPECT_THAT(folder.told(), HasSubstr("sentree.yaml:1:18: \"tree/*.xml\" matches no file"));
   folder.yaml("mission: {files: [trees/*.xml], tree: Main}\n").tree("trees/a.xml", "Main", "<SubTree ID=\"Gone\"/>");
   EXPECT_THAT(folder.told(), HasSubstr("trees/a.xml:1:61: there is no BehaviorTree \"Gone\""));
-  EXPECT_THAT(folder.told(true), HasSubstr("warning: there is no BehaviorTree \"Gone\""));
+  EXPECT_THAT(folder.told(TreePurpose::kLook), HasSubstr("warning: there is no BehaviorTree \"Gone\""));
 }
 
 TEST(Palettes, SayWhatNodesAreAndAreToldWhereTheyAreNamed) {
@@ -117,7 +117,7 @@ TEST(Palettes, SayWhatNodesAreAndAreToldWhereTheyAreNamed) {
               "<root><TreeNodesModel><Action ID=\"GoTo\"/><Decorator ID=\"Twice\"/></TreeNodesModel></root>");
   EXPECT_EQ(folder.told(), "m.xml:1:62: \"Twice\" is declared as Decorator, and no C++ node of that ID is registered\n")
       << "a project must run";
-  EXPECT_THAT(folder.told(true), HasSubstr("loaded"));
+  EXPECT_THAT(folder.told(TreePurpose::kLook), HasSubstr("loaded"));
 }
 
 TEST(Palettes, OfNav2BringItsNodes) {

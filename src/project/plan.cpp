@@ -202,7 +202,8 @@ class Preparation {
 
   std::optional<bt::Tree> tree() {
     bt::Registry registry;
-    auto loaded = load_mission(project_, registry, !project_.executed_by.empty());
+    auto loaded =
+        load_mission(project_, registry, project_.executed_by.empty() ? TreePurpose::kRun : TreePurpose::kLook);
     append(diagnostics, loaded.diagnostics);
     if (!loaded.value) return std::nullopt;
     std::vector<FileRef> files = project_.mission_files;

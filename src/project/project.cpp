@@ -97,11 +97,11 @@ void read_mission_files(YamlReader& reader, Project& project) {
 
 }  // namespace
 
-void read_mission(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics) {
+void read_mission(const text::YamlNode& node, EntriesOf whose, Project& project, Diagnostics& diagnostics) {
   YamlReader reader(node, "mission", diagnostics);
   const bool has_files = reader.node("files") != nullptr;
   const bool has_file = reader.node("file") != nullptr;
-  if (has_file || (!has_files && !replaces)) project.mission = file_ref(reader, "file");
+  if (has_file || (!has_files && whose == EntriesOf::kProject)) project.mission = file_ref(reader, "file");
   project.tree = reader.string("tree").value_or(project.tree);
   if (has_files) read_mission_files(reader, project);
   if (!has_file && (has_files || reader.node("tree") != nullptr))
@@ -308,7 +308,7 @@ void read_models(const text::YamlNode& node, Project& project, Diagnostics& diag
   }
 }
 
-void read_monitors(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics) {
+void read_monitors(const text::YamlNode& node, EntriesOf whose, Project& project, Diagnostics& diagnostics) {
   for (const text::YamlNode& entry : node.items) {
     YamlReader reader(entry, "monitor", diagnostics);
     MonitorEntry monitor;
@@ -327,7 +327,7 @@ void read_monitors(const text::YamlNode& node, bool replaces, Project& project, 
       if (is_unread_requirements(one)) other = project.monitors.end();
       if (other == project.monitors.end())
         project.monitors.push_back(std::move(one));
-      else if (replaces)
+      else if (whose == EntriesOf::kScenario)
         *other = std::move(one);
       else
         reader.error(entry.span, "project.duplicate",
@@ -487,7 +487,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
       reader.know(key.scalar);
     }
     if (const auto* mission = reader.node("mission"))
-      read_mission(*mission, false, project, loaded.diagnostics);
+      read_mission(*mission, EntriesOf::kProject, project, loaded.diagnostics);
     else
       reader.error(yaml->span, "project.missing-key", "the project needs \"mission\": {file: mission.xml}");
     if (const auto* services = reader.mapping("services")) read_services(*services, project, loaded.diagnostics);
@@ -497,7 +497,7 @@ Loaded<Project> load_project(const std::filesystem::path& folder_or_file) {
     if (const auto* protocols = reader.mapping("protocols")) read_protocols(*protocols, project, loaded.diagnostics);
     if (const auto* skills = reader.mapping("skills")) read_skills(*skills, project, loaded.diagnostics);
     if (const auto* monitors = reader.sequence("monitors"))
-      read_monitors(*monitors, false, project, loaded.diagnostics);
+      read_monitors(*monitors, EntriesOf::kProject, project, loaded.diagnostics);
     if (const auto* observers = reader.mapping("observers")) read_observers(*observers, project, loaded.diagnostics);
     project.palettes = file_refs(reader, "palettes");
     project.packages = file_refs(reader, "packages");

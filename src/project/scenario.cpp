@@ -193,8 +193,10 @@ void read_overrides(const text::YamlNode& node, Project& project, Diagnostics& d
     }
   }
   if (const auto* models = reader.sequence("models")) read_models(*models, project, diagnostics);
-  if (const auto* mission = reader.mapping("mission")) read_mission(*mission, true, project, diagnostics);
-  if (const auto* monitors = reader.sequence("monitors")) read_monitors(*monitors, true, project, diagnostics);
+  if (const auto* mission = reader.mapping("mission"))
+    read_mission(*mission, EntriesOf::kScenario, project, diagnostics);
+  if (const auto* monitors = reader.sequence("monitors"))
+    read_monitors(*monitors, EntriesOf::kScenario, project, diagnostics);
   if (const auto* observers = reader.mapping("observers")) read_observers(*observers, project, diagnostics);
   read_deadlines(reader.mapping("deadlines"), project, diagnostics);
   if (const auto* world = reader.mapping("world")) project.world_overrides = *world;

@@ -135,7 +135,7 @@ class Collection {
       }
     }
     bt::Registry registry;
-    const auto tree = load_mission(project_, registry, true);  // `check` tells what is wrong with it
+    const auto tree = load_mission(project_, registry, TreePurpose::kLook);  // `check` tells what is wrong with it
     // C++ nodes are for the palette too.
     models_ = bt::models(registry);
     if (!tree.ok()) return;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -56,12 +57,14 @@ void read_skill(YamlReader& reader, const Project& project, SkillEntry& skill, D
 void read_protocols(const text::YamlNode& node, Project& project, Diagnostics& diagnostics);
 /// Reads `deadlines:` over the present ones, completes them with their defaults, and checks that they nest.
 void read_deadlines(const text::YamlNode* node, Project& project, Diagnostics& diagnostics);
+/// Whose entries are read: a scenario's stand in place of the project's.
+enum class EntriesOf : std::uint8_t { kProject, kScenario };
 /// Reads the entries of `monitors:`. One with the name of another replaces it, or is an error.
-void read_monitors(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics);
+void read_monitors(const text::YamlNode& node, EntriesOf whose, Project& project, Diagnostics& diagnostics);
 /// Reads the entries of `models:`, to those that are there.
 void read_models(const text::YamlNode& node, Project& project, Diagnostics& diagnostics);
 /// Reads `mission:`, whole or over what is there.
-void read_mission(const text::YamlNode& node, bool replaces, Project& project, Diagnostics& diagnostics);
+void read_mission(const text::YamlNode& node, EntriesOf whose, Project& project, Diagnostics& diagnostics);
 /// Reads the entries of `observers:`.
 void read_observers(const text::YamlNode& node, Project& project, Diagnostics& diagnostics);
 

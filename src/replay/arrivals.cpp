@@ -36,7 +36,7 @@ What* first_of(std::deque<What*>& waiting) {
 
 }  // namespace
 
-Arrivals::Arrivals(const project::Plan& plan) : plan_(plan) {
+Arrivals::Arrivals(const project::Plan& plan, NeverCame never_came) : plan_(plan), never_came_(never_came) {
   for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves_[plan_.leaves[i].name] = i;
 }
 
@@ -154,13 +154,13 @@ void Arrivals::note_injection(const Message& message) {
   }
 }
 
-TimePoint Arrivals::of(std::size_t leaf, LeafMessage what, std::uint64_t tick, TimePoint now, bool exact) {
+TimePoint Arrivals::of(std::size_t leaf, LeafMessage what, std::uint64_t tick, TimePoint now) {
   // What was not taken then is by a changed project.
-  const auto next_of = [exact](std::deque<TimePoint>& all) {
+  const auto next_of = [this](std::deque<TimePoint>& all) {
     if (all.empty()) return TimePoint{};
     const TimePoint taken = all.front();
     all.pop_front();
-    return taken == kNever && !exact ? TimePoint{} : taken;
+    return taken == kNever ? never() : taken;
   };
   switch (what) {
     case LeafMessage::kCancel: return next_of(cancels_[{leaf, tick}]);
@@ -177,19 +177,19 @@ TimePoint Arrivals::of(std::size_t leaf, LeafMessage what, std::uint64_t tick, T
     if (found == all.end() || found->second.empty()) return {};
     current = found->second.front();
     found->second.pop_front();
-    return current->asked == kNever && !exact ? TimePoint{} : current->asked;
+    return current->asked == kNever ? never() : current->asked;
   }
   if (!current) return {};
   // What the end of the run cut short is cut short again.
-  if (!current->answered) return exact ? kNever : TimePoint{};
-  if (what != LeafMessage::kDue) return !current->late ? *current->answered : exact ? kNever : TimePoint{};
+  if (!current->answered) return never();
+  if (what != LeafMessage::kDue) return current->late ? never() : *current->answered;
   if (current->late) return *current->answered;
   // The deadline's own timer may have been late, and the answer so in time.
   if (plan_.leaves[leaf].condition) return kNever;
   return *current->answered <= now + plan_.scenario.project.deadlines.budget ? kNever : TimePoint{};
 }
 
-TimePoint Arrivals::of_topic(std::size_t leaf, const mission::Publication& what, bool exact) const {
+TimePoint Arrivals::of_topic(std::size_t leaf, const mission::Publication& what) const {
   const TopicOf of{what.topic, what.source};
   const auto number = published_now_.find(of);
   const auto all = published_.find(of);
@@ -197,7 +197,7 @@ TimePoint Arrivals::of_topic(std::size_t leaf, const mission::Publication& what,
   const PublishedThen& then = all->second[number->second - 1];
   const auto late = then.late.find(leaf);
   if (late == then.late.end()) return then.time;
-  return late->second == kNever && !exact ? TimePoint{} : late->second;
+  return late->second == kNever ? never() : late->second;
 }
 
 TimePoint Arrivals::of_veto(std::size_t leaf, const std::string& call) {

@@ -49,7 +49,10 @@ void Behaviour::observe(const Message& message) {
   }
 }
 
-std::vector<Difference> differences(const Behaviour& then, const Behaviour& now, bool exact, TimePoint until) {
+std::vector<Difference> differences(const Behaviour& then, const Behaviour& now, Compared compared, TimePoint until) {
+  const auto same_tick = [&](const BehaviourEvent& a, const BehaviourEvent& b) {
+    return compared == Compared::kOrder || a.tick == b.tick;
+  };
   std::vector<Difference> found;
   std::set<std::string> all;
   for (const auto& [who, events] : then.events()) all.insert(who);
@@ -66,14 +69,14 @@ std::vector<Difference> differences(const Behaviour& then, const Behaviour& now,
       const BehaviourEvent* recorded = i < a.size() ? &a[i] : nullptr;
       const BehaviourEvent* replayed = i < b.size() ? &b[i] : nullptr;
       if (recorded != nullptr && replayed != nullptr && recorded->what == replayed->what &&
-          (!exact || recorded->tick == replayed->tick))
+          same_tick(*recorded, *replayed))
         continue;
       // What comes first is where they part.
       const bool now_first = recorded == nullptr || (replayed != nullptr && replayed->time <= recorded->time);
       const BehaviourEvent& first = now_first ? *replayed : *recorded;
       if (first.time > until) break;
       const auto text = [&](const BehaviourEvent* event) {
-        if (event != nullptr && (!exact || event->tick == first.tick)) return event->what;
+        if (event != nullptr && same_tick(*event, first)) return event->what;
         return i > 0 ? "no change: it last " + a[i - 1].what : std::string("nothing yet");
       };
       found.push_back({first.time, first.tick, first.sequence, who, text(recorded), text(replayed)});

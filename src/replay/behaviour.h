@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -40,8 +41,11 @@ class Behaviour {
   std::map<std::string, std::map<std::string, std::string>> last_;  // by who, by kind
 };
 
-/// The first difference of each, by time; none later than `until`. `exact`: the tick counts as well as the order.
-[[nodiscard]] std::vector<Difference> differences(const Behaviour& then, const Behaviour& now, bool exact,
+/// What of two behaviours has to be alike.
+enum class Compared : std::uint8_t { kOrder, kOrderAndTick };
+
+/// The first difference of each, by time; none later than `until`.
+[[nodiscard]] std::vector<Difference> differences(const Behaviour& then, const Behaviour& now, Compared compared,
                                                   TimePoint until);
 
 }  // namespace sentree::replay

@@ -245,11 +245,11 @@ std::string sha256(std::string_view bytes) {
 }
 
 // What the user has to know of a plug-in to decide whether it may run.
-Diagnostic told(const project::FileRef& plugin, const fs::path& file, bool allowed) {
+Diagnostic told(const project::FileRef& plugin, const fs::path& file, RecordedCode code) {
   const auto content = text::read_file(file);
   const std::string what = plugin.path + (content ? fmt::format(" (SHA-256 {})", sha256(*content))
                                                   : fmt::format(" ({})", content.error().message));
-  if (allowed) {
+  if (code == RecordedCode::kLoaded) {
     return {Severity::kNote, "record.plugin",
             fmt::format("plug-in {} of the recording is loaded, as --allow-plugins says", what), plugin.span};
   }
@@ -262,7 +262,7 @@ Diagnostic told(const project::FileRef& plugin, const fs::path& file, bool allow
 
 }  // namespace
 
-Loaded<project::Scenario> RecordedRun::scenario(bool allow_plugins) {
+Loaded<project::Scenario> RecordedRun::scenario(RecordedCode code) {
   const auto file = extract();
   if (!file) return {.value = std::nullopt, .diagnostics = {file.error()}};
   auto loaded = load_either(*file, fact("source") == fact("project"));
@@ -274,11 +274,11 @@ Loaded<project::Scenario> RecordedRun::scenario(bool allow_plugins) {
   apply_facts(*loaded.value);
   const project::Project& project = loaded.value->project;
   for (const project::FileRef& plugin : project.plugins) {
-    loaded.diagnostics.push_back(told(plugin, project.folder / plugin.path, allow_plugins));
+    loaded.diagnostics.push_back(told(plugin, project.folder / plugin.path, code));
     SourceSpan& where = loaded.diagnostics.back().span;
     where.file = named(std::move(where.file));
   }
-  if (!allow_plugins && !project.plugins.empty()) loaded.value.reset();
+  if (code == RecordedCode::kRefused && !project.plugins.empty()) loaded.value.reset();
   return loaded;
 }
 
@@ -331,7 +331,7 @@ void restore_numbers(const project::Plan& plan, Message& message) {
 
 Result<std::string> recorded_scenario_text(RecordedRun& run, const std::string& project) {
   // Nothing of it is loaded.
-  auto scenario = run.scenario(true);
+  auto scenario = run.scenario(RecordedCode::kLoaded);
   if (!scenario.value) return tl::unexpected(scenario.diagnostics.front());
   std::vector<project::Injection> done;
   project::RunOutcome outcome;

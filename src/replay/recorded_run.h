@@ -12,6 +12,7 @@
 #include "sentree/base/result.h"
 #include "sentree/project/plan.h"
 #include "sentree/record/reader.h"
+#include "sentree/replay/recorded_code.h"
 
 namespace sentree::replay {
 
@@ -55,9 +56,9 @@ class RecordedRun {
   /// file there. Names that would lead out of it are refused. Errors: record.no-project, record.bad-name, file.*.
   [[nodiscard]] Result<std::filesystem::path> extract();
   /// The recorded scenario as it ran: with its seed, clock and limits. Nobody vouches for the code of a recording: one
-  /// whose project names plug-ins is refused, or with `allow_plugins` given with a note for each; both tell the hash.
+  /// whose project names plug-ins is refused, or given with a note for each; both tell the hash.
   /// Codes: those of `extract` and of `load_scenario`; record.plugin.
-  [[nodiscard]] Loaded<project::Scenario> scenario(bool allow_plugins = false);
+  [[nodiscard]] Loaded<project::Scenario> scenario(RecordedCode code = RecordedCode::kRefused);
   /// A text that names files of the recorded project, with places as "RUN.mcap/skills/A.scxml:8:3": its private folder
   /// is gone when one reads that.
   [[nodiscard]] std::string named(std::string text) const;

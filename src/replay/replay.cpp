@@ -115,10 +115,10 @@ class Replay {
     if (!recorded_.is_virtual()) {
       options.arrival = [this](std::size_t leaf, Arrivals::LeafMessage what) {
         if (report_.continued) return TimePoint{};
-        return arrivals_->of(leaf, what, tick_, inside_->scheduler().now(), is_own_);
+        return arrivals_->of(leaf, what, tick_, inside_->scheduler().now());
       };
       options.topic_arrival = [this](std::size_t leaf, const mission::Publication& what) {
-        return report_.continued ? TimePoint{} : arrivals_->of_topic(leaf, what, is_own_);
+        return report_.continued ? TimePoint{} : arrivals_->of_topic(leaf, what);
       };
       options.veto_arrival = [this](std::size_t leaf, const std::string& call) {
         return report_.continued ? TimePoint{} : arrivals_->of_veto(leaf, call);
@@ -303,7 +303,7 @@ class Replay {
     std::map<std::uint64_t, Exchange*> open;  // by call
     std::set<std::string_view> leaves;
     for (const project::LeafPlan& leaf : plan_.leaves) leaves.insert(leaf.name);
-    arrivals_.emplace(plan_);
+    arrivals_.emplace(plan_, is_own_ ? Arrivals::NeverCame::kDoesNotCome : Arrivals::NeverCame::kComesAtOnce);
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
       const bool is_arrival = arrivals_->note(message);
@@ -637,14 +637,14 @@ class Replay {
   }
 
   void compare() {
-    const bool exact = recorded_.is_virtual();
     const bool is_before_end = report_.moment && *options_.at < recorded_.ended();
     const TimePoint until = !report_.unrecorded.empty() ? report_.unrecorded_at
                             : is_before_end             ? *options_.at
                             : options_.go_on_at         ? *options_.go_on_at - Duration(1)
                             : is_whole()                ? kNever
                                                         : recorded_.ended() - std::chrono::seconds(1);
-    report_.differences = differences(then_behaviour_, now_behaviour_, exact, until);
+    report_.differences = differences(then_behaviour_, now_behaviour_,
+                                      recorded_.is_virtual() ? Compared::kOrderAndTick : Compared::kOrder, until);
     if (report_.differences.size() > kDifferencesMax) report_.differences.resize(kDifferencesMax);
   }
 

@@ -91,7 +91,7 @@ void Run::Impl::resumed(const Journaled& journaled) {
       Map{{"from_ns", gap.from.time_since_epoch().count()}, {"lost_ns", lost.count()}, {"wall_ns", gap.wall.count()}};
   stream_.publish(std::move(message));
   if (!wall) problem("the machine's clock was set back: how long nobody was there is not known, and counts as no time");
-  auto beside = remember_observers(kAfterResumption, true);
+  auto beside = remember_observers(kAfterResumption, Untaken::kAreTaken);
   durability_->snapshot(capture(), beside.value_or(List()), timeline_to_);
   if (!beside) durability_->journal().give_up("a monitor in another process does not say how far it is");
   end_journal(journaled, recording_name());
@@ -115,7 +115,7 @@ void Run::Impl::keep_journal(TimePoint when) {
     scheduler_->at(director_, scheduler_->now(), mission::Rank::kInjection, [this, when] {
       // Without it, the records behind the last state say everything still.
       const Duration patience = when == TimePoint{} ? Duration(kAfterResumption) : Duration(kBetweenTicks);
-      if (auto beside = remember_observers(patience, false))
+      if (auto beside = remember_observers(patience, Untaken::kGiveUp))
         durability_->snapshot(capture(), std::move(*beside), timeline_to_);
       keep_journal(std::max(when + journal_period(), scheduler_->now()));
     });
@@ -146,7 +146,7 @@ std::optional<std::string> Run::Impl::recall_observers() {
   return std::nullopt;
 }
 
-std::optional<List> Run::Impl::remember_observers(Duration patience, bool taken) {
+std::optional<List> Run::Impl::remember_observers(Duration patience, Untaken untaken) {
   // What is taken is observed, and may make another one decide: each once.
   for (std::size_t rounds = 0; rounds <= observers().size(); ++rounds) {
     List all;
@@ -156,7 +156,7 @@ std::optional<List> Run::Impl::remember_observers(Duration patience, bool taken)
       all.push_back(Map{{"observer", plan_.observers[i].name}, {"memory", std::move(*memory)}});
     }
     if (is_decided_elsewhere()) {
-      if (!taken) break;
+      if (untaken == Untaken::kGiveUp) break;
       take_decisions();
       continue;
     }

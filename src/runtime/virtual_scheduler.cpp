@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "sentree/mission/due.h"
 #include "sentree/mission/effect.h"
 #include "sentree/mission/instant.h"
 #include "sentree/runtime/scheduler.h"
@@ -219,31 +220,34 @@ class VirtualScheduler final : public Scheduler {
   void reorder() {
     const Entry& top = queue_.front();
     if (!mission::may_change_places(top.rank) || !is_delivery(top)) return;
-    std::vector<Entry*> due;
+    struct Due {
+      TimePoint when;
+      mission::Rank rank;
+      Entry* entry;
+    };
+    std::vector<Due> due;
     for (Entry& entry : queue_) {
-      if (entry.when == top.when && mission::may_change_places(entry.rank) && is_delivery(entry)) due.push_back(&entry);
+      if (entry.when == top.when && mission::may_change_places(entry.rank) && is_delivery(entry))
+        due.push_back({entry.when, entry.rank, &entry});
     }
-    if (due.size() < 2) return;
-    std::sort(due.begin(), due.end(), [](const Entry* a, const Entry* b) {
-      return a->rank != b->rank ? a->rank < b->rank : a->order < b->order;
-    });
-    // The first of each part that finds what it was meant for: what is on its way to one keeps its order.
-    std::vector<Entry*> first;
-    for (Entry* entry : due) {
-      if (std::none_of(first.begin(), first.end(), [&](const Entry* f) { return f->actor == entry->actor; }) &&
-          has_effect_(std::get<mission::Delivery>(things_[entry->thing])))
-        first.push_back(entry);
-    }
-    if (first.size() < 2) return;
+    std::sort(due.begin(), due.end(), [](const Due& a, const Due& b) { return Later()(*b.entry, *a.entry); });
+    const auto delivery = [&](std::size_t i) -> const mission::Delivery& {
+      return std::get<mission::Delivery>(things_[due[i].entry->thing]);
+    };
+    std::vector<std::size_t> at;
+    mission::due(
+        due, [&](std::size_t i) { return due[i].entry->actor; },
+        [&](std::size_t i) { return has_effect_(delivery(i)); }, at);
+    if (at.empty()) return;
     std::vector<const mission::Delivery*> asked;
-    for (const Entry* entry : first) asked.push_back(&std::get<mission::Delivery>(things_[entry->thing]));
-    Entry* const chosen = first[decide_(++orders_, asked)];
+    for (const std::size_t i : at) asked.push_back(&delivery(i));
+    Entry* const chosen = due[at[decide_(++orders_, asked)]].entry;
     // It takes the place of what is in front; those of that rank move one back.
     if (chosen == &queue_.front()) return;
     std::vector<Entry*> line{chosen};
     std::vector<std::uint64_t> orders;
-    for (Entry* entry : due) {
-      if (entry != chosen && entry->rank == top.rank) line.push_back(entry);
+    for (const Due& one : due) {
+      if (one.entry != chosen && one.rank == top.rank) line.push_back(one.entry);
     }
     chosen->rank = top.rank;
     for (const Entry* entry : line) orders.push_back(entry->order);

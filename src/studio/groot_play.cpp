@@ -105,11 +105,11 @@ struct GrootPlay::Impl {
   std::thread thread;
 };
 
-Result<std::unique_ptr<GrootPlay>> GrootPlay::start(const std::string& path, bool allow_plugins, double factor,
+Result<std::unique_ptr<GrootPlay>> GrootPlay::start(const std::string& path, replay::RecordedCode code, double factor,
                                                     groot::ServerOptions options, Diagnostics& diagnostics) {
   auto run = replay::RecordedRun::open(path);
   if (!run) return tl::unexpected(run.error());
-  auto scenario = run->scenario(allow_plugins);
+  auto scenario = run->scenario(code);
   diagnostics = scenario.diagnostics;
   auto plan = scenario.ok() ? project::prepare(std::move(*scenario.value)) : Loaded<project::Plan>();
   diagnostics.insert(diagnostics.end(), plan.diagnostics.begin(), plan.diagnostics.end());

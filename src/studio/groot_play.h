@@ -4,6 +4,7 @@
 #include <string>
 
 #include "sentree/groot/server.h"
+#include "sentree/replay/recorded_code.h"
 
 namespace sentree::studio {
 
@@ -13,8 +14,8 @@ class GrootPlay {
  public:
   /// @param factor  Recorded seconds per second; above 0.
   /// Errors: those of `RecordedRun` and `groot::Server::start`; what is wrong with the recorded project is in
-  /// `diagnostics`. `allow_plugins`: as for `RecordedRun::scenario`.
-  [[nodiscard]] static Result<std::unique_ptr<GrootPlay>> start(const std::string& path, bool allow_plugins,
+  /// `diagnostics`. `code`: as for `RecordedRun::scenario`.
+  [[nodiscard]] static Result<std::unique_ptr<GrootPlay>> start(const std::string& path, replay::RecordedCode code,
                                                                 double factor, groot::ServerOptions options,
                                                                 Diagnostics& diagnostics);
   ~GrootPlay();

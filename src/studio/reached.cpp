@@ -40,11 +40,11 @@ Value coverage_value(const campaign::Coverage& coverage, const std::filesystem::
   return Map{{"kinds", std::move(kinds)}, {"not_reached", std::move(missing)}};
 }
 
-Result<Reached> reached_by(const std::string& recording, bool allow_plugins) {
+Result<Reached> reached_by(const std::string& recording, replay::RecordedCode code) {
   auto run = replay::RecordedRun::open(recording);
   if (!run) return tl::unexpected(run.error());
   const auto prepared = [&]() -> Result<project::Plan> {
-    auto scenario = run->scenario(allow_plugins);
+    auto scenario = run->scenario(code);
     if (scenario.ok()) {
       scenario.value->virtual_time = false;  // what is executed elsewhere is replayed in this process
       if (auto plan = project::prepare(std::move(*scenario.value)); plan.ok()) return std::move(*plan.value);

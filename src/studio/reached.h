@@ -6,6 +6,7 @@
 #include "sentree/base/result.h"
 #include "sentree/base/value.h"
 #include "sentree/campaign/coverage.h"
+#include "sentree/replay/recorded_code.h"
 #include "sentree/replay/recorded_run.h"
 
 namespace sentree::studio {
@@ -22,6 +23,6 @@ struct Reached {
 /// Guards and transitions are in no recording: the run is executed again, its services answering as they did then.
 /// Cost: that of `replay::replay`. Errors: those of it and of `RecordedRun`; coverage.differs (what is executed now
 /// does something else, as after an upgrade).
-[[nodiscard]] Result<Reached> reached_by(const std::string& recording, bool allow_plugins);
+[[nodiscard]] Result<Reached> reached_by(const std::string& recording, replay::RecordedCode code);
 
 }  // namespace sentree::studio

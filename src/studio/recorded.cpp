@@ -100,7 +100,7 @@ struct Recorded::Impl {
   // Reached by running it again, once.
   Result<Value> reached() {
     if (!coverage) {
-      const auto found = reached_by(path, allow_plugins);
+      const auto found = reached_by(path, code);
       if (!found) return tl::unexpected(found.error());
       coverage = coverage_value(found->coverage, found->folder);
     }
@@ -109,7 +109,7 @@ struct Recorded::Impl {
 
   replay::RecordedRun run;
   std::string path;
-  bool allow_plugins = false;
+  replay::RecordedCode code = replay::RecordedCode::kRefused;
   std::optional<Value> coverage;  // of the thread that steers
   project::Plan plan;
   Subject subject;
@@ -123,11 +123,11 @@ struct Recorded::Impl {
 Recorded::Recorded(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Recorded::~Recorded() = default;
 
-Result<std::unique_ptr<Recorded>> Recorded::read(const std::string& path, bool allow_plugins,
+Result<std::unique_ptr<Recorded>> Recorded::read(const std::string& path, replay::RecordedCode code,
                                                  Diagnostics& diagnostics) {
   auto run = replay::RecordedRun::open(path);
   if (!run) return tl::unexpected(run.error());
-  auto scenario = run->scenario(allow_plugins);
+  auto scenario = run->scenario(code);
   diagnostics = scenario.diagnostics;
   if (!scenario.ok()) return fail("record.no-project", "the recorded project cannot be loaded", SourceSpan{path});
   auto plan = project::prepare(std::move(*scenario.value));
@@ -136,7 +136,7 @@ Result<std::unique_ptr<Recorded>> Recorded::read(const std::string& path, bool a
   const auto before = parts_before(path, *run);
   auto impl = std::make_unique<Impl>(std::move(*run), std::move(*plan.value), before.empty());
   impl->path = path;
-  impl->allow_plugins = allow_plugins;
+  impl->code = code;
   if (before.empty()) impl->read_index();
   for (const EarlierPart& part : before) {
     // What it says of the time after is said again by the next one.
@@ -155,9 +155,9 @@ Result<std::unique_ptr<Recorded>> Recorded::read(const std::string& path, bool a
   return std::unique_ptr<Recorded>(new Recorded(std::move(impl)));
 }
 
-Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, bool allow_plugins, ServerOptions options,
-                                                 Diagnostics& diagnostics) {
-  auto recorded = read(path, allow_plugins, diagnostics);
+Result<std::unique_ptr<Recorded>> Recorded::open(const std::string& path, replay::RecordedCode code,
+                                                 ServerOptions options, Diagnostics& diagnostics) {
+  auto recorded = read(path, code, diagnostics);
   if (!recorded) return tl::unexpected(recorded.error());
   options.live = false;
   auto server =

@@ -13,11 +13,11 @@ class Recorded {
  public:
   /// Reads the recording once; of one that takes more than a second the rest comes while the page is there. Errors:
   /// those of `RecordedRun` and `Server::start`; what is wrong with the recorded project is in `diagnostics`.
-  /// `allow_plugins`: as for `RecordedRun::scenario`.
-  [[nodiscard]] static Result<std::unique_ptr<Recorded>> open(const std::string& path, bool allow_plugins,
+  /// `code`: as for `RecordedRun::scenario`.
+  [[nodiscard]] static Result<std::unique_ptr<Recorded>> open(const std::string& path, replay::RecordedCode code,
                                                               ServerOptions options, Diagnostics& diagnostics);
   /// The same without a page: the server of something else shows it, through `access`.
-  [[nodiscard]] static Result<std::unique_ptr<Recorded>> read(const std::string& path, bool allow_plugins,
+  [[nodiscard]] static Result<std::unique_ptr<Recorded>> read(const std::string& path, replay::RecordedCode code,
                                                               Diagnostics& diagnostics);
   ~Recorded();
   Recorded(const Recorded&) = delete;

@@ -171,7 +171,7 @@ TEST_F(Beside, GoesOnWithTheEditedProjectFromWhereItIsAndBothRecordingsAreWhole)
 
   // Who looks at the second recording only sees what was at work where it begins, as the page of the run does.
   Diagnostics diagnostics;
-  auto opened = Recorded::read((runs() / second).string(), false, diagnostics);
+  auto opened = Recorded::read((runs() / second).string(), replay::RecordedCode::kRefused, diagnostics);
   ASSERT_TRUE(opened.has_value()) << to_string(opened.error());
   shown.update();
   const Nanoseconds held = std::stoll(after->fact("continues_at_ns"));

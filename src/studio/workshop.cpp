@@ -150,7 +150,7 @@ Value Workshop::Impl::summary() const {
     List list;
     constexpr std::size_t kShownMax = 20;
     for (const replay::Difference& difference :
-         replay::differences(baseline->behaviour, shadow->behaviour, true, kNever)) {
+         replay::differences(baseline->behaviour, shadow->behaviour, replay::Compared::kOrderAndTick, kNever)) {
       list.push_back(Map{{"time", difference.time.time_since_epoch().count()},
                          {"who", difference.who},
                          {"before", difference.recorded},

@@ -165,7 +165,7 @@ Result<Value> Workshop::Impl::show_run(const std::string& recording) {
     if (std::find(names.begin(), names.end(), recording) == names.end())
       return fail("studio.request", fmt::format("there is no recording \"{}\" in runs/", recording));
     Diagnostics unused;
-    auto opened = Recorded::read((folder / kRunsFolder / recording).string(), false, unused);
+    auto opened = Recorded::read((folder / kRunsFolder / recording).string(), replay::RecordedCode::kRefused, unused);
     if (!opened) return tl::unexpected(opened.error());
     read = std::move(*opened);
   }

@@ -113,7 +113,7 @@ class Executing final : public Frontier {
 
 class Remembering final : public Frontier {
  public:
-  Remembering(const project::Plan& plan, bool faults, mission::PartMemory::Outside& outside)
+  Remembering(const project::Plan& plan, mission::PartMemory::FaultsFrom faults, mission::PartMemory::Outside& outside)
       : plan_(plan), outside_(outside), memory_(std::make_unique<mission::PartMemory>(plan, faults)) {}
   Remembering(const Remembering& of, mission::PartMemory::Outside& outside)
       : plan_(of.plan_), outside_(outside), memory_(of.memory_->reader()), of_(&of) {}
@@ -224,7 +224,8 @@ std::unique_ptr<Frontier> executing(const project::Plan& plan, mission::Surround
   return std::make_unique<Executing>(plan, surroundings);
 }
 
-std::unique_ptr<Frontier> remembering(const project::Plan& plan, bool faults, mission::PartMemory::Outside& outside) {
+std::unique_ptr<Frontier> remembering(const project::Plan& plan, mission::PartMemory::FaultsFrom faults,
+                                      mission::PartMemory::Outside& outside) {
   return std::make_unique<Remembering>(plan, faults, outside);
 }
 

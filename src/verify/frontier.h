@@ -78,8 +78,7 @@ class Frontier {
 /// Executes every step.
 [[nodiscard]] std::unique_ptr<Frontier> executing(const project::Plan& plan, mission::Surroundings& surroundings);
 /// Looks up what it knows (`mission::PartMemory`).
-/// @param faults  Some may come.
-[[nodiscard]] std::unique_ptr<Frontier> remembering(const project::Plan& plan, bool faults,
+[[nodiscard]] std::unique_ptr<Frontier> remembering(const project::Plan& plan, mission::PartMemory::FaultsFrom faults,
                                                     mission::PartMemory::Outside& outside);
 
 }  // namespace sentree::verify

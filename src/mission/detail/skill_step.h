@@ -69,17 +69,17 @@ class SkillMachine::Step {
   // A chart that does not say why it failed may have been told.
   void give_reason();
 
-  // @param asked  By a tick.
-  void start(const Map& inputs, bool asked = true);
-
-  // @param answers  As of `step`.
-  void hear(const Publication& published, bool answers = true);
+  // Of a run that has been asked for, or of a chart that nobody has asked yet.
+  void start(const Map& inputs);
 
   // For the runs that begin later.
   void remember(const Shared<Publication>& what);
 
-  // Whether the chart took it. @param answers  Whether what it does then may answer a tick.
-  bool step(const scxml::Event& event, bool answers = true);
+  // Whether the chart took it.
+  bool step(const scxml::Event& event);
+
+  // The same, without what follows of it.
+  bool execute(const scxml::Event& event);
 
   // @param what  Tells steps apart; only with a memory.
   bool execute(std::string_view what, const scxml::StepOrder& order);

@@ -22,8 +22,12 @@ class Arrivals {
  public:
   using LeafMessage = runtime::RunOptions::LeafMessage;
 
+  /// What had not come when the recording ended: does not come in a replay of the same project, and comes at once in
+  /// that of a changed one, which got there by itself.
+  enum class NeverCame : std::uint8_t { kDoesNotCome, kComesAtOnce };
+
   /// @param plan  Of which leaves and deadlines are looked at; borrowed.
-  explicit Arrivals(const project::Plan& plan);
+  Arrivals(const project::Plan& plan, NeverCame never_came);
   Arrivals(const Arrivals&) = delete;
   Arrivals& operator=(const Arrivals&) = delete;
 
@@ -33,16 +37,18 @@ class Arrivals {
   // The same run again.
   /// A request is published.
   void published(const Message& request) { ++published_now_[{topic_of(request), request.source}]; }
-  /// As `runtime::RunOptions::arrival`. @param exact  What never came then does not come: the plan is that of the
-  /// recording. @param tick  The root's, the latest.
-  [[nodiscard]] TimePoint of(std::size_t leaf, LeafMessage what, std::uint64_t tick, TimePoint now, bool exact);
+  /// As `runtime::RunOptions::arrival`. @param tick  The root's, the latest.
+  [[nodiscard]] TimePoint of(std::size_t leaf, LeafMessage what, std::uint64_t tick, TimePoint now);
   /// As `runtime::RunOptions::topic_arrival` and `timer_arrival`.
-  [[nodiscard]] TimePoint of_topic(std::size_t leaf, const mission::Publication& what, bool exact) const;
+  [[nodiscard]] TimePoint of_topic(std::size_t leaf, const mission::Publication& what) const;
   [[nodiscard]] TimePoint of_timer(std::size_t leaf, std::uint64_t number) const;
   /// As `runtime::RunOptions::veto_arrival`: of the next veto of that call.
   [[nodiscard]] TimePoint of_veto(std::size_t leaf, const std::string& call);
 
  private:
+  // When what never came comes.
+  [[nodiscard]] TimePoint never() const { return never_came_ == NeverCame::kDoesNotCome ? kNever : TimePoint{}; }
+
   // Something that the mission asked of a leaf, and what came of it.
   struct Activation {
     TimePoint asked{};  // or, where that is known, when the leaf took it
@@ -74,6 +80,7 @@ class Arrivals {
   void note_topic(std::size_t leaf, const Message& message, TimePoint taken);
 
   const project::Plan& plan_;
+  NeverCame never_came_;
   std::map<std::string, std::size_t, std::less<>> leaves_;
   Activations ticks_;
   Activations halts_;

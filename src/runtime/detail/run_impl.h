@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -151,9 +152,11 @@ class Run::Impl final : public RunView, private RunInside {
   void fell_behind(Duration behind);
   // Observers begin as they were at the journal's state, from which on everything is observed again.
   std::optional<std::string> recall_observers();
-  // As they are now, for the journal. Nothing: one does not say it in time, or has decided what has not been taken.
-  // That may be `taken` where the journal begins, and nothing of this instant is executed again.
-  std::optional<List> remember_observers(Duration patience, bool taken);
+  // What becomes of decisions that have not been taken: they may be taken where the journal begins, since nothing of
+  // this instant is executed again.
+  enum class Untaken : std::uint8_t { kAreTaken, kGiveUp };
+  // As they are now, for the journal. Nothing: one does not say it in time, or the untaken give up.
+  std::optional<List> remember_observers(Duration patience, Untaken untaken);
   bool is_again() const { return durability_ && durability_->catching_up(); }
   // Observations of what is executed again were heard before, but for the last ones.
   bool is_heard(std::uint64_t sequence) const { return !is_again() || sequence > options_.durable->known; }

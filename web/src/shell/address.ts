@@ -40,14 +40,18 @@ export function follow_address(): () => void {
   let arrived = false;
   let timer = 0;
   let asked_at: Time | null = wanted.at;
+  let known = window.location.hash;
   const write = () => {
     timer = 0;
+    // Somebody has just changed it, and is heard of next.
+    if (window.location.hash !== known) return;
     // On the way to the moment asked for, the address stays: whoever loads the page anew now gets there too.
     const now = place_now();
     if (asked_at !== null && now.at === null && !wants_live()) return;
     asked_at = null;
     const hash = write_place(window.location.hash, now);
     if (hash !== window.location.hash) window.history.replaceState(null, "", hash === "" ? window.location.pathname : hash);
+    known = window.location.hash;
   };
   const changed = () => {
     const { index, state, hello, phase } = useStudio.getState();
@@ -62,7 +66,8 @@ export function follow_address(): () => void {
     if (timer === 0) timer = window.setTimeout(write, kPause_ms);
   };
   const typed = () => {
-    const place = read_place(window.location.hash);
+    known = window.location.hash;
+    const place = read_place(known);
     go_to_place(place);
     if (place.at === null && !useStudio.getState().state?.live) go_live();
   };

@@ -8,7 +8,7 @@
 
 #include "sentree/mission/effect.h"
 
-namespace sentree::mission::detail {
+namespace sentree::mission {
 
 /// The places in a queue, ordered by time and rank, one of which comes next: the first delivery to each part that finds
 /// what it was meant for, since what is on its way to one part keeps its order. Cost: deliveries due; nothing is
@@ -39,4 +39,4 @@ void due(const Queue& queue, const Part& part, const Effects& effects, std::vect
   if (at.size() == 1) at.clear();
 }
 
-}  // namespace sentree::mission::detail
+}  // namespace sentree::mission
