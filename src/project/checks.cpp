@@ -10,6 +10,7 @@
 
 #include "sentree/idl/conform.h"
 #include "sentree/monitor/observed.h"
+#include "sentree/scxml/model.h"
 
 namespace sentree::project {
 
