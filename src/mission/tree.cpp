@@ -334,10 +334,14 @@ class TreeMachine::Step {
   }
 
   // A budget that ends just behind the next period ends with it: ticks begin a little late where time is real, and
-  // would cost the next one else.
+  // would cost the next one else. When the next tick is known to have begun, this one had ended.
   TimePoint with_next_tick(TimePoint until) const {
-    const TimePoint next =
-        state_.planned > state_.began ? state_.planned : add_saturating(state_.planned, model_.period);
+    const bool is_planned = state_.planned > state_.began;
+    const auto& given = model_.tick_times;
+    const std::size_t number = is_planned ? state_.given_tick - 1 : state_.given_tick;
+    if (number < given.size() && (!is_planned || state_.planned == given[number]))
+      return std::min(until, given[number]);
+    const TimePoint next = is_planned ? state_.planned : add_saturating(state_.planned, model_.period);
     return until > next && next > host_.now() && until - next <= model_.period / 20 ? next : until;
   }
 

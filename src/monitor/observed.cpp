@@ -51,8 +51,9 @@ constexpr std::array<Named, 20> kOfLeaf{{{".tick.request", Form::kLeafTick},
 constexpr std::array<Named, 4> kOfCall{
     {{".request", Form::kRequest}, {".error", Form::kError}, {".reply", Form::kReply}, {".late", Form::kLate}}};
 constexpr std::array<Named, 2> kOfModel{{{".choice", Form::kChoice}, {".log", Form::kLog}}};
-constexpr std::array<Named, 13> kOfRun{{{"mission.tick", Form::kBare},
+constexpr std::array<Named, 14> kOfRun{{{"mission.tick", Form::kBare},
                                         {"mission.status", Form::kMissionStatus},
+                                        {"mission.stop.taken", Form::kBare},
                                         {"mission.resumed", Form::kResumed},
                                         {"node.status", Form::kNodeStatus},
                                         {"observer.lost", Form::kLost},

@@ -43,6 +43,7 @@ Arrivals::Arrivals(const project::Plan& plan, NeverCame never_came) : plan_(plan
 std::string Arrivals::topic_of(const Message& request) { return std::string(runtime::call_of(request)); }
 
 bool Arrivals::note(const Message& message) {
+  ended_ = std::max(ended_, message.time);
   if (TopicOf of{topic_of(message), message.source};
       message.kind == MessageKind::kRequest && is_subscribed(plan_, of.first)) {
     std::vector<PublishedThen>& all = published_[of];
@@ -76,6 +77,11 @@ bool Arrivals::note(const Message& message) {
     return true;
   }
   if (message.kind != MessageKind::kEvent) return false;
+  if (message.name == "mission.tick") ticked_[message.tick] = message.time;
+  if (message.name == "mission.stop.taken") {
+    stops_.push_back(message.time);
+    return true;
+  }
   if (message.name == "scenario.injection") note_injection(message);
   return (message.name.ends_with("taken") && note_taken(message)) ||
          (message.name.ends_with(".delayed") && note_delayed(message));
@@ -180,13 +186,17 @@ TimePoint Arrivals::of(std::size_t leaf, LeafMessage what, std::uint64_t tick, T
     return current->asked == kNever ? never() : current->asked;
   }
   if (!current) return {};
+  // The next tick began when this one had ended.
+  const auto next = ticked_.find(tick + 1);
+  const TimePoint patience = add_saturating(now, plan_.scenario.project.deadlines.budget);
+  const TimePoint due = next != ticked_.end() ? std::min(patience, next->second) : patience;
   // What the end of the run cut short is cut short again.
-  if (!current->answered) return never();
+  if (!current->answered) return what == LeafMessage::kDue && due < ended_ ? TimePoint{} : never();
   if (what != LeafMessage::kDue) return current->late ? never() : *current->answered;
   if (current->late) return *current->answered;
   // The deadline's own timer may have been late, and the answer so in time.
   if (plan_.leaves[leaf].condition) return kNever;
-  return *current->answered <= now + plan_.scenario.project.deadlines.budget ? kNever : TimePoint{};
+  return *current->answered <= due ? kNever : TimePoint{};
 }
 
 TimePoint Arrivals::of_topic(std::size_t leaf, const mission::Publication& what) const {
@@ -198,6 +208,13 @@ TimePoint Arrivals::of_topic(std::size_t leaf, const mission::Publication& what)
   const auto late = then.late.find(leaf);
   if (late == then.late.end()) return then.time;
   return late->second == kNever ? never() : late->second;
+}
+
+TimePoint Arrivals::of_stop() {
+  if (stops_.empty()) return {};
+  const TimePoint taken = stops_.front();
+  stops_.pop_front();
+  return taken;
 }
 
 TimePoint Arrivals::of_veto(std::size_t leaf, const std::string& call) {

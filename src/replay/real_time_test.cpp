@@ -70,6 +70,18 @@ skills:
 )");
   }
 
+  // One leaf goes on for ever, and hears late of its ticks from half a second on.
+  fs::path make_late() {
+    write("skills/A.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+<state id="s"><transition event="s.said t.told"/><transition event="halt" target="failure"/></state><final id="failure"/></scxml>)");
+    write("mission.xml", R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><A/></BehaviorTree></root>)");
+    return write("scenarios/late.yaml", R"(duration: 3 s
+timeline:
+  - {at: 550 ms, delay: {message: A.tick, by: 10 s}}
+  - {at: 1900 ms, stop: mission}
+)");
+  }
+
   fs::path make(std::uint64_t seed) {
     Rng rng(seed);
     for (const char* id : {"A", "B", "C"}) write(std::string("skills/") + id + ".scxml", chart(rng));
@@ -224,13 +236,22 @@ class RealTime : public ::testing::Test {
              "\nnow: " + (b != now[leaf].end() ? *b : "nothing more") +
              "\nbefore: " + (a != all.begin() ? *(a - 1) : "nothing");
     }
+    differences_ = report->differences;
     if (!report->unrecorded.empty() && report->unrecorded_at < kCompared)
       return report->unrecorded + ", which was not recorded";
     return "";
   }
 
   const TemporaryFolder folder_{"real-time"};
+  std::vector<Difference> differences_;  // in the replay that was judged last
 };
+
+TEST_F(RealTime, ALeafThatNeverAnswersAgainIsPastItsBudgetInAReplayToo) {
+  NoisyProject project;
+  EXPECT_EQ(judge(project.make_late()), "");
+  for (const Difference& one : differences_)
+    ADD_FAILURE() << one.who << ' ' << one.recorded << "; now " << one.replayed;
+}
 
 TEST_F(RealTime, FaultsThatStandTogetherAreReplayedAsTheyRan) {
   NoisyProject project;

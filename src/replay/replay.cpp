@@ -120,6 +120,7 @@ class Replay {
       options.topic_arrival = [this](std::size_t leaf, const mission::Publication& what) {
         return report_.continued ? TimePoint{} : arrivals_->of_topic(leaf, what);
       };
+      options.stop_arrival = [this] { return report_.continued ? TimePoint{} : arrivals_->of_stop(); };
       options.veto_arrival = [this](std::size_t leaf, const std::string& call) {
         return report_.continued ? TimePoint{} : arrivals_->of_veto(leaf, call);
       };

@@ -29,8 +29,17 @@ Mission::Mission(mission::TreeModel model, double factor, Scheduler& scheduler, 
       actor_(scheduler.add_actor("mission")) {
   SENTREE_ASSERT(drivers_.size() == state_.leaves.size());
   scheduler_.on_delivery(actor_, [this](mission::Delivery delivery) {
-    machine_.step(state_, std::move(std::get<mission::TreeDelivery>(delivery.what)), *this);
+    auto& what = std::get<mission::TreeDelivery>(delivery.what);
+    if (std::holds_alternative<mission::Stop>(what) && !scheduler_.is_virtual()) tell_stopped();
+    machine_.step(state_, std::move(what), *this);
   });
+}
+
+void Mission::tell_stopped() {
+  Message message;
+  message.source = "mission";
+  message.name = "mission.stop.taken";
+  stream_.publish(std::move(message));
 }
 
 void Mission::answered(std::size_t leaf, std::uint64_t tick, bt::Status status, Map outputs) {

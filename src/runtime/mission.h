@@ -73,6 +73,8 @@ class Mission final : private mission::TreeHost {
   [[nodiscard]] std::vector<std::string> problems() const { return problems_.list(); }
 
  private:
+  void tell_stopped();
+
   TimePoint now() const override { return scheduler_.now(); }
   void publish(Message message) override { stream_.publish(std::move(message)); }
   bool is_heard(mission::ObservationName& name) override { return stream_.is_heard(name); }

@@ -113,7 +113,7 @@ void Run::Impl::start_clocks() {
   scheduler_->at(director_, TimePoint(scenario_.duration), mission::Rank::kInjection, [this] {
     timed_out_ = true;
     note_owed();
-    mission_->stop();
+    stop_mission();
   });
   if (options_.inject) schedule_timeline();
   schedule_telemetry();
@@ -271,7 +271,7 @@ void Run::Impl::end() {
 
 void Run::Impl::on_decision(const MonitorReport& report) {
   if (options_.on_decision && is_heard(stream_.published())) options_.on_decision(report);
-  if (scenario_.stop_when_violated && report.verdict == monitor::Verdict::kViolated) mission_->stop();
+  if (scenario_.stop_when_violated && report.verdict == monitor::Verdict::kViolated) stop_mission();
 }
 
 void Run::Impl::given_up(const std::string& why) {

@@ -110,6 +110,8 @@ struct RunOptions {
   std::function<TimePoint(std::size_t leaf, const mission::Publication&)> topic_arrival;
   /// Likewise of the timers of a leaf's chart, which are numbered from 1 as it takes them.
   std::function<TimePoint(std::size_t leaf, std::uint64_t number)> timer_arrival;
+  /// Likewise when the mission is stopped, which the run has just been told to do.
+  std::function<TimePoint()> stop_arrival;
   /// Likewise when a leaf's call that is vetoed is refused.
   std::function<TimePoint(std::size_t leaf, const std::string& call)> veto_arrival;
   /// Goes on from there, instead of beginning; borrowed until `execute` returns.

@@ -66,7 +66,7 @@ SteeredRun Run::Impl::what_is_steered() {
           .tick = [this] { return stream_.tick(); },
           .call = [this](const std::string& service, const std::string& method,
                          const Value& args) { return call_service(service, method, args); },
-          .stop = [this] { mission_->stop(); },
+          .stop = [this] { stop_mission(); },
           .kill_process =
               [this](const std::string& process) {
                 if (elsewhere_) elsewhere_->kill(process);
@@ -184,6 +184,14 @@ std::optional<std::string> Run::Impl::make_mission() {
   mission_ = std::make_unique<Mission>(std::move(model), scenario_.factor, *scheduler_, stream_, steering_.faults(),
                                        std::move(drivers), std::move(hooks));
   return std::nullopt;
+}
+
+void Run::Impl::stop_mission() {
+  const TimePoint at = options_.stop_arrival ? options_.stop_arrival() : TimePoint{};
+  if (at <= scheduler_->now())
+    mission_->stop();
+  else if (at != kNever)
+    scheduler_->at(director_, at, mission::Rank::kMessage, [this] { mission_->stop(); });
 }
 
 void Run::Impl::pass(std::size_t leaf, RunOptions::LeafMessage what, Scheduler::Task task) {

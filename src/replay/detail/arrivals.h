@@ -42,6 +42,8 @@ class Arrivals {
   /// As `runtime::RunOptions::topic_arrival` and `timer_arrival`.
   [[nodiscard]] TimePoint of_topic(std::size_t leaf, const mission::Publication& what) const;
   [[nodiscard]] TimePoint of_timer(std::size_t leaf, std::uint64_t number) const;
+  /// As `runtime::RunOptions::stop_arrival`, of the next stop.
+  [[nodiscard]] TimePoint of_stop();
   /// As `runtime::RunOptions::veto_arrival`: of the next veto of that call.
   [[nodiscard]] TimePoint of_veto(std::size_t leaf, const std::string& call);
 
@@ -81,6 +83,9 @@ class Arrivals {
 
   const project::Plan& plan_;
   NeverCame never_came_;
+  TimePoint ended_{};                          // the latest observation
+  std::map<std::uint64_t, TimePoint> ticked_;  // when each tick of the root began
+  std::deque<TimePoint> stops_;
   std::map<std::string, std::size_t, std::less<>> leaves_;
   Activations ticks_;
   Activations halts_;

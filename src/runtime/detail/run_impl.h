@@ -101,6 +101,8 @@ class Run::Impl final : public RunView, private RunInside {
   [[nodiscard]] Result<std::unique_ptr<LeafDriver>> make_remote(std::size_t index);
   ModelActor* model_of(const std::string& service) const;
   std::optional<std::uint64_t> chosen(const mission::Choice& choice);
+  // In a replay when the recording was.
+  void stop_mission();
   void pass(std::size_t leaf, RunOptions::LeafMessage what, Scheduler::Task task);
 
   // run_calls.cpp: calls and topics.
