@@ -283,8 +283,13 @@ int sim(const SimCommand& command) {
     }
     names = std::move(*there);
   }
-  if (command.yarp) addresses.push_back(*rpc::Address::parse("yarp:/"));
-  if (command.ros) addresses.push_back(*rpc::Address::parse("ros:/"));
+  // What --at says of a network is said of it once.
+  const auto also = [&](const char* where) {
+    const rpc::Address all = *rpc::Address::parse(where);
+    if (!address || address->scheme != all.scheme) addresses.push_back(all);
+  };
+  if (command.yarp) also("yarp:/");
+  if (command.ros) also("ros:/");
   std::vector<std::unique_ptr<rpc::Opened>> served;
   for (const rpc::Address& each : addresses) {
     rpc::ServerOptions options;

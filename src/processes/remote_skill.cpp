@@ -8,6 +8,7 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
@@ -402,6 +403,11 @@ class SkillService final : public rpc::Service {
     }
     std::int64_t run = 0;
     std::int64_t tick = 0;
+    if (!plan_.without.empty() && !plain_.told_inputs.exchange(true) && options_.problem) {
+      options_.problem(fmt::format("{} is ticked by who gives it no inputs, and the tree gives no constant for {}: give "
+                                   "it one there, under skills: as data:, or in the chart",
+                                   plan_.id, fmt::join(plan_.without, ", ")));
+    }
     {
       const std::lock_guard lock(plain_.mutex);
       const bool starts = method == "send_start" || method == "request_tick";
@@ -432,7 +438,8 @@ class SkillService final : public rpc::Service {
       Value answer = wants_status ? Value(std::move(told)) : Value();
       is_last ? reply.give_last(std::move(answer)) : reply.give(std::move(answer));
     });
-    serve_tick(*leaf, Map{{"leaf", plan_.id}, {"run", run}, {"tick", tick}, {"inputs", "{}"}}, answered);
+    serve_tick(*leaf, Map{{"leaf", plan_.id}, {"run", run}, {"tick", tick}, {"inputs", to_json(Value(plan_.inputs))}},
+               answered);
   }
 
   rpc::Outcome serve_halt(ServedLeaf& leaf) {
@@ -463,6 +470,7 @@ class SkillService final : public rpc::Service {
     std::string status = "SKILL_IDLE";
     std::int64_t run = 0;
     std::int64_t tick = 0;
+    std::atomic<bool> told_inputs{false};
   } plain_;
 };
 

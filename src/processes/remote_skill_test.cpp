@@ -8,7 +8,10 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <future>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/runtime/scheduler.h"
@@ -54,6 +57,55 @@ TEST(SkillServer, ConnectsToComponentsBeforeItsFirstTick) {
   pollfd somebody{listening, POLLIN, 0};
   EXPECT_EQ(::poll(&somebody, 1, 10'000), 1) << "nobody has connected";
   ::close(listening);
+}
+
+// Who knows neither leaves nor ports ticks it with what the tree says of the leaf.
+TEST(SkillServer, GivesTheConstantsOfItsLeafToWhoGivesNone) {
+  const TemporaryFolder folder("skill");
+  const auto put = [&](const char* name, const std::string& text) {
+    std::filesystem::create_directories((folder.path() / name).parent_path());
+    ASSERT_TRUE(text::write_file(folder.path() / name, text));
+  };
+  put("skills/Above.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <datamodel><data id="limit"/><data id="unit"/></datamodel>
+  <state id="asked"><transition event="tick" cond="limit === 30" target="success"/>
+    <transition event="tick" target="failure"/></state>
+  <final id="success"/><final id="failure"/></scxml>)");
+  put("mission.xml", R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>
+  <Condition ID="Above" name="Here" limit="30" unit="m"/><Condition ID="Above" name="There" limit="30" unit="{u}"/>
+  <Condition ID="Above" name="Far" limit="40" unit="m"/></Sequence></BehaviorTree>
+  <TreeNodesModel><Condition ID="Above"><input_port name="limit" type="double"/><input_port name="unit"/></Condition>
+  </TreeNodesModel></root>)");
+  put("sentree.yaml", "mission: {file: mission.xml}\n");
+  const auto project = project::load_project(folder.path());
+  ASSERT_TRUE(project.ok());
+  const auto tick = [&](const std::string& leaf, std::vector<std::string>& told) {
+    const auto plan = project::prepare_skill(*project.value, leaf);
+    EXPECT_TRUE(plan.ok());
+    const auto publisher = make_silent_publisher();
+    const auto scheduler = runtime::make_real_scheduler();
+    SkillServerOptions options;
+    options.problem = [&](const std::string& what) { told.push_back(what); };
+    const auto service = make_skill_service(*plan.value, *served_skill_interface(), *publisher, *scheduler, options);
+    std::thread actors([&] { static_cast<void>(scheduler->run()); });
+    std::promise<rpc::Outcome> answered;
+    service->serve(*service->interface().find("request_tick"), Value(Map{}),
+                   rpc::Reply([&](rpc::Outcome outcome, bool) { answered.set_value(std::move(outcome)); }));
+    const rpc::Outcome outcome = answered.get_future().get();
+    scheduler->stop();
+    actors.join();
+    return outcome ? std::string(outcome->text()) : outcome.error().message;
+  };
+  std::vector<std::string> told;
+  EXPECT_EQ(tick("Here", told), "SKILL_SUCCESS");
+  EXPECT_EQ(tick("Far", told), "SKILL_FAILURE");
+  EXPECT_TRUE(told.empty());
+  EXPECT_EQ(tick("There", told), "SKILL_SUCCESS");
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("no constant for unit"), std::string::npos) << told[0];
+  EXPECT_EQ(tick("Above", told), "SKILL_FAILURE") << "its leaves have several limits";
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_NE(told[1].find("no constant for unit, limit"), std::string::npos) << told[1];
 }
 
 }  // namespace

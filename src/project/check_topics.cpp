@@ -148,8 +148,8 @@ void check_publishers(const Project& project, const std::vector<LeafPlan>& leave
           continue;
         add(diagnostics, Severity::kError, "check.unpublished",
             fmt::format("\"{}\" never comes: \"{}\" is where the project publishes, and no chart of it publishes "
-                        "that; give an address that is read from",
-                        topic, at),
+                        "that; give an address that is read from{}",
+                        topic, at, address->scheme == "yarp" ? ": yarp:/NAME:o, or yarp:/NAME?read" : ""),
             subscribes.span);
         continue;
       }

@@ -5,10 +5,12 @@
 #include <cstdlib>
 #include <deque>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "sentree/base/told_once.h"
+#include "sentree/bt/model.h"
 #include "sentree/idl/conform.h"
 #include "sentree/project/any_reply.h"
 #include "sentree/project/chart_memory.h"
@@ -723,6 +725,39 @@ Loaded<monitor::Vocabulary> load_vocabulary(const Project& project) {
   return loaded;
 }
 
+namespace {
+
+// What the tree says of the leaf's inputs, beside what is known already of others of its ID.
+void add_inputs(const bt::Tree& tree, bt::NodeId leaf, bool is_first, SkillPlan& plan) {
+  const bt::Model& model = tree.model();
+  const bt::Node& node = model.nodes[leaf];
+  const bt::Manifest& manifest = model.manifest(leaf);
+  Map given;
+  std::vector<std::string> ports;
+  for (std::uint32_t i = node.ports; i < node.ports + node.port_count; ++i) {
+    const bt::Binding& port = model.bindings[i];
+    if (port.declared != 0xFFFF && manifest.ports[port.declared].direction == bt::PortDirection::kOutput) continue;
+    ports.push_back(model.strings[port.name]);
+    if (port.kind == bt::Binding::Kind::kLiteral) given[ports.back()] = model.literals[port.target].value;
+  }
+  Map known = std::exchange(plan.inputs, {});
+  for (const auto& [name, value] : given) {
+    const Value* other = known.find(name);
+    if (is_first || (other != nullptr && *other == value)) plan.inputs[name] = value;
+  }
+  for (const scxml::DataItem& item : plan.chart.data()) {
+    const auto is_it = [&](const auto& name) { return name == item.id; };
+    const bool is_constant = std::any_of(plan.constants.begin(), plan.constants.end(),
+                                         [&](const SkillConstant& constant) { return constant.id == item.id; });
+    if (item.has_value || is_constant || plan.inputs.find(item.id) != nullptr) continue;
+    if (std::any_of(ports.begin(), ports.end(), is_it) &&
+        std::none_of(plan.without.begin(), plan.without.end(), is_it))
+      plan.without.push_back(item.id);
+  }
+}
+
+}  // namespace
+
 Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf) {
   Loaded<SkillPlan> prepared;
   PartCache known;
@@ -737,6 +772,7 @@ Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf)
       const std::string id(tree->registration(node));
       names.push_back(tree->event_name(node));
       names.push_back(id);
+      if (plan && id == leaf && plan->id == id) add_inputs(*tree, node, false, *plan);
       if (plan || (names.end()[-2] != leaf && id != leaf)) continue;
       const SkillEntry* entry = project.skill(leaf, id);
       const auto chart = preparation.skill_chart(skill_file(project, entry, id), entry);
@@ -748,6 +784,7 @@ Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf)
                          .deadlines = project.deadlines,
                          .constants = Preparation::constants_of(entry),
                          .protocol = Preparation::protocol_of(entry)};
+      if (plan) add_inputs(*tree, node, true, *plan);
     }
     if (!plan && !has_errors(preparation.diagnostics)) {
       preparation.add("check.unknown-leaf",

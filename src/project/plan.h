@@ -123,6 +123,10 @@ struct SkillPlan {
   Deadlines deadlines;
   std::vector<SkillConstant> constants = {};
   std::optional<SkillProtocol> protocol = {};
+  /// What the tree gives its input ports as constants; of an ID, what all its leaves are given alike.
+  Map inputs = {};
+  /// Input ports that have no value there, nor one of the chart's own.
+  std::vector<std::string> without = {};
 };
 /// @param leaf  Name or ID of a leaf.
 [[nodiscard]] Loaded<SkillPlan> prepare_skill(const Project& project, const std::string& leaf);

@@ -55,14 +55,17 @@ Result<PortAddress> PortAddress::parse(std::string_view text) {
       out.listen = value;
     } else if (option == "open") {
       out.open = true;
+    } else if (option == "read") {
+      out.read = true;
     } else if (option == "named") {
       out.named = true;
     } else {
       return wrong(text, fmt::format("has the unknown option \"{}\" (there is carrier=tcp|fast_tcp, yarp=3|4, "
-                                     "server=HOST:PORT, open, named, listen=HOST)",
+                                     "server=HOST:PORT, read, open, named, listen=HOST)",
                                      option));
     }
   }
+  if (out.read && out.open) return wrong(text, "is both open, which a port of ours is, and read, which one of others is");
   if (rest.starts_with("//")) {
     rest.remove_prefix(2);
     const auto slash = rest.find('/');
@@ -94,12 +97,13 @@ std::string to_string(const PortAddress& address) {
   if (!address.server.host.empty()) option(fmt::format("server={}", to_string(address.server)));
   if (address.listen != PortAddress().listen) option("listen=" + address.listen);
   if (address.open) option("open");
+  if (address.read) option("read");
   if (address.named) option("named");
   return out;
 }
 
 bool PortAddress::is_source() const {
-  if (name.ends_with(":o")) return !open;
+  if (read || name.ends_with(":o")) return !open;
   return open && name.ends_with(":i");
 }
 

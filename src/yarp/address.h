@@ -37,7 +37,7 @@ struct HostPort {
 ///   yarp://10.0.0.5:10012/battery/rpc:i     its host and port too: nobody is asked
 ///
 /// Behind that `?` and, joined by `&`: `carrier=tcp|fast_tcp`, `yarp=3|4`, `server=HOST:PORT` (the name server), `open`
-/// (a port for data that is ours: others connect it), `listen=HOST` (what it listens on, beyond loopback only with
+/// (a port for data that is ours: others connect it), `read` (data are read from it, whatever its name), `listen=HOST` (what it listens on, beyond loopback only with
 /// --insecure), `named` (data begin with the method's name, though the interface has one method only).
 struct PortAddress {
   std::string name;  ///< With its slash. One at its end: what names begin with.
@@ -47,6 +47,7 @@ struct PortAddress {
   Version version = Version::kYarp3;
   std::string listen = "127.0.0.1";
   bool open = false;
+  bool read = false;
   bool named = false;
 
   /// @param text  What stands behind "yarp:". Error: rpc.address.
@@ -57,6 +58,10 @@ struct PortAddress {
   }
   /// A port that data are read from, not written to.
   [[nodiscard]] bool is_source() const;
+  /// Its name does not say whether it is written to or read from.
+  [[nodiscard]] bool says_no_direction() const {
+    return !open && !name.ends_with('/') && !name.ends_with(":i") && !name.ends_with(":o");
+  }
 };
 /// The text that `parse` reads back, with its scheme.
 [[nodiscard]] std::string to_string(const PortAddress& address);

@@ -232,6 +232,14 @@ class BinaryReader {
  public:
   BinaryReader(Inbox& in, Version version) : in_(in), version_(version) {}
 
+  // A list with its own tag.
+  std::vector<Item> whole(int depth) {
+    const std::uint32_t tag = in_.take_tag();
+    if ((tag & kList) == 0) throw Broken{rpc::StreamStatus::kFailed, "no bottle where one was due"};
+    return list(tag & ~kList, depth);
+  }
+
+ private:
   std::vector<Item> list(std::uint32_t tag, int depth) {
     const std::int32_t count = in_.take_int();
     if (count < 0 || depth > kBottleNestingMax || (items_ += static_cast<std::size_t>(count)) > kBottleItemsMax)
@@ -241,7 +249,6 @@ class BinaryReader {
     return out;
   }
 
- private:
   std::string text() {
     const std::int32_t size = in_.take_int();
     if (size < 0) throw Broken{rpc::StreamStatus::kFailed, "a text has a negative length"};
@@ -269,6 +276,7 @@ class BinaryReader {
       case kReal128: return real(raw<float>(in_));
       case kString: return Item::of(text());
       case kBlob: return Item{.form = Item::Form::kOctets, .text = text()};
+      case kDictionary: return Item::list(whole(depth + 1));
       default: throw Broken{rpc::StreamStatus::kFailed, fmt::format("an item has the unknown tag {}", tag)};
     }
   }
@@ -301,9 +309,7 @@ void write_bottle(std::vector<std::uint8_t>& out, const std::vector<Item>& items
 }
 
 std::vector<Item> read_bottle(Inbox& in, Version version) {
-  const std::uint32_t tag = in.take_tag();
-  if ((tag & kList) == 0) throw Broken{rpc::StreamStatus::kFailed, "no bottle where one was due"};
-  return BinaryReader(in, version).list(tag & ~kList, 0);
+  return BinaryReader(in, version).whole(0);
 }
 
 }  // namespace sentree::yarp

@@ -12,6 +12,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
+#include "sentree/yarp/detail/bottle.h"
 #include "sentree/yarp/detail/inbox.h"
 #include "sentree/yarp/detail/tags.h"
 
@@ -313,12 +314,16 @@ class Reader {
     return {reinterpret_cast<const char*>(in_.take(length)), length};
   }
 
-  // An item that is no list.
-  void skip(std::uint32_t tag) { (void)plain(tag); }
+  void skip(std::uint32_t tag, int depth) {
+    if (depth > kBottleNestingMax) throw Broken{rpc::StreamStatus::kFailed, "a message has lists nested too deep"};
+    if (tag == kDictionary) return skip(in_.take_tag(), depth + 1);
+    if ((tag & kList) == 0) return void(plain(tag));
+    for (Open list = opened(tag); list.left > 0;) skip(next(list), depth + 1);
+  }
 
  private:
   Open opened(std::uint32_t tag) {
-    if ((tag & kList) == 0 || (tag & ~(kList | 0xffU)) != 0)
+    if ((tag & kList) == 0 || (tag & ~(kList | kDictionary | 0xffU)) != 0)
       throw Broken{rpc::StreamStatus::kFailed, "no list where one was due"};
     const std::int32_t count = in_.take_int();
     if (count < 0 || static_cast<std::size_t>(count) > limits_.container_items)
@@ -590,7 +595,7 @@ rpc::Outcome Encoding::read_reply(Inbox& in, const idl::Method& method) const {
   }
   try {
     if (method.result->kind == Kind::kVoid) {
-      while (list.left > 0) reader.skip(reader.next(list));
+      while (list.left > 0) reader.skip(reader.next(list), 0);
       return Value();
     }
     Value out = reader.item(*method.result, list, 1);

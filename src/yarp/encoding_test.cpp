@@ -192,6 +192,13 @@ TEST(Encoding, TellsAWrongCallFromAnUnknownOne) {
   EXPECT_EQ(read_call(octets("00010000 02000000 04000000 ffffff7f 'x'")), "none: ");
 }
 
+TEST(Encoding, LeavesOutWhateverAMethodWithoutAResultIsAnswered) {
+  EXPECT_EQ(read_reply("rvoid", octets("00010000 02000000 01010000 01000000 07000000 00020000 00010000 01000000 00010000"
+                                       " 00000000")),
+            "null");
+  EXPECT_THAT(read_reply("rvoid", octets("00010000 01000000 01010000 02000000 07000000")), HasSubstr("broken: "));
+}
+
 TEST(Encoding, SaysThatACallFailed) {
   for (const std::string_view reply : {"09010000 01000000 6661696c", "00010000 01000000 09000000 6661696c"}) {
     EXPECT_THAT(read_reply("ri32", octets(reply)), HasSubstr("error: it answered [fail]"));

@@ -149,9 +149,10 @@ class Yarp final : public rpc::Middleware {
     return {};
   }
 
-  bool is_source(const Address& address, const idl::Service*) const override {
+  bool is_source(const Address& address, const idl::Service* interface) const override {
     const auto parsed = PortAddress::parse(address.path);
-    return parsed && parsed->is_source();
+    // Who wants no interface of it can only read.
+    return parsed && (parsed->is_source() || (interface == nullptr && parsed->says_no_direction()));
   }
 
   Address beside(const Address& address, const std::string& service, const std::string& other) const override {

@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iomanip>
 #include <mutex>
 #include <set>
 #include <sstream>
 
 #include "sentree/rpc/acceptor.h"
 #include "sentree/yarp/detail/bottle.h"
+#include "sentree/yarp/detail/frame.h"
 #include "sentree/yarp/detail/inbox.h"
 #include "sentree/yarp/detail/listen.h"
 #include "sentree/yarp/detail/port.h"
@@ -31,7 +33,14 @@ constexpr milliseconds kConnectPatience{2000};
 std::vector<std::string> words_of(const std::string& line) {
   std::istringstream in(line);
   std::vector<std::string> out;
-  for (std::string word; in >> word;) out.push_back(std::move(word));
+  // Tools may quote what has no need of it.
+  for (std::string word; in >> std::ws && in.peek() != std::istringstream::traits_type::eof();) {
+    if (in.peek() == '"')
+      in >> std::quoted(word);
+    else
+      in >> word;
+    out.push_back(std::move(word));
+  }
   return out;
 }
 
@@ -231,6 +240,11 @@ class NameServer::Impl {
         if (in.wait(rpc::kNoDeadline) != StreamStatus::kOk) return;
         visitor.busy();
         in.begin(steady_clock::now() + kLineTime);
+        // Of what is asked here nothing begins so; the carriers in octets do, which send no line.
+        if (!talks && *in.peek(1) == 'Y') {
+          (void)say(visitor, std::string(kNotFound));
+          return;
+        }
         const std::string line = in.line(kRequestMax);
         std::string answer;
         if (!talks && (line.starts_with("CONNACK ") || line.starts_with("CONNECT "))) {

@@ -99,7 +99,18 @@ TEST(NameServer, SurvivesWhoAsksNothingSensible) {
     peer.send(hello);
     EXPECT_EQ(peer.receive_rest(), "");
   }
+  const RawPeer octets(server->at());
+  octets.send(test::octets("5941 e41e0000 5250 06000000 'admin' 00"));
+  EXPECT_THAT(octets.receive_rest(), HasSubstr("Protocol not found"));
   EXPECT_TRUE(answers(server->at(), test::kPatience));
+}
+
+TEST(NameServer, TakesNamesOutOfTheirQuotes) {
+  const auto server = start_names();
+  const RawPeer peer(server->at());
+  peer.send("NAME_SERVER register \"/x\" tcp 127.0.0.1 12345\nNAME_SERVER query /x\n");
+  for (int i = 0; i < 2; ++i)
+    EXPECT_EQ(peer.receive_until(kEnd), end("registration name /x ip 127.0.0.1 port 12345 type tcp\r\n"));
 }
 
 TEST(NameServer, ConnectsWhatIsToStayConnected) {
@@ -200,6 +211,14 @@ TEST(Bottle, PrintsAndReadsWhatToolsShow) {
     EXPECT_FALSE(parse_text(wrong)) << wrong;
 }
 
+TEST(Bottle, ReadsADictionaryInAList) {
+  const std::string bytes = test::octets(
+      "00010000 03000000 01000000 01000000 00020000 00010000 01000000 04010000 02000000 01000000 'k' 01000000 'v'"
+      " 04000000 01000000 'z'");
+  Inbox in{std::string_view(bytes)};
+  EXPECT_EQ(to_text(read_bottle(in, Version::kYarp3)), "1 ((k v)) z");
+}
+
 TEST(PortAddress, ReadsItsForms) {
   const auto parsed =
       PortAddress::parse("//127.0.0.1:10012/battery/rpc:i?carrier=fast_tcp&yarp=4&server=10.0.0.1:10000");
@@ -214,9 +233,13 @@ TEST(PortAddress, ReadsItsForms) {
   EXPECT_FALSE(PortAddress::parse("/x:i")->is_source());
   EXPECT_FALSE(PortAddress::parse("/x:o?open")->is_source());
   EXPECT_TRUE(PortAddress::parse("/x:i?open")->is_source());
+  EXPECT_FALSE(PortAddress::parse("/x")->is_source());
+  EXPECT_TRUE(PortAddress::parse("/x?read")->is_source());
+  EXPECT_EQ(to_string(*PortAddress::parse("/x?read")), "yarp:/x?read");
   for (const auto& [text, why] :
        std::vector<std::pair<std::string, std::string>>{{"/x?carrier=mcast", "carrier \"mcast\", which is not spoken"},
                                                         {"/x?bogus", "unknown option"},
+                                                        {"/x?open&read", "is both open"},
                                                         {"x", "does not begin"},
                                                         {"/a b", "blank"},
                                                         {"//host/x", "bad host"},
@@ -330,6 +353,28 @@ TEST_F(Network, ReadsWhatIsPublished) {
   }));
   EXPECT_EQ(heard.await(1)[0], R"(level{"percent":40.0,"charging":true})");
   EXPECT_EQ(text.await(1)[0], "40.0 [ok]");
+}
+
+TEST_F(Network, ReadsAPortWhateverItsNameAndWhateverIsBetween) {
+  const rpc::Address source = address("yarp:/writer");
+  rpc::Middleware& yarp = rpc::middleware_of(source);
+  EXPECT_TRUE(yarp.is_source(source, nullptr)) << "as nobody wants to call it";
+  EXPECT_FALSE(yarp.is_source(source, test::schema().service("Data").get()));
+  EXPECT_TRUE(yarp.is_source(address("yarp:/writer?read"), test::schema().service("Data").get()));
+  Events heard;
+  Events told;
+  auto port = Port::open({.name = "/reader",
+                          .on_peer_error = [&](const std::string& what) { told.add(what); }},
+                         {.print = [&](const std::string& what) { heard.add(what); }});
+  ASSERT_TRUE(port) << to_string(port.error());
+  const RawPeer peer((*port)->at());
+  peer.send(octets("5941 e41e0000 5250 02000000 'a' 00"));
+  EXPECT_EQ(peer.receive(8).size(), 8U);
+  const std::string head = octets("5941 0a000000 5250 01 01 ffffffffffffffff 18000000 00000000 00000000 7e44 00 01");
+  for (const std::string_view item : {"01000000 01000000", "ff000000 01000000", "01000000 02000000"})
+    peer.send(head + octets("00010000 01000000") + octets(item));
+  EXPECT_EQ(heard.await(2), (std::vector<std::string>{"1", "2"}));
+  EXPECT_THAT(told.await(1), ElementsAre(HasSubstr("data for yarp:/reader cannot be read: an item has the unknown tag 255")));
 }
 
 TEST_F(Network, SaysOfWhichPortDataDoNotFit) {

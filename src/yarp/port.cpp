@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <list>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "sentree/idl/conform.h"
@@ -32,9 +33,6 @@ constexpr std::size_t kLineMax = 65536;
 constexpr milliseconds kNameServerPatience{2000};
 // How often a thread that waits for the answer of a service looks whether its port is being closed.
 constexpr milliseconds kLook{50};
-
-constexpr std::string_view kNotFound =
-    "* Error. Protocol not found.\r\n* Hello. You appear to be trying to communicate with a YARP Port.\r\n";
 
 // What services of YARP 4 are asked, and answer: four int16, which are the interface's own version and YARP's.
 constexpr std::string_view kVersionQuestion = "getRemoteProtocolVersion";
@@ -335,10 +333,15 @@ class Port::Impl {
       (void)in.peek(frame.payload);
       const std::size_t end = in.position() + frame.payload;
       in.fence(end);
-      const auto request = read_bottle(in, options_.version);
+      std::vector<Item> answer = unknown();
+      try {
+        answer = administer(read_bottle(in, options_.version));
+      } catch (const Broken& e) {
+        tell_unread(fmt::format("an administrative message for yarp:{} cannot be read: {}", options_.name, e.why));
+      }
       in.lift_fence();
       in.seek(end);
-      write_bottle(out, administer(request), options_.version);
+      write_bottle(out, answer, options_.version);
     } else {
       (void)in.take(frame.payload);
     }
@@ -352,23 +355,35 @@ class Port::Impl {
       (void)in.peek(bytes);
       const std::size_t end = in.position() + bytes;
       in.fence(end);
-      const std::vector<Item> items = role_.print ? read_bottle(in, options_.version) : std::vector<Item>();
+      std::optional<std::vector<Item>> items;
+      try {
+        if (role_.print) items = read_bottle(in, options_.version);
+      } catch (const Broken& e) {
+        // The octets are all there: what follows can be read.
+        tell_unread(fmt::format("data {} cannot be read: {}", whose_data(), e.why));
+      }
       in.lift_fence();
       in.seek(end);
-      if (role_.print) role_.print(to_text(items));
+      if (items) role_.print(to_text(*items));
       return;
     }
     Encoding::Call got = encoding_.read_call(in, bytes, *role_.interface, role_.only);
     if (got.method != nullptr && conform(*got.method, got.arguments))
       return role_.take(*got.method, std::move(got.arguments));
-    // Whoever writes what is not wanted may do so a thousand times a second.
+    tell_unread(fmt::format("data {} are none of {}{}", whose_data(), role_.interface->name,
+                            got.asked.empty() ? "" : fmt::format(" (\"{}\")", got.asked)));
+  }
+
+  std::string whose_data() const {
+    return role_.source.empty() ? "for yarp:" + options_.name : "of " + role_.source;
+  }
+
+  // Whoever writes what cannot be read may do so a thousand times a second.
+  void tell_unread(const std::string& what) {
     constexpr std::uint64_t kToldMax = 10;
     const std::uint64_t before = peer_errors_.fetch_add(1);
     if (options_.on_peer_error && before < kToldMax)
-      options_.on_peer_error(fmt::format(
-          "data {} are none of {}{}{}", role_.source.empty() ? "for yarp:" + options_.name : "of " + role_.source,
-          role_.interface->name, got.asked.empty() ? "" : fmt::format(" (\"{}\")", got.asked),
-          before + 1 == kToldMax ? "; what follows is not told" : ""));
+      options_.on_peer_error(what + (before + 1 == kToldMax ? "; what follows is not told" : ""));
   }
 
   static bool conform(const idl::Method& method, Value& arguments) {

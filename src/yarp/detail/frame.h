@@ -18,6 +18,10 @@ inline constexpr std::int32_t kFastTcpMark = 7777 + 3;
 inline constexpr std::int32_t kIndexMark = 10;
 inline constexpr std::int32_t kAckMark = 0;
 
+/// What is told to who speaks another carrier.
+inline constexpr std::string_view kNotFound =
+    "* Error. Protocol not found.\r\n* Hello. You appear to be trying to communicate with a YARP Port.\r\n";
+
 void put_mark(std::vector<std::uint8_t>& out, std::int32_t number);
 /// Throws Broken where there is none; `what` was to come.
 [[nodiscard]] std::int32_t take_mark(Inbox& in, std::string_view what);
