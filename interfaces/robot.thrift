@@ -45,6 +45,7 @@ service Navigation {
   GoalReply  followPath(1: Path path)
   GoalReply  spin(1: double angle)                             // on the spot, CCW
   GoalReply  driveStraight(1: double distance)                 // < 0: back; ends with COLLISION_AHEAD where something is in the way
+  GoalReply  driveStraightAt(1: double distance, 2: double speed (unit = "m/s", min = "0"))   // the same, no faster; 0: at the robot's own speed
   GoalReply  dockRobot(1: string station)                      // reached once the battery charges
   GoalReply  undockRobot()                                     // straight back out of the station; NOT_READY away from one
   NavigationState  getNavigationState() (idempotent = "true")

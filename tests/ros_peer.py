@@ -109,6 +109,12 @@ def simulated_robot():
     sim.end()
 
 
+def place_on_map():
+    code, out, err = run("echo", "ros:/amcl_pose", "-n", "1", "--json")
+    place = json.loads(json.loads(out)["text"])["pose"]["pose"]["position"]
+    return place["x"], place["y"]
+
+
 def goal_by_hand():
     """`sentree call` waits for what becomes of a goal, and cancels it when it is interrupted."""
     sim = Program("sim", "--world", "examples/recharge/world/world.yaml", "--ros", "--headless", until="listening on ros:/")
@@ -123,6 +129,44 @@ def goal_by_hand():
             break
     out, err = child.communicate(timeout=PATIENCE)
     check("Ctrl-C cancels it", child.returncode == 130 and '"status":"CANCELED"' in out, (child.returncode, out, err))
+    code, out, err = run("call", "ros:/spin", "send_goal", "--deadline", "20 s", "target_yaw=0.3", "--feedback")
+    check("its type is discovered", code == 0 and '"SUCCEEDED"' in out, out + err)
+    turned = [float(each) for each in re.findall(r'"angular_distance_traveled":([-0-9.e]+)', out)]
+    check("feedback of a spin", not turned or max(turned) > 0.05, out)
+    code, out, err = run("call", "ros:/spin", "send_goal", "target_yaw=50", "time_allowance={sec: 1, nanosec: 0}", "--feedback",
+                         "--interface", "nav2_msgs/action/Spin", "--deadline", "20 s")
+    turned = [float(each) for each in re.findall(r'"angular_distance_traveled":([-0-9.e]+)', out)]
+    check("a goal ends when its time is over", '"status":"ABORTED"' in out.splitlines()[-1], out + err)
+    check("its feedback says how far it came", max(turned, default=0) > 0.1, out + err)
+    code, out, err = run("call", "ros:/backup", "send_goal", "target={x: 0.2, y: 0, z: 0}", "speed=0.05", "--feedback",
+                         "--interface", "nav2_msgs/action/BackUp", "--deadline", "30 s")
+    moved = [float(each) for each in re.findall(r'"distance_traveled":([-0-9.e]+)', out)]
+    took = re.search(r'"sec":(\d+)', out.splitlines()[-1])
+    check("it backs up as fast as it is told", '"SUCCEEDED"' in out and took and int(took.group(1)) >= 3, out + err)
+    check("its feedback is where it is", 0.05 < max(moved, default=0) < 0.25, out + err)
+    x, y = place_on_map()
+    pose = "{header: {stamp: {sec: 0, nanosec: 0}, frame_id: %s}, pose: {position: {x: %s, y: 0, z: 0}, orientation: {x: 0, y: 0, z: 0, w: 1}}}"
+    goes = ("call", "ros:/navigate_to_pose", "send_goal", "--interface", "nav2_msgs/action/NavigateToPose", "--deadline", "40 s")
+    code, out, err = run(*goes, "pose=" + pose % ("base_link", 0.4))
+    there = place_on_map()
+    check("a pose before the robot", '"SUCCEEDED"' in out and 0.2 < math.dist((x, y), there) < 0.6, (x, y, there, out, err))
+    code, out, err = run(*goes, "pose=" + pose % ("camera", 0.4))
+    check("a frame that is not known", '"status":"ABORTED"' in out and math.dist(place_on_map(), there) < 0.1, out + err)
+    code, out, err = run("call", "ros:/compute_path_to_pose", "send_goal", "--interface", "nav2_msgs/action/ComputePathToPose",
+                         "goal=" + pose % ("base_link", 0.5), "--deadline", "20 s")
+    check("a plan from the robot", '"SUCCEEDED"' in out and '"poses":[{' in out, out[:500] + err)
+    for place in ("goal=" + pose % ("nowhere", 1), "start=" + pose % ("nowhere", 1)):
+        code, out, err = run("call", "ros:/compute_path_to_pose", "send_goal", "--interface", "nav2_msgs/action/ComputePathToPose",
+                             place, "use_start=true", "--deadline", "20 s")
+        check("a plan in a frame that is not known", '"status":"ABORTED"' in out, out[:500] + err)
+    code, out, err = run("call", "ros:/follow_path", "send_goal", "--interface", "nav2_msgs/action/FollowPath",
+                         "path={header: {stamp: {sec: 0, nanosec: 0}, frame_id: nowhere}, poses: [%s]}" % (pose % ("map", 1)),
+                         "--deadline", "20 s")
+    check("a path in a frame that is not known", '"status":"ABORTED"' in out, out + err)
+    code, out, err = run("echo", "ros:/tf_static", "-n", "1")
+    check("what was said before is echoed", code == 0 and "laser" in out, out + err)
+    code, out, err = run("echo", "ros:/scan?qos=default", "-n", "1")
+    check("the scan for readers that are reliable", code == 0 and "ranges" in out, out[:300] + err)
     code, out, err = run("call", "ros:/spin", "send_goal", "--interface", "nav2_msgs/action/Spinn")
     check("where an interface was looked for", code == 3 and "AMENT_PREFIX_PATH" in err, out + err)
     sim.end()
@@ -143,6 +187,25 @@ def topic_of_nobody():
             out.write('mission: {file: mission.xml}\nservices: {battery: {interface: sensor_msgs/msg/BatteryState, at: "ros:%s"}}\n'
                       'skills: {Wait: {subscribe: [battery.message]}}\n' % at)
 
+    project("/battery_state")
+    with open("nobody/sentree.yaml", "a") as out:
+        out.write('observe: {text: {interface: std_msgs/msg/String, at: "ros:/battery_state"}}\n')
+    code, out, err = run("check", "nobody")
+    check("two types at one name are an error", code == 3 and "/battery_state is of type " in out, out + err)
+    project("/tf_static")
+    with open("nobody/sentree.yaml") as project_file:
+        text = project_file.read().replace("sensor_msgs/msg/BatteryState", "tf2_msgs/msg/TFMessage")
+    with open("nobody/sentree.yaml", "w") as out:
+        out.write(text)
+    sim = Program("sim", "--world", "examples/recharge/world/world.yaml", "--ros", "--headless", until="listening on ros:/")
+    code, out, err = run("run", "nobody", "--no-record", "--duration", "20 s")
+    check("what was said before is missed with a reason", "write ?qos=transient_local" in out + err, out + err)
+    sim.end()
+    environment["ROS_DISTRO"] = "jazzy"
+    sim = Program("sim", "--world", "examples/recharge/world/world.yaml", "--ros", "--headless", until="publishing as a robot")
+    check("files of another release are told", "is Humble's, and ROS_DISTRO is jazzy" in sim.said, sim.said)
+    sim.end()
+    del environment["ROS_DISTRO"]
     project("/battery_state?publish")
     code, out, err = run("check", "nobody")
     check("a topic of ours that nobody publishes is an error", code == 3 and "is where the project publishes" in out, out + err)

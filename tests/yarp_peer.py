@@ -371,6 +371,11 @@ def simulated_robot():
     check("sentree doctor", "yarp:" in out and "name server %s:%d answers" % NAMES in out, out)
     code, out, err = run("__complete", "call", "yarp:")
     check("completion", "yarp:/battery/rpc:i" in out, out + err)
+    for more in ((), ("--interface", "robot.thrift/Battery")):
+        code, out, err = run("__complete", "call", *more, "yarp:/battery/rpc:i", "")
+        check("completion of the methods at an address", "getBatteryState" in out, out + err)
+    code, out, err = run("call", "yarp:/map_server/rpc:i", "getMap", "map_id=", "--interface", "robot.thrift/MapServer")
+    check("an empty text", code == 0 and "UNKNOWN_NAME" in out, out + err)
     return sim
 
 

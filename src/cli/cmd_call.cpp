@@ -9,6 +9,7 @@
 #include "sentree/processes/remote_service.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/project/plan.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/text/json.h"
 #include "sentree/text/yaml.h"
 
@@ -41,7 +42,8 @@ std::optional<Value> parse_arguments(const std::vector<std::string>& arguments) 
       say(fmt::format("argument \"{}\" is given twice", name));
       return std::nullopt;
     }
-    map[name] = value->value();
+    // An empty text; what is of another type cannot be nothing.
+    map[name] = equals + 1 == argument.size() ? Value("") : value->value();
   }
   return map;
 }
@@ -55,8 +57,23 @@ int finish(bool ok, const std::string& result, const std::string& kind, const st
   return kind == "arguments" ? kUsage : kind == "exception" ? kFindings : kEnvironment;
 }
 
+// What the network says of the address: the interface of ROS that is there; empty: it does not say.
+std::string interface_there(const rpc::Address& address) {
+  constexpr std::chrono::seconds kPatience{1};
+  const auto listed = rpc::middleware_of(address).list(address, kPatience);
+  if (!listed) return {};
+  const std::string name = address.path.substr(0, address.path.find('?'));
+  for (const rpc::NetworkEntry& entry : *listed) {
+    // "action nav2_msgs/action/Spin"
+    if (entry.name == name && entry.kind.find('/') != std::string::npos)
+      return entry.kind.substr(entry.kind.rfind(' ') + 1);
+  }
+  return {};
+}
+
 int call_address(const CallCommand& command, const rpc::Address& address, const Value& arguments, Duration deadline) {
-  const auto [name, of] = project::interface_name(command.interface);
+  const std::string said = command.interface.empty() && address.scheme == "ros" ? interface_there(address) : "";
+  const auto [name, of] = project::interface_name(said.empty() ? command.interface : said);
   if (name.empty()) {
     say("calling an address needs --interface FILE.thrift/SERVICE, or PACKAGE/srv/NAME of ROS");
     return kUsage;

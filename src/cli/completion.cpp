@@ -2,11 +2,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <optional>
 
 #include "sentree/bt/load.h"
+#include "sentree/idl/conform.h"
 #include "sentree/processes/control.h"
+#include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/project.h"
@@ -162,6 +165,21 @@ Candidates trees(const Line& line) {
   return all;
 }
 
+/// The methods of an interface that the line names, as `offered` lists those of a service.
+std::optional<Value> named_interface(const Line& line) {
+  const auto [name, of] = project::interface_name(option_or(line, "--interface", ""));
+  if (name.empty()) return std::nullopt;
+  std::error_code error;
+  const auto file = std::filesystem::exists(name, error) ? std::filesystem::path(name)
+                                                         : project::find_interface("interfaces", name).value_or("");
+  const auto schema = project::load_interface(file, name);
+  const idl::ServicePtr service = schema.ok() ? schema.value->service(of) : nullptr;
+  if (service == nullptr) return std::nullopt;
+  List methods;
+  for (const idl::Method* method : service->methods) methods.push_back(idl::signature(*method));
+  return Value(List{Map{{"name", ""}, {"at", line.positionals.front()}, {"methods", std::move(methods)}}});
+}
+
 /// What the running mission offers, as `sentree call` lists it.
 std::optional<Value> offered(const Line& line) {
   const auto client = processes::connect_control(std::atoi(option_or(line, "--run", "0").c_str()));
@@ -222,7 +240,8 @@ Candidates network_words(const std::string& network, bool only_data) {
 
 Candidates call_words(const Line& line) {
   Candidates all;
-  const auto services = offered(line);
+  auto services = line.positionals.empty() ? std::nullopt : named_interface(line);
+  if (!services) services = offered(line);
   if (!services || services->as_list() == nullptr) return all;
   for (const Value& service : *services->as_list()) {
     const Value* name = service.find("name");
@@ -233,7 +252,9 @@ Candidates call_words(const Line& line) {
       all.push_back({std::string(name->text()), interface != nullptr ? std::string(interface->text()) : ""});
       continue;
     }
-    if (name->text() != line.positionals.front()) continue;
+    const Value* at = service.find("at");
+    const std::string& asked = line.positionals.front();
+    if (name->text() != asked && (at == nullptr || at->text() != asked)) continue;
     for (const Value& signature : *methods->as_list()) {
       const std::string text(signature.text());
       const Method method = parse_signature(text);

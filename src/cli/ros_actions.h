@@ -13,7 +13,7 @@ namespace sentree::cli {
 /// What Nav2 serves, of one simulated robot: the actions /navigate_to_pose, /navigate_through_poses,
 /// /compute_path_to_pose, /follow_path, /spin, /backup and /dock_robot, and the services that clear the global and the
 /// local costmap, of which the robot has one. As the robot does one thing at a time, a goal that drives ends the one
-/// before it. Thread-safe.
+/// before it. Poses are in map, odom or base_link; what is in another frame is aborted. Thread-safe.
 class RosActions {
  public:
   struct Options {

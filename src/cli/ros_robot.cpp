@@ -21,16 +21,6 @@ constexpr std::chrono::milliseconds kPeriod{100};
 constexpr double kCommandTimeout_s = 0.5;
 constexpr std::int64_t kTicksPerSecond = 10;
 
-// a after b: where a frame is in the world that is at `b` in the frame at `a`.
-Pose operator*(const Pose& a, const Pose& b) {
-  return {a.x + std::cos(a.theta) * b.x - std::sin(a.theta) * b.y,
-          a.y + std::sin(a.theta) * b.x + std::cos(a.theta) * b.y, a.theta + b.theta};
-}
-Pose inverse(const Pose& p) {
-  return {-std::cos(p.theta) * p.x - std::sin(p.theta) * p.y, std::sin(p.theta) * p.x - std::cos(p.theta) * p.y,
-          -p.theta};
-}
-
 // 6 by 6 of a covariance of (x, y, theta), which may be empty.
 List covariance(const Value* three) {
   List out(36, Value(0.0));
@@ -86,7 +76,7 @@ class RosRobot::Impl {
         const char* qos;
       } topics[] = {{"/battery_state", "sensor_msgs/msg/BatteryState", "default"},
                     {"/odom", "nav_msgs/msg/Odometry", "default"},
-                    {"/scan", "sensor_msgs/msg/LaserScan", "sensor_data"},
+                    {"/scan", "sensor_msgs/msg/LaserScan", "default"},
                     {"/map", "nav_msgs/msg/OccupancyGrid", "transient_local"},
                     {"/amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", "transient_local"}};
       for (const auto& topic : topics) {

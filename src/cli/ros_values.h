@@ -15,6 +15,15 @@ struct Pose {
   double theta = 0;
 };
 
+/// a after b: where a frame is in the world that is at `b` in the frame at `a`.
+inline Pose operator*(const Pose& a, const Pose& b) {
+  return {a.x + std::cos(a.theta) * b.x - std::sin(a.theta) * b.y,
+          a.y + std::sin(a.theta) * b.x + std::cos(a.theta) * b.y, a.theta + b.theta};
+}
+inline Pose inverse(const Pose& p) {
+  return {-std::cos(p.theta) * p.x - std::sin(p.theta) * p.y, std::sin(p.theta) * p.x - std::cos(p.theta) * p.y,
+          -p.theta};
+}
 /// Of robot.thrift's Pose2D; null is the origin.
 inline Pose pose_of(const Value* value) {
   if (value == nullptr) return {};
@@ -40,6 +49,9 @@ inline Map ros_stamp(double time) {
   const double whole = std::floor(time);
   return Map{{"sec", static_cast<std::int64_t>(whole)},
              {"nanosec", std::min<std::int64_t>(std::llround((time - whole) * 1e9), 999'999'999)}};
+}
+inline double seconds_of_ros(const Value& stamp) {
+  return stamp.find("sec")->number() + stamp.find("nanosec")->number() * 1e-9;
 }
 inline Map ros_header(double time, const std::string& frame) {
   return Map{{"stamp", ros_stamp(time)}, {"frame_id", frame}};

@@ -136,6 +136,9 @@ TEST(Groot2Messages, ThatAreNoneAreRefusedWithTheWordsOfBehaviorTreeCpp) {
   EXPECT_EQ(parse_reply(request, {"error", "Node ID not found"}).error().code, "groot.refused");
   const Request other{.type = Ask::kStatus, .id = 2, .body = {}, .has_body = false};
   EXPECT_EQ(parse_reply(request, write_reply(other, {}, "")).error().code, "groot.reply");
+  Parts older = write_reply(request, {}, "");
+  older[0][0] = 1;
+  EXPECT_TRUE(parse_reply(request, older)) << "the protocol before";
   EXPECT_EQ(parse_statuses("1234").error().code, "groot.reply");
   EXPECT_EQ(parse_records("1234567890").error().code, "groot.reply");
 }

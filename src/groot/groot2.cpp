@@ -122,7 +122,8 @@ Result<Reply> parse_reply(const Request& request, const Parts& parts) {
     return fail("groot.refused", "the publisher refuses: " + (parts.size() > 1 ? parts[1] : std::string("no reason")));
   if (parts.empty() || parts[0].size() != kHeaderBytes + reply.tree.size())
     return no_reply("what answers is no publisher of Groot 2");
-  if (parts[0].substr(0, kHeaderBytes) != header(static_cast<char>(request.type), request.id))
+  // Whatever version of the protocol it says: the answers are the same.
+  if (parts[0].substr(1, kHeaderBytes - 1) != header(static_cast<char>(request.type), request.id).substr(1))
     return no_reply("the publisher answers another request");
   for (std::size_t i = 0; i < reply.tree.size(); ++i)
     reply.tree[i] = static_cast<std::uint8_t>(parts[0][kHeaderBytes + i]);

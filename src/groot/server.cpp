@@ -195,6 +195,7 @@ struct Server::Impl {
   std::mutex mutex;
   std::vector<Notice> notices;
   bool forgetting = false;
+  bool takes_hooks = false;
   std::atomic<std::uint64_t> asked = 0;
   std::atomic<bool> stop = false;
   std::thread thread;
@@ -210,6 +211,7 @@ Result<std::unique_ptr<Server>> Server::start(Scene& scene, Hooks* hooks, Server
   const std::string where = fmt::format("{}:{}", options.address, options.port);
   try {
     auto impl = std::make_unique<Impl>(scene, hooks, std::move(options));
+    impl->takes_hooks = hooks != nullptr;
     impl->bind_all();
     impl->thread = std::thread([raw = impl.get()] { raw->serve(); });
     return std::unique_ptr<Server>(new Server(std::move(impl)));
@@ -228,12 +230,15 @@ Server::Ports Server::ports() const { return impl_->ports; }
 
 std::string Server::told() const {
   const Ports& ports = impl_->ports;
+  const bool takes = is_loopback(impl_->options.address) && impl_->takes_hooks;
   const bool alone = is_loopback(impl_->options.address);
   return fmt::format(
       "Groot 2: {}:{}; Groot 1: publisher port {}, server port {}{}", impl_->options.address, ports.groot2,
       ports.groot1_publisher, ports.groot1_server,
-      alone ? "; nobody is authenticated: any program of this machine can look, and set breakpoints"
-            : "; nobody is authenticated: whoever reaches this machine can look, so breakpoints are refused");
+      takes   ? "; nobody is authenticated: any program of this machine can look, and set breakpoints"
+      : alone ? "; nobody is authenticated: any program of this machine can look; what has been recorded takes no "
+                "breakpoints"
+              : "; nobody is authenticated: whoever reaches this machine can look, so breakpoints are refused");
 }
 
 void Server::reached(std::uint16_t uid, Hook::Position position, bool used) {

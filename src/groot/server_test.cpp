@@ -151,6 +151,7 @@ TEST_F(ServerTest, SaysWhichPortIsTakenAndWhoMayReachIt) {
   EXPECT_EQ(second.error().code, "groot.port-taken");
   EXPECT_EQ(Server::start(scene, nullptr, {.address = "0.0.0.0"}).error().code, "groot.not-loopback");
   EXPECT_THAT(server->told(), HasSubstr("nobody is authenticated"));
+  EXPECT_THAT(server->told(), HasSubstr("takes no breakpoints")) << "there are no hooks";
 }
 
 TEST(ServerAddress, IsAPortOrAHostWithOne) {

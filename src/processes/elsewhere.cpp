@@ -98,7 +98,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
       // What is called too may have nothing to say.
       const auto& methods = service.service->methods;
       if (std::all_of(methods.begin(), methods.end(), [](const idl::Method* method) { return method->oneway; }))
-        awaited_.push_back({name, service.at, came});
+        awaited_.push_back({name, service.at, service.service, came});
     }
     return std::nullopt;
   }
@@ -217,11 +217,14 @@ class PartsElsewhere final : public runtime::Elsewhere {
       }
       supervisor_->end(publishing, kEndPatience);
     }
-    sources_.clear();
     for (const Awaited& each : awaited_) {
-      if (!*each.came) run_.problem(fmt::format("nothing came of {} from {}", each.service, each.at));
+      if (*each.came) continue;
+      const auto address = rpc::Address::parse(each.at);
+      const std::string why = rpc::middleware_of(*address).why_silent(*address, *each.interface, each.service);
+      run_.problem(fmt::format("nothing came of {} from {}{}{}", each.service, each.at, why.empty() ? "" : ": ", why));
     }
     awaited_.clear();
+    sources_.clear();
     observer_servers_.clear();
     if (inbox_) inbox_->close();
   }
@@ -252,6 +255,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
   struct Awaited {
     std::string service;
     std::string at;
+    idl::ServicePtr interface;
     std::shared_ptr<std::atomic<bool>> came;
   };
 

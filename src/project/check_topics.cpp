@@ -1,10 +1,13 @@
 #include "sentree/project/detail/check_topics.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 
+#include "sentree/rpc/address.h"
 #include "sentree/rpc/middleware.h"
 #include "sentree/scxml/event.h"
 #include "sentree/sim/topics.h"
@@ -106,6 +109,31 @@ std::vector<std::string> topics_handled(const scxml::Chart& chart, const std::ma
     if (method != nullptr && method->oneway) topics.push_back(event);
   }
   return topics;
+}
+
+void check_types(const Project& project, const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
+  // The name, the domain, and whether it is a topic, a service or an action: those do not get into each other's way.
+  std::map<std::string, const ServiceEntry*> known;
+  for (const ServiceEntry& entry : project.services) {
+    const auto service = services.find(entry.name);
+    if (service == services.end()) continue;
+    const std::string& at = service->second.observed.empty() ? service->second.at : service->second.observed;
+    if (!at.starts_with("ros:") || entry.idl.ends_with(".thrift")) continue;
+    std::string_view name = at;
+    std::string key;
+    for (const auto& [option, value] : rpc::cut_options(name)) {
+      if (option.starts_with("domain=")) key = option;
+    }
+    if (name.ends_with('/')) continue;
+    const auto type = [](const ServiceEntry& each) { return each.idl.substr(0, each.idl.rfind('.')); };
+    key = fmt::format("{} {} {}", entry.idl.substr(entry.idl.rfind('.') + 1), name, key);
+    const auto [other, is_new] = known.emplace(key, &entry);
+    if (is_new || other->second->idl == entry.idl) continue;
+    add(diagnostics, Severity::kError, "check.two-types",
+        fmt::format("{} is of type {} here, and of {} for \"{}\": a node has one type at a name", name, type(entry),
+                    type(*other->second), other->second->name),
+        entry.span);
+  }
 }
 
 void check_publishers(const Project& project, const std::vector<LeafPlan>& leaves, const std::vector<ModelPlan>& models,

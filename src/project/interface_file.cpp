@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -86,7 +87,21 @@ Loaded<idl::Schema> load_interface(const path& file, const std::string& shown, c
       if (!text) return tl::unexpected(text.error());
       return idl::IncludedFile{other, std::move(*text)};
     };
-    return idl::Schema::load(*source, shown, used);
+    auto schema = idl::Schema::load(*source, shown, used);
+    const char* const release = std::getenv("ROS_DISTRO");
+    // The others of these files are the same in all releases.
+    const bool differs = source->find("# As in Humble.") != std::string::npos && release != nullptr &&
+                         *release != '\0' && std::string_view(release) != "humble";
+    if (differs && root / "" == (shipped / "").lexically_normal()) {
+      schema.diagnostics.push_back(
+          {Severity::kWarning,
+           "check.release",
+           fmt::format("{} is Humble's, and ROS_DISTRO is {}, whose nodes may have other fields; "
+                       "set AMENT_PREFIX_PATH, or copy the file of that release to interfaces/",
+                       shown, release),
+           {}});
+    }
+    return schema;
   }
   const idl::IncludeReader include = [&](std::string_view name, std::string_view from) -> Result<idl::IncludedFile> {
     const path beside = (path(from).parent_path() / name).lexically_normal();

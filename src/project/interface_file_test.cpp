@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <string>
+
 #include "sentree/base/temporary_folder.h"
+#include "sentree/project/plan.h"
 #include "sentree/text/file.h"
 
 namespace sentree::project {
@@ -53,6 +57,20 @@ TEST_F(InterfaceFile, MayIncludeWhatComesWithSentree) {
   write("mine.thrift", "include \"observer.thrift\"\nservice Mine { observer.ObserverInfo what() }");
   const auto mine = load_interface(folder_.path() / "interfaces/mine.thrift", "mine.thrift");
   EXPECT_TRUE(mine.ok()) << to_string(mine.diagnostics.front());
+}
+
+TEST(BundledInterface, SaysThatItIsOfAnotherRelease) {
+  const auto said = [](const char* name, const char* release) {
+    ::setenv("ROS_DISTRO", release, 1);
+    const auto loaded = load_interface(shipped_folder("interfaces") / name, name);
+    ::unsetenv("ROS_DISTRO");
+    EXPECT_TRUE(loaded.ok());
+    return loaded.diagnostics.empty() ? std::string() : loaded.diagnostics.front().message;
+  };
+  EXPECT_THAT(said("nav2_msgs/action/Spin.action", "jazzy"),
+              ::testing::HasSubstr("is Humble's, and ROS_DISTRO is jazzy"));
+  EXPECT_EQ(said("nav2_msgs/action/Spin.action", "humble"), "");
+  EXPECT_EQ(said("std_srvs/srv/SetBool.srv", "jazzy"), "") << "which is the same in all";
 }
 
 }  // namespace

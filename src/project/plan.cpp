@@ -150,6 +150,7 @@ class Preparation {
         models_.push_back({entry.name, entry.file.path, *chart, std::move(serves), entry.subscribes.topics});
     }
     check_publishers(project_, leaves_, models_, services_, diagnostics);
+    check_types(project_, services_, diagnostics);
     for (const ServiceEntry& entry : project_.services) {
       if (entry.at != "model" || served.contains(entry.name)) continue;
       add("check.model",
@@ -750,8 +751,7 @@ void add_inputs(const bt::Tree& tree, bt::NodeId leaf, bool is_first, SkillPlan&
     const bool is_constant = std::any_of(plan.constants.begin(), plan.constants.end(),
                                          [&](const SkillConstant& constant) { return constant.id == item.id; });
     if (item.has_value || is_constant || plan.inputs.find(item.id) != nullptr) continue;
-    if (std::any_of(ports.begin(), ports.end(), is_it) &&
-        std::none_of(plan.without.begin(), plan.without.end(), is_it))
+    if (std::any_of(ports.begin(), ports.end(), is_it) && std::none_of(plan.without.begin(), plan.without.end(), is_it))
       plan.without.push_back(item.id);
   }
 }

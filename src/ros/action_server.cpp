@@ -191,7 +191,8 @@ class ActionServer::Impl {
     goal.id = id;
     const double now = options_.now ? options_.now() : 0.0;
     goal.sec = static_cast<std::int32_t>(std::floor(now));
-    goal.nanosec = static_cast<std::uint32_t>((now - std::floor(now)) * 1e9);
+    // Rounded, as the same moment is elsewhere.
+    goal.nanosec = std::min(static_cast<std::uint32_t>(std::llround((now - std::floor(now)) * 1e9)), 999'999'999U);
     if (accepted) {
       const std::lock_guard lock(mutex_);
       const auto ended =

@@ -55,6 +55,7 @@ struct Endpoint {
   std::string topic;
   std::string type;
   bool overhears = false;  ///< By its user data.
+  bool transient_local = false;
 };
 
 /// Goes when it is destroyed; then none of its functions is called any more, and none is in progress.
@@ -108,6 +109,6 @@ struct ParticipantOptions {
 
 /// The one function of the shared object, "sentree_ros_dds". Null: `error` says why.
 using Open = Participant* (*)(const ParticipantOptions& options, std::string& error);
-inline constexpr const char* kOpenName = "sentree_ros_dds_3";
+inline constexpr const char* kOpenName = "sentree_ros_dds_4";
 
 }  // namespace sentree::ros::dds

@@ -341,6 +341,24 @@ std::string near_topics(const Node& node, const std::string& name, const std::st
   return fmt::format("; of its type there {} {}", alike.size() > 1 ? "are" : "is", fmt::join(alike, ", "));
 }
 
+// Those who publish there; whether all keep what they said for who comes late, or some do.
+struct Latched {
+  bool all = false;
+  bool some = false;
+};
+Latched latched(const Node& node, const std::string& name) {
+  Latched out;
+  bool others = false;
+  for (const dds::Endpoint& each : node.endpoints()) {
+    if (each.is_writer && each.topic == "rt" + name) (each.transient_local ? out.some : others) = true;
+  }
+  out.all = out.some && !others;
+  return out;
+}
+constexpr const char* kAskForLatched =
+    "its publisher is transient local, and sends what it has said already only to who asks for that: write "
+    "?qos=transient_local";
+
 // Readers of topics, and what they hear, in a thread of its own.
 class Listening final : public rpc::Opened {
  public:
@@ -588,6 +606,12 @@ class Watching final : public rpc::Opened {
           address_.name, type, type, end, why));
     }
     const idl::ServicePtr interface = schema.value->service(type.substr(type.rfind('/') + 1));
+    // Who publishes nothing any more is still to be heard.
+    const Latched there = is_topic ? latched(*node_, address_.name) : Latched();
+    if (there.all && address_.qos.empty())
+      address_.qos = "transient_local";
+    else if (there.some && !address_.qos_of(false).transient_local)
+      say(fmt::format("ros:{}: {}", address_.name, kAskForLatched));
     // Of what has several kinds of messages, each is told with its kind.
     const auto text = [is_topic](const idl::Method& method, const std::string& what, const Value& data) {
       return to_json(is_topic ? data : Value(Map{{method.name + what, data}}));
@@ -750,6 +774,18 @@ class Ros final : public rpc::Middleware {
     }
     if (auto looked = out->tell_unpublished(*node); !looked) return tl::unexpected(std::move(looked.error()));
     return std::unique_ptr<rpc::Opened>(std::move(out));
+  }
+
+  std::string why_silent(const Address& address, const idl::Service& interface, const std::string& target) override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed || parsed->qos_of(false).transient_local || !is_data(interface)) return {};
+    const auto node = open_node(*parsed);
+    if (!node) return {};
+    for (const idl::Method* method : interface.methods) {
+      const auto carried = Carried::make(interface, *method, parsed->name_of(target));
+      if (carried && latched(**node, (*carried)->name).some) return kAskForLatched;
+    }
+    return {};
   }
 
   Result<void> check_overheard(const Address& address, const idl::Service&) const override {

@@ -503,6 +503,36 @@ TEST_F(RosTopics, ThatAreTransientLocalGiveTheirLastToWhoComesLate) {
   EXPECT_THAT(heard.wait_for(1), ElementsAre(R"({"data":"last"})"));
 }
 
+TEST_F(RosTopics, ThatAreTransientLocalAreWatchedAsSuchAndAskedForWhereNothingComes) {
+  const auto text = interface("std_msgs/msg/String");
+  auto publisher = rpc::connect(at("/map", "&publish&qos=transient_local"), text, {});
+  ASSERT_TRUE(publisher);
+  ASSERT_TRUE(rpc::call_and_wait(**publisher, "message", Map{{"data", "last"}}, patience()));
+  const auto other =
+      std::make_shared<Node>(stranger(), Release::kHumble, static_cast<std::uint32_t>(std::stoi(domain_)));
+  std::string error;
+  auto latched = other->participant().write(
+      {"rt/latched", "std_msgs::msg::dds_::String_", {.reliable = true, .transient_local = true, .depth = 1}},
+      [](const std::string&) {}, error);
+  ASSERT_TRUE(latched) << error;
+  std::vector<std::uint8_t> octets{0, 1, 0, 0, 5, 0, 0, 0, 'l', 'a', 's', 't', 0};
+  ASSERT_NE(latched->write(octets, nullptr), 0);
+  rpc::Middleware& ros = rpc::middleware_of(at("/latched"));
+  Heard<std::string> seen;
+  auto watched =
+      ros.watch(at("/latched"), [&](const std::string& what) { seen.add(what); }, {.target = "echo", .problem = {}});
+  ASSERT_TRUE(watched);
+  EXPECT_THAT(seen.wait_for(1), ElementsAre(HasSubstr("last")));
+  Heard<std::string> heard;
+  auto subscribed =
+      ros.subscribe(at("/latched"), text, [&](const idl::Method&, Value value) { heard.add(to_json(value)); },
+                    {.target = "map", .problem = {}});
+  ASSERT_TRUE(subscribed);
+  EXPECT_THAT(ros.why_silent(at("/latched"), *text, "map"), HasSubstr("write ?qos=transient_local"));
+  EXPECT_EQ(ros.why_silent(at("/latched", "&qos=transient_local"), *text, "map"), "");
+  EXPECT_EQ(ros.why_silent(at("/nobody"), *text, "map"), "");
+}
+
 TEST_F(RosTopics, CarryEightMegabytes) {
   const auto octets = interface("sensor_msgs/msg/Octets");
   const auto other = stranger();
@@ -816,7 +846,7 @@ class RosActionServer : public RosActions {
       cancelled_.add(id);
       return true;
     };
-    options.now = [] { return 7.5; };
+    options.now = [] { return 7.3; };
     auto opened = ActionServer::open(at("/count").path, interface("demo/action/Count"), std::move(options));
     ASSERT_TRUE(opened) << opened.error().message;
     server_ = std::move(*opened);
@@ -888,17 +918,17 @@ TEST_F(RosActionServer, AnswersAsServersOfRosDo) {
   request.insert(request.end(), {5, 0, 0, 0});
   const dds::SampleId from{reader->guid(), -(std::int64_t{1} << 32)};
   ASSERT_NE(writer->write(request, &from), 0);
-  // accepted, at 7.5 s
-  const std::vector<std::uint8_t> expected{0, 1, 0, 0, 1, 0, 0, 0, 7, 0, 0, 0, 0x00, 0x65, 0xcd, 0x1d};
+  // accepted, at 7.3 s, rounded to the nanosecond
+  const std::vector<std::uint8_t> expected{0, 1, 0, 0, 1, 0, 0, 0, 7, 0, 0, 0, 0x00, 0xa3, 0xe1, 0x11};
   EXPECT_THAT(replies.wait_for(1), Contains(expected));
   request[4] = 0xb0;
   ASSERT_NE(writer->write(request, &from), 0);
   // Both goals; what is aligned to four octets behind the second's identity is its time.
   std::vector<std::uint8_t> array{0, 1, 0, 0, 2, 0, 0, 0, 0xa0};
   array.insert(array.end(), request.begin() + 5, request.begin() + 20);
-  array.insert(array.end(), {7, 0, 0, 0, 0x00, 0x65, 0xcd, 0x1d, 2});
+  array.insert(array.end(), {7, 0, 0, 0, 0x00, 0xa3, 0xe1, 0x11, 2});
   array.insert(array.end(), request.begin() + 4, request.begin() + 20);
-  array.insert(array.end(), {0, 0, 0, 7, 0, 0, 0, 0x00, 0x65, 0xcd, 0x1d, 2});
+  array.insert(array.end(), {0, 0, 0, 7, 0, 0, 0, 0x00, 0xa3, 0xe1, 0x11, 2});
   const auto all = statuses.wait([&](const auto& each) {
     return std::any_of(each.begin(), each.end(), [&](const auto& octets) { return octets.size() >= array.size(); });
   });

@@ -78,6 +78,12 @@ class Middleware {
   [[nodiscard]] virtual Result<std::unique_ptr<Opened>> subscribe(const Address& address, idl::ServicePtr interface,
                                                                   Take take, SubscribeOptions options);
 
+  /// What may be the matter where nothing came of a source that is subscribed to; empty: that is not known.
+  [[nodiscard]] virtual std::string why_silent(const Address& /*address*/, const idl::Service& /*interface*/,
+                                               const std::string& /*target*/) {
+    return {};
+  }
+
   /// What others say to each other, without having been asked for it. From a thread of the middleware, one thing after
   /// the other; values conform.
   struct Hearing {

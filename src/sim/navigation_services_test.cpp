@@ -82,6 +82,12 @@ TEST_F(NavigationServices, DrivesStraightAndSpinsAndStopsBeforeWhatIsInTheWay) {
   EXPECT_EQ(code("driveStraight", {{"distance", -0.5}}), "OK");
   EXPECT_EQ(wait(), "GOAL_REACHED");
   EXPECT_NEAR(truth().x, 4.5, 0.05);
+  const TimePoint before = state_.time;
+  EXPECT_EQ(code("driveStraightAt", {{"distance", 0.2}, {"speed", 0.05}}), "OK");
+  EXPECT_EQ(wait(), "GOAL_REACHED");
+  EXPECT_NEAR(truth().x, 4.7, 0.05);
+  EXPECT_GT(seconds(state_.time - before), 3.0) << "slowly";
+  EXPECT_EQ(code("driveStraightAt", {{"distance", 0.2}, {"speed", -0.05}}), "OUT_OF_BOUNDS");
   EXPECT_EQ(code("spin", {{"angle", -7.0}}), "OK") << "more than a turn";
   EXPECT_EQ(wait(), "GOAL_REACHED");
   EXPECT_NEAR(wrap_angle(truth().theta + 7.0), 0.0, 0.1);

@@ -287,8 +287,10 @@ Twist2 move(const NavigationModel& model, Navigator& state, const NavigationInpu
     return {};
   }
   if (spins) return turn_towards(model, left);
-  const double speed = std::min(model.limits.speed_m_s, std::sqrt(model.limits.acceleration_m_s2 * std::abs(left)));
-  const Twist2 command{std::copysign(std::max(speed, 0.02), left), 0.0};
+  double speed_max = model.limits.speed_m_s;
+  if (state.goal.speed_m_s > 0.0) speed_max = std::min(speed_max, state.goal.speed_m_s);
+  const double speed = std::min(speed_max, std::sqrt(model.limits.acceleration_m_s2 * std::abs(left)));
+  const Twist2 command{std::copysign(std::max(speed, std::min(speed_max, 0.02)), left), 0.0};
   const Twist2 slow{command.vx * 0.3, 0.0};
   for (const Twist2& try_it : {command, slow}) {
     if (!is_safe(model, input, try_it)) continue;

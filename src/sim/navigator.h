@@ -81,6 +81,7 @@ struct Goal {
   std::int64_t id = 0;  ///< From 1; 0 before the first goal.
   GoalKind kind = GoalKind::kGo;
   double amount = 0.0;
+  double speed_m_s = 0.0;        ///< Of a straight drive, at most; 0: the robot's own.
   std::string name;              ///< Location or area; empty for a goal by pose.
   std::vector<Pose2> waypoints;  ///< In the map frame; the last one is the target.
 

@@ -102,12 +102,20 @@ Value spin(const Context& c) {
   return motion(c, GoalKind::kSpin, angle);
 }
 
-Value drive_straight(const Context& c) {
-  const double distance_m = c.args.number("distance");
+Value drive(const Context& c, double distance_m, double speed_m_s) {
   if (!c.args.problem().empty()) return {};
   constexpr double kMax_m = 1000.0;
-  if (std::abs(distance_m) > kMax_m) return rejected("OUT_OF_BOUNDS");
-  return motion(c, GoalKind::kDrive, distance_m);
+  if (std::abs(distance_m) > kMax_m || speed_m_s < 0.0) return rejected("OUT_OF_BOUNDS");
+  Value reply = motion(c, GoalKind::kDrive, distance_m);
+  c.robot().navigator.goal.speed_m_s = speed_m_s;
+  return reply;
+}
+
+Value drive_straight(const Context& c) { return drive(c, c.args.number("distance"), 0.0); }
+
+Value drive_straight_at(const Context& c) {
+  const double distance_m = c.args.number("distance");
+  return drive(c, distance_m, c.args.number("speed"));
 }
 
 Value dock(const Context& c) {
@@ -367,6 +375,7 @@ std::span<const Method> navigation_methods() {
       Method{"followPath", follow_path},
       Method{"spin", spin},
       Method{"driveStraight", drive_straight},
+      Method{"driveStraightAt", drive_straight_at},
       Method{"dockRobot", dock},
       Method{"undockRobot", undock},
       Method{"getNavigationState", navigation_state},

@@ -398,7 +398,7 @@ class Reader {
     const bool is_list = (tag & kList) != 0;
     if (type.kind == Kind::kList || type.kind == Kind::kMap) {
       if (!is_list) {
-        skip(tag);
+        skip(tag, depth);
         throw Misfit{"expected " + type.name};
       }
       Open inner = opened(tag);

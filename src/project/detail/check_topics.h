@@ -23,6 +23,9 @@ void check_subscriptions(const std::string& who, const Subscriptions& subscribes
 
 /// Topics inside the run, and where the project publishes for others, that somebody subscribes to and no chart
 /// publishes. Code: check.unpublished, a warning inside the run.
+/// Two types at one name of ROS, of which a node has one.
+void check_types(const Project& project, const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
+
 void check_publishers(const Project& project, const std::vector<LeafPlan>& leaves, const std::vector<ModelPlan>& models,
                       const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics);
 

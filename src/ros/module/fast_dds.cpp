@@ -659,7 +659,8 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
     const bool overhears = std::equal(data.begin(), data.end(), kOverhears.begin(), kOverhears.end());
     if (overhears || !is_there) core_->overhears(guid, is_there);
     if (!is_there) return core_->lost(guid);
-    core_->found({guid, is_writer, info.topicName().to_string(), info.typeName().to_string(), overhears});
+    core_->found({guid, is_writer, info.topicName().to_string(), info.typeName().to_string(), overhears,
+                  info.m_qos.m_durability.kind != fast::VOLATILE_DURABILITY_QOS});
   }
   void on_subscriber_discovery(fast::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) override {
     note(info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER, info.info, false);
@@ -677,7 +678,7 @@ class FastParticipant final : public Participant, fast::DomainParticipantListene
 }  // namespace
 }  // namespace sentree::ros::dds
 
-extern "C" __attribute__((visibility("default"))) sentree::ros::dds::Participant* sentree_ros_dds_3(
+extern "C" __attribute__((visibility("default"))) sentree::ros::dds::Participant* sentree_ros_dds_4(
     const sentree::ros::dds::ParticipantOptions& options, std::string& error) {
   auto made = std::make_unique<sentree::ros::dds::FastParticipant>();
   return made->open(options, error) ? made.release() : nullptr;

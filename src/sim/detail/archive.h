@@ -87,6 +87,7 @@ void visit_members(S& s, V&& visit) {
   visit("id", s.id);
   visit("kind", s.kind);
   visit("amount", s.amount);
+  visit("speed", s.speed_m_s);
   visit("name", s.name);
   visit("waypoints", s.waypoints);
 }
