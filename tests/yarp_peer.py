@@ -347,12 +347,14 @@ def simulated_robot():
     out, err = echo.communicate(timeout=PATIENCE)
     check("sentree echo of a simulator", echo.returncode == 0 and "battery.getBatteryCharge.re" in out, out + err)
     check("it goes on", 0 <= battery.ask(call_of("getBatteryCharge"))[0] <= 100)
-    second = Program("sim", "--world", source + "/examples/recharge/world/world.yaml", "--at", "yarp:/r1/", "--headless",
+    second = Program("sim", "--world", source + "/examples/recharge/world/world.yaml", "--yarp", "--at", "yarp:/r1/",
+                     "--headless",
                      until="listening on yarp:/r1/")
     check("it says so where another name server is, too", "YARP has no authentication" in second.said, second.said)
     code, out, err = run("services", "--run", str(second.child.pid), "--json")
     where_it_is = {each["name"]: each["at"] for each in json.loads(out)}
     check("below another name", where_it_is["battery"] == "yarp:/r1/battery/rpc:i", out + err)
+    check("and nowhere else", where("/battery/rpc:i") == at)
     second.end()
 
     code, out, err = run("call", "yarp:/nobody", "getBatteryCharge", "--interface", "robot.thrift/Battery")
@@ -374,7 +376,7 @@ def simulated_robot():
     for more in ((), ("--interface", "robot.thrift/Battery")):
         code, out, err = run("__complete", "call", *more, "yarp:/battery/rpc:i", "")
         check("completion of the methods at an address", "getBatteryState" in out, out + err)
-    code, out, err = run("call", "yarp:/map_server/rpc:i", "getMap", "map_id=", "--interface", "robot.thrift/MapServer")
+    code, out, err = run("call", "yarp:/mapserver/rpc:i", "getMap", "map_id=", "--interface", "robot.thrift/MapServer")
     check("an empty text", code == 0 and "UNKNOWN_NAME" in out, out + err)
     return sim
 
@@ -401,12 +403,20 @@ def components_of_others():
     out, err = echo.communicate(timeout=PATIENCE)
     check("sentree echo yarp:", out == 'level 40.5\n"two words" 7\n', out + err)
 
+    # A port whose name says nothing, and something between that has no known type.
+    stream = Port("/py/writer")
+    echo = subprocess.Popen([sentree, "echo", "yarp:/py/writer", "-n", "2"], stdin=subprocess.DEVNULL,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    check("a reader of any name asks to be connected", stream.wired.wait(PATIENCE))
+    for payload in (flat(i32(1)), struct.pack("<iiii", 256, 1, 255, 1), flat(i32(2))):
+        stream.write(payload)
+    out, err = echo.communicate(timeout=PATIENCE)
+    check("what cannot be read ends nothing", out == "1\n2\n" and "unknown tag 255" in err, out + err)
+
 
 def skill_ticked_by_others():
-    # Nobody tells it the values of its ports.
+    # Nobody tells it the values of its ports: they are those of its leaf in the tree.
     shutil.copytree(source + "/examples/recharge", "ticked")
-    with open("ticked/sentree.yaml", "a") as out:
-        out.write("\nskills:\n  BatteryLevelAbove30: {file: skills/BatteryLevelAbove.scxml, data: {threshold: 30}}\n")
     skill = Program("skill", "ticked", "BatteryLevelAbove30", "--listen",
                     "yarp:/BatteryLevelAbove30/tick:i", "--at", "battery=yarp:/battery/rpc:i")
     tree = Sender(where("/BatteryLevelAbove30/tick:i"), "/bt/tick:o")
