@@ -6,6 +6,7 @@
 
 #include "sentree/base/flat_map.h"
 #include "sentree/bt/detail/loader.h"
+#include "sentree/bt/detail/script_numbers.h"
 #include "sentree/bt/detail/values.h"
 #include "sentree/bt/nodes/parallel.h"
 #include "sentree/bt/nodes/switch.h"
@@ -242,8 +243,11 @@ void Loader::bind_cases(Node& node) {
   model_->switches.push_back({first, numbers});
 }
 
-void Loader::note_leaves() {
-  for (NodeId id = 0; id < model_->nodes.size(); ++id) {
+void Loader::note_ticks() {
+  constexpr std::uint8_t kNever = 255;
+  std::vector<std::uint8_t> levels(model_->nodes.size(), 0);  // Above the lowest leaf.
+  // Children come behind their parent.
+  for (auto id = static_cast<NodeId>(model_->nodes.size()); id-- > 0;) {
     Node& node = model_->nodes[id];
     // In document order, children without children of their own have ids that follow each other.
     if (node.child_count != 0 && model_->children[node.first_child + node.child_count - 1] - id == node.child_count &&
@@ -251,9 +255,17 @@ void Loader::note_leaves() {
       node.flags |= Node::kLeafChildren;
     }
     const bool suspends = node.kind == Kind::kExternalAction || node.kind == Kind::kExternalCondition;
-    if (node.child_count != 0 || suspends) continue;
-    node.flags |= Node::kAtOnce;
-    if (node.kind == Kind::kUser && (node.flags & (Node::kHasPre | Node::kHasPost)) == 0) node.flags |= Node::kPlain;
+    const bool called = !suspends && levels[id] <= Node::kCalledLevels;
+    if (node.parent != kNoNode) {
+      std::uint8_t& above = levels[node.parent];
+      above = std::max<std::uint8_t>(above, called ? levels[id] + 1 : kNever);
+    }
+    if (!called) continue;
+    const bool plain = node.kind == Kind::kUser && node.child_count == 0 && (node.flags & Node::kHasPost) == 0;
+    const auto by_kind = static_cast<std::uint8_t>(Node::kByKind + static_cast<std::uint8_t>(node.kind));
+    node.tick = (node.flags & Node::kHasPre) != 0 ? std::uint8_t{Node::kConditional}
+                : plain                           ? std::uint8_t{Node::kPlain}
+                                                  : by_kind;
   }
 }
 
@@ -307,7 +319,7 @@ NodeId Loader::add_node(const Definition& definition, const DefinedNode& defined
   Node node;
   node.kind = manifest.kind;
   node.parent = parent;
-  node.child_count = manifest.kind == Kind::kSubTree ? 1 : defined.child_count;
+  node.child_count = manifest.kind == Kind::kSubTree ? 1 : defined.child_count & 0xFF'FFFFU;  // at most kNodesMax
   node.first_child = static_cast<std::uint32_t>(model_->children.size());
   node.memory = model_->memory_words;
   if (manifest.category == Category::kDecorator || manifest.kind == Kind::kSubTree) node.flags |= Node::kDecorator;
@@ -494,6 +506,22 @@ bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scop
   return complete;
 }
 
+void Loader::bind_test(Conditions& conditions, const NumberStep& step) {
+  using Source = NumberStep::Source;
+  using Op = Instruction::Op;
+  if (step.left == Source::kEntry && step.right == Source::kNumber && !detail::is_assignment(step.op)) {
+    conditions.test = step.op;
+    conditions.test_cell = step.left_name;
+    conditions.test_number = step.right_number;
+  } else if (step.right == Source::kEntry && (step.op == Op::kLoad || step.op == Op::kNot)) {
+    // "flag && true".
+    conditions.test = Op::kLogicAnd;
+    conditions.test_cell = step.right_name;
+    conditions.test_number = 1;
+    if (step.op == Op::kNot) conditions.when = !conditions.when;
+  }
+}
+
 void Loader::bind_conditions(const Conditions& scripts, NodeId id, std::uint32_t scope) {
   Conditions uses;
   Node& node = model_->nodes[id];
@@ -510,9 +538,9 @@ void Loader::bind_conditions(const Conditions& scripts, NodeId id, std::uint32_t
     static constexpr Status kVerdicts[] = {Status::kFailure, Status::kSuccess, Status::kSkipped, Status::kSkipped};
     const auto only = static_cast<std::size_t>(std::countr_zero(uses.before));
     const ScriptUse& use = model_->uses[uses.use[only]];
-    if (use.steps == 1) uses.step = use.first_step;
     uses.verdict = kVerdicts[only];
     uses.when = only != Conditions::kWhile;
+    if (use.steps == 1) bind_test(uses, model_->steps[use.first_step]);
   }
   node.conditions = static_cast<std::uint32_t>(model_->conditions.size());
   model_->conditions.push_back(uses);

@@ -383,7 +383,7 @@ Loaded<Tree> Loader::load(std::string xml, const std::string& file) {
   sort_by_place(diagnostics_);
   loaded.diagnostics = std::move(diagnostics_);
   if (!has_errors(loaded.diagnostics) && !model_->nodes.empty()) {
-    note_leaves();
+    note_ticks();
     model_->nodes.shrink_to_fit();
     model_->infos.shrink_to_fit();
     model_->children.shrink_to_fit();

@@ -11,6 +11,27 @@
 
 namespace sentree::bt {
 
+namespace {
+
+template <class T>
+constexpr bool kHasChildren =
+    requires(Machine& m, const Node& n, NodeId id, Status status) { T::child_done(m, n, id, status); } ||
+    requires(Machine& m, const Node& n, NodeId id, Status status) { T::child_done(m, n, id, id, status); };
+
+template <class T>
+[[gnu::always_inline]] inline Next child_done_as(Machine& m, const Node& n, NodeId id, NodeId child, Status status) {
+  if constexpr (requires { T::child_done(m, n, id, status); }) {
+    return T::child_done(m, n, id, status);
+  } else if constexpr (kHasChildren<T>) {
+    return T::child_done(m, n, id, child, status);
+  } else {
+    SENTREE_ASSERT(false && "a leaf has no children");
+    return Next::done(status);
+  }
+}
+
+}  // namespace
+
 [[gnu::always_inline]] inline Next Machine::enter(const Node& n, NodeId id) {
   return nodes::of_kind(
       n.kind, [&]<class T>() __attribute__((always_inline)) { return T::enter(*this, n, id); });
@@ -18,16 +39,7 @@ namespace sentree::bt {
 
 [[gnu::always_inline]] inline Next Machine::child_done(const Node& n, NodeId id, NodeId child, Status status) {
   return nodes::of_kind(
-      n.kind, [&]<class T>() __attribute__((always_inline))->Next {
-        if constexpr (requires { T::child_done(*this, n, id, status); }) {
-          return T::child_done(*this, n, id, status);
-        } else if constexpr (requires { T::child_done(*this, n, id, child, status); }) {
-          return T::child_done(*this, n, id, child, status);
-        } else {
-          SENTREE_ASSERT(false && "a leaf has no children");
-          return Next::done(status);
-        }
-      });
+      n.kind, [&]<class T>() __attribute__((always_inline)) { return child_done_as<T>(*this, n, id, child, status); });
 }
 
 void Machine::halt_kind(const Node& n, NodeId id) {
@@ -58,21 +70,20 @@ bool clear_few(Status* leaves, std::uint32_t count) {
 
 }  // namespace
 
-void Machine::reset_children(const Node& n, std::uint32_t from, std::uint32_t to) {
+void Machine::reset_many(const Node& n, std::uint32_t from, std::uint32_t to) {
   constexpr std::uint32_t kFew = 8;  // More are worth being cleared at once, if they are leaves.
   if (observer_ == nullptr && to - from <= kFew) [[likely]] {
-    if (to - from >= 4 && (n.flags & Node::kLeafChildren) != 0 &&
-        clear_few(status_ + children_[n.first_child + from], to - from)) {
+    const NodeId* const children = children_ + n.first_child;
+    if (to - from >= 4 && (n.flags & Node::kLeafChildren) != 0 && clear_few(status_ + children[from], to - from)) {
       return;
     }
-    const NodeId* const children = children_ + n.first_child;
     while (from < to && status_[children[from]] != Status::kRunning) status_[children[from++]] = Status::kIdle;
     if (from >= to) return;
   }
-  reset_some(n, from, to);
+  reset_each(n, from, to);
 }
 
-void Machine::reset_some(const Node& n, std::uint32_t from, std::uint32_t to) {
+void Machine::reset_each(const Node& n, std::uint32_t from, std::uint32_t to) {
   const NodeId* const children = children_ + n.first_child;
   static_assert(sizeof(Status) == 1);
   if ((n.flags & Node::kLeafChildren) != 0 && observer_ == nullptr && from < to) {
@@ -95,18 +106,23 @@ void Machine::halt_node(NodeId id) {
   set_status(id, Status::kIdle);
   if (failed_ || n.conditions == kNone) return;
   if (const std::uint32_t use = model_.conditions[n.conditions].use[Conditions::kOnHalted]; use != kNone) {
-    ScriptValue ignored;
-    run(id, use, ignored);
+    run(id, use);
   }
+}
+
+[[gnu::always_inline]] inline bool Machine::quick_precondition(const Conditions& conditions, NodeId id, bool& holds) {
+  if (conditions.test_cell == kNone || status_[id] != Status::kIdle) return false;
+  double number = 0;
+  Blackboard::Entry* entry = nullptr;
+  if (!detail::read_number(blackboard_, conditions.test_cell, entry, number)) return false;
+  holds = detail::test(conditions.test, number, conditions.test_number) == conditions.when;
+  return true;
 }
 
 Status Machine::precondition(const Node& n, NodeId id) {
   const Conditions& conditions = model_.conditions[n.conditions];
-  if (conditions.step != kNone && status_[id] == Status::kIdle) [[likely]] {
-    double number = 0;
-    if (run_numbers(model_.steps.data() + conditions.step, 1, blackboard_, number)) [[likely]]
-      return (number != 0.0) == conditions.when ? conditions.verdict : Status::kIdle;
-  }
+  bool holds = false;
+  if (quick_precondition(conditions, id, holds)) return holds ? conditions.verdict : Status::kIdle;
   return preconditions(n, id);
 }
 
@@ -131,37 +147,86 @@ Status Machine::preconditions(const Node& n, NodeId id) {
 
 void Machine::postcondition(const Node& n, NodeId id, Status status) {
   const Conditions& conditions = model_.conditions[n.conditions];
-  const auto own = status == Status::kSuccess ? Conditions::kOnSuccess : Conditions::kOnFailure;
-  ScriptValue ignored;
-  for (const std::size_t i : {own, Conditions::kPost}) {
-    if (conditions.use[i] != kNone && !run(id, conditions.use[i], ignored)) return;
-  }
+  const std::uint32_t own =
+      conditions.use[status == Status::kSuccess ? Conditions::kOnSuccess : Conditions::kOnFailure];
+  if (own != kNone && !run(id, own)) return;
+  if (const std::uint32_t any = conditions.use[Conditions::kPost]; any != kNone) run(id, any);
 }
 
-Next Machine::enter_any(const Node& n, NodeId id) { return enter(n, id); }
+[[gnu::always_inline]] inline void Machine::reset_decorated(const Node& n) {
+  if ((n.flags & Node::kDecorator) == 0) return;
+  const NodeId child = children_[n.first_child];
+  if (is_completed(status_[child])) set_status(child, Status::kIdle);
+}
 
-Status Machine::tick_other_leaf(const Node& n, NodeId id, Status status) {
-  if (status == Status::kIdle) {
-    switch (n.kind) {
-      case Kind::kUser: status = nodes::User::checked(*this, n, id, nodes::User::ask_leaf(*this, n, id)); break;
-      case Kind::kScript: status = nodes::Script::enter(*this, n, id).status; break;
-      case Kind::kScriptCondition: status = nodes::ScriptCondition::enter(*this, n, id).status; break;
-      case Kind::kAlwaysSuccess: status = Status::kSuccess; break;
-      case Kind::kAlwaysFailure: status = Status::kFailure; break;
-      default: status = enter_any(n, id).status; break;
-    }
-  }
+[[gnu::always_inline]] inline Status Machine::leave(const Node& n, NodeId id, Status status) {
   if ((n.flags & Node::kHasPost) != 0 && is_completed(status) && !failed_) postcondition(n, id, status);
-  if (failed_) [[unlikely]]
-    return Status::kIdle;
-  keep(id, status);
+  if (unusual_) [[unlikely]]
+    return leave_observed(n, id, status);
+  if (status != Status::kSkipped) keep_unseen(id, status);
+  reset_decorated(n);
   return status;
 }
 
-Status Machine::tick_any_leaf(NodeId id) { return nodes::tick_leaf<Status::kSuccess>(*this, id); }
+Status Machine::leave_observed(const Node& n, NodeId id, Status status) {
+  if (failed_) return Status::kIdle;
+  keep(id, status);
+  reset_decorated(n);
+  return status;
+}
+
+template <class T>
+Status Machine::tick_as(Machine& m, const Node& n, NodeId id) {
+  Next next;
+  if constexpr (requires { T::tick(m, n, id); }) {
+    next = T::tick(m, n, id);
+  } else {
+    next = T::enter(m, n, id);
+  }
+  if constexpr (kHasChildren<T>) {
+    while (next.child != kNoNode) {
+      if (m.failed_) [[unlikely]]
+        return Status::kIdle;
+      const NodeId child = m.child(n, next.child);
+      const Status status = m.tick_at_once(m.nodes_[child], child);
+      if (status == Status::kIdle && m.failed_) return status;
+      next = child_done_as<T>(m, n, id, child, status);
+    }
+  }
+  return m.leave(n, id, next.status);
+}
+
+constexpr std::array<Machine::Tick, Node::kByKind + kKinds> Machine::kTicks = {
+    &Machine::tick_walked, &Machine::tick_plain, &Machine::tick_conditional,
+#define SENTREE_BT_NODE(name) &Machine::tick_as<nodes::name>,
+    SENTREE_BT_NODES(SENTREE_BT_NODE)
+#undef SENTREE_BT_NODE
+};
+
+Status Machine::tick_plain(Machine& m, const Node& n, NodeId id) {
+  return nodes::User::tick_plain<Status::kSuccess>(m, n, id);
+}
+
+// What follows are calls that end this one: it needs no room of its own.
+Status Machine::tick_conditional(Machine& m, const Node& n, NodeId id) {
+  const Conditions& conditions = m.model_.conditions[n.conditions];
+  bool holds = false;
+  if (!m.quick_precondition(conditions, id, holds)) return m.tick_conditional_long(n, id);
+  if (!holds) return m.tick_kind(n, id);
+  if (m.unusual_ || conditions.verdict != Status::kSkipped) return m.leave_unticked(n, id, conditions.verdict);
+  return Status::kSkipped;
+}
+
+Status Machine::tick_conditional_long(const Node& n, NodeId id) {
+  const Status verdict = preconditions(n, id);
+  return verdict == Status::kIdle ? tick_kind(n, id) : leave(n, id, verdict);
+}
+
+Status Machine::leave_unticked(const Node& n, NodeId id, Status verdict) { return leave(n, id, verdict); }
 
 Machine::Outcome Machine::walk(NodeId id, bool entered, Status status, NodeId top) {
-  return hooks_ == nullptr ? walk_as<false>(id, entered, status, top) : walk_as<true>(id, entered, status, top);
+  if (!entered && answers_at_once(id)) return {false, tick_at_once(nodes_[id], id)};
+  return hooked() ? walk_as<true>(id, entered, status, top) : walk_as<false>(id, entered, status, top);
 }
 
 template <bool kHooked>
@@ -174,7 +239,7 @@ Machine::Outcome Machine::walk_as(NodeId id, bool entered, Status status, NodeId
     if (!entered) {
       Status instead = (n->flags & Node::kHasPre) != 0 ? precondition(*n, id) : Status::kIdle;
       if constexpr (kHooked) {
-        if (instead == Status::kIdle) instead = hooks_->begin(id, status_[id], now_);
+        if (instead == Status::kIdle) instead = effects_.hooks->begin(id, status_[id], now());
       }
       next = instead == Status::kIdle ? enter(*n, id) : Next::done(instead);
     }
@@ -190,23 +255,16 @@ Machine::Outcome Machine::walk_as(NodeId id, bool entered, Status status, NodeId
         entered = false;
         continue;
       }
-      status = tick_any_leaf(child);
-      if (status == Status::kIdle) return {false, Status::kIdle};
+      status = tick_at_once(nodes_[child], child);
+      if (status == Status::kIdle && failed_) return {false, Status::kIdle};
     } else {
       // Up: the node is done.
       if (next.child == kSuspend) return {true, Status::kRunning};
       status = next.status;
       if constexpr (kHooked) {
-        if (!failed_) status = hooks_->end(id, status, now_);
+        if (!failed_) status = effects_.hooks->end(id, status, now());
       }
-      if ((n->flags & Node::kHasPost) != 0 && is_completed(status) && !failed_) postcondition(*n, id, status);
-      if (failed_) [[unlikely]]
-        return {false, Status::kIdle};
-      keep(id, status);
-      if ((n->flags & Node::kDecorator) != 0) {
-        const NodeId of = children[n->first_child];
-        if (is_completed(status_[of])) set_status(of, Status::kIdle);
-      }
+      if (leave(*n, id, status) == Status::kIdle && failed_) return {false, Status::kIdle};
       if (id == top) return {false, status};
       id = n->parent;
       n = nodes + id;

@@ -185,6 +185,11 @@ bool Machine::run_long(NodeId id, const ScriptUse& use, ScriptValue& result) {
   return false;
 }
 
+bool Machine::run_long(NodeId id, const ScriptUse& use) {
+  ScriptValue ignored;
+  return run_long(id, use, ignored);
+}
+
 bool Machine::run_long_condition(NodeId id, const ScriptUse& use, bool& result) {
   ScriptValue value;
   if (!run_long(id, use, value)) return false;
@@ -211,8 +216,7 @@ bool Machine::run_text(NodeId id, const std::string& text, ScriptValue& result) 
   if (run_script(model_, blackboard_, *script, cells.data(), result, error)) {
     if (result.tag == ScriptValue::Tag::kString) {
       // The constants of this script end with it.
-      text_ = *result.string;
-      result = ScriptValue::of(&text_);
+      result = keep_text(*result.string);
     }
     return true;
   }

@@ -28,7 +28,7 @@ Next Machine::fail(NodeId id, std::string_view code, std::string message) {
 }
 
 void Machine::notify(NodeId id, Status status) {
-  if (status_[id] != status) observer_->status_changed(id, status_[id], status, now_);
+  if (status_[id] != status) observer_->status_changed(id, status_[id], status, now());
 }
 
 void Machine::start_timer(NodeId id, TimePoint due) {
@@ -51,7 +51,7 @@ bool Machine::fire_timers() {
     // The earliest first; of equal ones, the one set first. Halting may remove others.
     const auto next = std::min_element(state_.timers_.begin(), state_.timers_.end(),
                                        [](const State::Timer& a, const State::Timer& b) { return a.due < b.due; });
-    if (next == state_.timers_.end() || next->due > now_ || failed_) return fired;
+    if (next == state_.timers_.end() || next->due > now() || failed_) return fired;
     fired = true;
     const NodeId id = next->node;
     const Node& n = nodes_[id];
@@ -112,6 +112,18 @@ void Machine::append_inputs(const Node& n, NodeId id, Map& inputs) {
   }
 }
 
+[[gnu::always_inline]] inline StepResult Machine::finish(StepResult result) {
+  effects_.next_timer = state_.timers_.empty() ? kNever : state_.next_timer();
+  return result;
+}
+
+[[gnu::always_inline]] inline StepResult Machine::finish(Outcome outcome) {
+  if (failed_) return finish({StepResult::Kind::kFailed, Status::kIdle, kNoNode});
+  if (outcome.suspended) return finish({StepResult::Kind::kWaiting, Status::kRunning, state_.waiting_});
+  if (is_completed(outcome.status)) set_status(0, Status::kIdle);
+  return finish({StepResult::Kind::kDone, outcome.status, kNoNode});
+}
+
 StepResult Machine::answer(const Input& input) {
   const NodeId leaf = input.leaf;
   if (leaf == kNoNode || leaf != state_.waiting_ || input.status == Status::kIdle) return {};
@@ -140,7 +152,7 @@ StepResult Machine::leaf_halted(NodeId leaf) {
   return finish({StepResult::Kind::kApplied, status_[0], kNoNode});
 }
 
-StepResult Machine::tick() {
+[[gnu::always_inline]] inline StepResult Machine::tick() {
   if (state_.waiting_ != kNoNode) return {};
   if (!state_.timers_.empty()) fire_timers();
   if (failed_) return finish(Outcome{false, Status::kIdle});
@@ -162,24 +174,18 @@ StepResult Machine::halt_tree() {
   return finish({failed_ ? StepResult::Kind::kFailed : StepResult::Kind::kApplied, Status::kIdle, kNoNode});
 }
 
-StepResult Machine::finish(Outcome outcome) {
-  if (failed_) return finish({StepResult::Kind::kFailed, Status::kIdle, kNoNode});
-  if (outcome.suspended) return finish({StepResult::Kind::kWaiting, Status::kRunning, state_.waiting_});
-  if (is_completed(outcome.status)) set_status(0, Status::kIdle);
-  return finish({StepResult::Kind::kDone, outcome.status, kNoNode});
-}
-
-StepResult Machine::finish(StepResult result) {
-  effects_.next_timer = state_.next_timer();
-  return result;
-}
-
-StepResult Machine::step(const Input& input) {
+[[gnu::always_inline]] inline StepResult Machine::step(const Input& input) {
   effects_.list.clear();
   effects_.wake = false;
   effects_.error.reset();
+  if (input.kind == Input::Kind::kTick) [[likely]]
+    return tick();
+  return step_otherwise(input);
+}
+
+StepResult Machine::step_otherwise(const Input& input) {
   switch (input.kind) {
-    case Input::Kind::kTick: return tick();
+    case Input::Kind::kTick: break;
     case Input::Kind::kAnswer: return answer(input);
     case Input::Kind::kLeafHalted: return leaf_halted(input.leaf);
     case Input::Kind::kHalt: return halt_tree();
@@ -192,7 +198,7 @@ StepResult Machine::step(const Input& input) {
 }
 
 StepResult step(const Tree& tree, State& state, const Input& input, TimePoint now, Effects& effects) {
-  SENTREE_ASSERT(state.statuses().size() == tree.size());
+  SENTREE_ASSERT(state.statuses().size() == tree.model().nodes.size());
   return Machine(tree, state, now, effects).step(input);
 }
 

@@ -33,6 +33,12 @@ enum class Kind : std::uint8_t {
 #undef SENTREE_BT_NODE
 };
 
+inline constexpr std::size_t kKinds = 0
+#define SENTREE_BT_NODE(name) +1
+    SENTREE_BT_NODES(SENTREE_BT_NODE)
+#undef SENTREE_BT_NODE
+    ;
+
 inline constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 /// What the nodes of one ID have in common.
@@ -57,20 +63,31 @@ struct Node {
   static constexpr std::uint8_t kHasPre = 4;
   static constexpr std::uint8_t kHasPost = 8;
   static constexpr std::uint8_t kLeafChildren = 16;  ///< Its children are leaves, so their ids follow each other.
-  static constexpr std::uint8_t kAtOnce = 32;        ///< A leaf that answers in the step in which it is ticked.
-  static constexpr std::uint8_t kPlain = 64;         ///< One written in C++, without conditions.
+
+  /// How its parent ticks it. Most nodes answer in the step in which they are ticked, and all below them do: their
+  /// parent calls what `Machine::kTicks` has for them. The others are walked to: external leaves, and what is above
+  /// them or more than `kCalledLevels` above its lowest leaf.
+  enum Tick : std::uint8_t {
+    kWalked,
+    kPlain,        ///< A leaf written in C++, without conditions.
+    kConditional,  ///< It has pre-conditions.
+    kByKind,       ///< The kind is added.
+  };
+  static constexpr std::uint8_t kCalledLevels = 100;
 
   Kind kind = Kind::kAlwaysSuccess;
   std::uint8_t flags = 0;
   std::uint16_t port_count = 0;
   NodeId parent = kNoNode;
   std::uint32_t first_child = 0;  ///< In Model::children.
-  std::uint32_t child_count = 0;
+  std::uint32_t child_count : 24 = 0;
+  std::uint32_t tick : 8 = kWalked;  ///< A Tick.
   std::uint32_t memory = 0;    ///< In State::memory_.
   std::uint32_t ports = 0;     ///< In Model::bindings.
   std::uint32_t data = kNone;  ///< By kind: a script use, a user node, thresholds, …
   std::uint32_t conditions = kNone;
 };
+static_assert(kNodesMax < 1U << 24 && Node::kByKind + kKinds < 1U << 8);
 
 /// What people ask about a node.
 struct NodeInfo {
@@ -134,10 +151,13 @@ struct Conditions {
   enum Index : std::uint8_t { kFailureIf, kSuccessIf, kSkipIf, kWhile, kOnHalted, kOnFailure, kOnSuccess, kPost };
   static constexpr std::size_t kCount = 8;
   std::uint32_t use[kCount] = {kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone};
-  std::uint32_t before = 0;        ///< A bit for each of those up to kWhile that there is.
-  std::uint32_t step = kNone;      ///< In Model::steps: all that the only one of these does.
-  Status verdict = Status::kIdle;  ///< What the node returns instead where that gives `when`.
+  std::uint8_t before = 0;         ///< A bit for each of those up to kWhile that there is.
+  Status verdict = Status::kIdle;  ///< What the node returns instead where the only one of these gives `when`.
   bool when = true;
+  /// That one, where it compares an entry with a number.
+  Instruction::Op test = Instruction::Op::kLoad;
+  std::uint32_t test_cell = kNone;
+  double test_number = 0;
 };
 /// "_failureIf" … in the order of Conditions::Index, which is the order of evaluation.
 extern const std::string_view kConditionNames[Conditions::kCount];

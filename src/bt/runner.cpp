@@ -6,9 +6,15 @@ namespace sentree::bt {
 
 Runner::Runner(Tree tree, const Clock* clock) : tree_(std::move(tree)), state_(tree_), clock_(clock) {}
 
-Status Runner::run(const Input& input, TimePoint now) {
+[[gnu::always_inline]] inline Status Runner::run(const Input& input, TimePoint now) {
   now_ = now;
-  StepResult result = step(tree_, state_, input, now, effects_);
+  const StepResult result = step(tree_, state_, input, now, effects_);
+  if (result.done() && state_.outstanding_halts().empty()) [[likely]]
+    return result.status;
+  return settle(result, now);
+}
+
+Status Runner::settle(StepResult result, TimePoint now) {
   bool wake = effects_.wake;
   for (;;) {
     // Halts are answered at once: nobody else is there to do it.

@@ -49,6 +49,8 @@ class Runner {
 
  private:
   Status run(const Input& input, TimePoint now);
+  /// Answers what a step has asked for, and gives up a tick that failed.
+  Status settle(StepResult result, TimePoint now);
 
   Tree tree_;
   State state_;

@@ -393,6 +393,12 @@ bool run_script(const Model& model, Blackboard& blackboard, const Script& script
   return run.run(stack.data(), result);
 }
 
+ScriptValue keep_text(std::string_view text) {
+  std::string& kept = scratch().next();
+  kept = text;
+  return ScriptValue::of(&kept);
+}
+
 bool truth(const ScriptValue& value, bool& result, std::string& error) {
   if (value.is_number()) {
     result = value.number() != 0.0;

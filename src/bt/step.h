@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <utility>
@@ -83,7 +84,7 @@ struct Effects {
 };
 
 struct StepResult {
-  enum class Kind {
+  enum class Kind : std::uint8_t {
     kDone,     ///< A tick ended; `status` is the root's.
     kWaiting,  ///< The tick is suspended until `leaf` answers.
     kApplied,  ///< A halt, a timer or a leaf's "halted" took effect.

@@ -32,10 +32,13 @@ class Blackboard {
     const std::uint32_t link = link_of(cell);
     return link != State::kNoEntry ? &state_.entries_[link] : find_slow(cell);
   }
-  /// The entry if the cell is linked already, as it is from the second use on.
+  /// The entry of one of the model's cells if that is linked already, as it is from the second use on.
   [[gnu::always_inline]] Entry* find_linked(std::uint32_t cell) {
-    const std::uint32_t link = link_of(cell);
-    return link != State::kNoEntry ? &state_.entries_[link] : nullptr;
+    const std::uint32_t link = links_[cell];
+    if (link == State::kNoEntry) return nullptr;
+    Entry* const entry = &state_.entries_[link];
+    if (entry == nullptr) __builtin_unreachable();
+    return entry;
   }
   /// The entry, made where it does not exist. Null, with `error` set, where it exists with another strong type.
   Entry* create(std::uint32_t cell, const PortType* type, std::string& error);
@@ -46,6 +49,7 @@ class Blackboard {
   bool put(std::uint32_t cell, Datum&& datum, const PortType* type, std::string& error);
   /// Forgets the name in this blackboard; other names linked to the entry keep it.
   void unset(std::uint32_t cell);
+  [[nodiscard]] TimePoint now() const { return now_; }
   /// Counts and stamps a write made through the pointer.
   void written(Entry& entry) {
     ++entry.sequence;

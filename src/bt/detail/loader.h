@@ -153,12 +153,13 @@ class Loader {
   void bind_special(const DefinedNode& defined, NodeId id, std::uint32_t scope);
   void bind_thresholds(Node& node);
   void bind_cases(Node& node);
-  void note_leaves();
+  void note_ticks();
   std::uint32_t bind_script(std::uint32_t script, std::uint32_t scope);
   std::uint32_t open_scope(const Definition& definition, const DefinedNode& defined, NodeId id, std::uint32_t parent);
   std::uint32_t cell(std::uint32_t scope, std::uint32_t name);
   std::uint32_t add_test_node(const Substitution::TestNode& test, const text::XmlElement& element, std::uint32_t scope);
   bool substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scope, std::uint32_t& test);
+  static void bind_test(Conditions& conditions, const NumberStep& step);
   void bind_conditions(const Conditions& scripts, NodeId id, std::uint32_t scope);
   [[nodiscard]] SourceSpan span_of(NodeId id) const;
   [[nodiscard]] const std::vector<std::string>& known_skills() const { return options_.skills; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -34,15 +35,13 @@ class Machine {
         status_(state.status_.data()),
         memory_(state.memory_.data()),
         observer_(effects.observer),
-        hooks_(effects.hooks),
         users_(model_.users.data()),
         bindings_(model_.bindings.data()),
         objects_(state.objects_.data()),
         blackboard_(model_, state, now),
         state_(state),
         effects_(effects),
-        now_(now),
-        at_once_(effects.hooks == nullptr ? Node::kAtOnce : 0),
+        called_(effects.hooks == nullptr),
         unusual_(effects.observer != nullptr) {}
 
   StepResult step(const Input& input);
@@ -60,7 +59,7 @@ class Machine {
   [[nodiscard]] NodeId child(const Node& n, std::uint32_t index) const { return children_[n.first_child + index]; }
   [[nodiscard]] const NodeId* children(const Node& n) const { return children_ + n.first_child; }
   [[nodiscard]] bool format3() const { return model_.format == 3; }
-  [[nodiscard]] TimePoint now() const { return now_; }
+  [[nodiscard]] TimePoint now() const { return blackboard_.now(); }
   [[nodiscard]] Blackboard& blackboard() { return blackboard_; }
   [[nodiscard]] const Model& model() const { return model_; }
   [[nodiscard]] const Tree& tree() const { return tree_; }
@@ -70,18 +69,13 @@ class Machine {
   [[nodiscard]] bool failed() const { return failed_; }
 
   /// Somebody has hooked into the ticks of nodes.
-  [[nodiscard]] bool hooked() const { return hooks_ != nullptr; }
-  /// A leaf that its parent may tick by `nodes::tick_leaf`; none where somebody has hooked into ticks.
-  [[nodiscard]] bool answers_at_once(NodeId id) const { return (nodes_[id].flags & at_once_) != 0; }
+  [[nodiscard]] bool hooked() const { return !called_; }
+  /// A node that its parent may tick by `nodes::tick_child`; none where somebody has hooked into ticks.
+  [[nodiscard]] bool answers_at_once(NodeId id) const { return called_ && nodes_[id].tick != Node::kWalked; }
   /// The tick is given up, or somebody observes each change of a status.
   [[nodiscard]] bool unusual() const { return unusual_; }
-  /// A leaf that answers at once, built in or with conditions, `verdict` being that of its pre-conditions.
-  /// IDLE: the tick is given up.
-  Status tick_other_leaf(const Node& n, NodeId id, Status verdict);
-  /// What a pre-condition decides instead of the node; IDLE: nothing.
-  [[gnu::noinline]] Status precondition(const Node& n, NodeId id);
-  /// Any leaf that answers at once.
-  Status tick_any_leaf(NodeId id);
+  /// The whole tick of a node that answers at once. IDLE: see `nodes::tick_child`, which is quicker for most leaves.
+  [[gnu::always_inline]] Status tick_at_once(const Node& n, NodeId id) { return kTicks[n.tick](*this, n, id); }
   /// `set_status` where nothing is unusual.
   void keep_unseen(NodeId id, Status status) { status_[id] = status; }
   /// What the node said is what it keeps, unless it was skipped.
@@ -89,7 +83,7 @@ class Machine {
     if (status != Status::kSkipped) [[likely]] {
       set_status(id, status);
     } else if (observer_ != nullptr) {
-      observer_->skipped(id, now_);
+      observer_->skipped(id, now());
     }
   }
 
@@ -99,7 +93,19 @@ class Machine {
     set_status(id, Status::kIdle);
   }
   void reset_children(const Node& n) { reset_children(n, 0, n.child_count); }
-  void reset_children(const Node& n, std::uint32_t from, std::uint32_t to);
+  [[gnu::always_inline]] void reset_children(const Node& n, std::uint32_t from, std::uint32_t to) {
+    constexpr std::uint32_t kFew = 3;  // Not worth a call, unless one of them is RUNNING.
+    if (to - from <= kFew && !unusual_) [[likely]] {
+      const NodeId* child = children(n) + from;
+      const NodeId* const end = children(n) + to;
+      for (;; ++child) {
+        if (child == end) return;
+        if (status_[*child] == Status::kRunning) break;
+        status_[*child] = Status::kIdle;
+      }
+    }
+    reset_many(n, from, to);
+  }
   /// Halts whatever its status, and runs its `_onHalted`.
   void halt_node(NodeId id);
   /// Ticks a subtree to its end within this step, external leaves counting as RUNNING. For cleaning up while halting.
@@ -147,7 +153,9 @@ class Machine {
   [[gnu::always_inline]] const Datum* held(const Binding* binding) {
     if (binding == nullptr) return nullptr;
     if (binding->kind == Binding::Kind::kLiteral) return &model_.literals[binding->target];
-    Blackboard::Entry* const entry = blackboard_.find(binding->target);
+    const Blackboard::Entry* entry = blackboard_.find_linked(binding->target);
+    if (entry == nullptr) [[unlikely]]
+      entry = blackboard_.find(binding->target);
     return entry != nullptr ? &entry->datum : nullptr;
   }
   /// The value to overwrite, counted and stamped, if the entry is of that very type and holds one; else null.
@@ -180,6 +188,13 @@ class Machine {
     result = ScriptValue::of(number);
     return true;
   }
+  /// The same where nobody asks what it gives.
+  [[gnu::always_inline]] bool run(NodeId id, std::uint32_t use) {
+    const ScriptUse& u = model_.uses[use];
+    double ignored = 0;
+    return (u.steps != 0 && run_numbers(model_.steps.data() + u.first_step, u.steps, blackboard_, ignored)) ||
+           run_long(id, u);
+  }
   [[gnu::always_inline]] bool run_condition(NodeId id, std::uint32_t use, bool& result) {
     const ScriptUse& u = model_.uses[use];
     double number = 0;
@@ -198,6 +213,13 @@ class Machine {
   static constexpr std::uint32_t kSuspend = kNoNode - 1;  ///< `Next::child`: wait for the leaf's answer.
 
  private:
+  using Tick = Status (*)(Machine&, const Node&, NodeId);
+  /// By `Node::tick`.
+  static const std::array<Tick, Node::kByKind + kKinds> kTicks;
+  static Status tick_walked(Machine& /*m*/, const Node& /*n*/, NodeId /*id*/) { return Status::kIdle; }
+  static Status tick_plain(Machine& m, const Node& n, NodeId id);
+  static Status tick_conditional(Machine& m, const Node& n, NodeId id);
+
   struct Outcome {
     bool suspended;
     Status status;
@@ -208,18 +230,39 @@ class Machine {
   template <bool kHooked>
   Outcome walk_as(NodeId id, bool entered, Status status, NodeId top);
   Next enter(const Node& n, NodeId id);
-  [[gnu::noinline]] Next enter_any(const Node& n, NodeId id);
   Next child_done(const Node& n, NodeId id, NodeId child, Status status);
+  /// The whole tick of a node of the kind T that answers at once, without its pre-conditions.
+  template <class T>
+  static Status tick_as(Machine& m, const Node& n, NodeId id);
+  /// The node has said `status`: its post-conditions run, and it is kept. IDLE: the tick is given up.
+  Status leave(const Node& n, NodeId id, Status status);
+  [[gnu::noinline]] Status leave_observed(const Node& n, NodeId id, Status status);
+  /// The same of a node that a pre-condition has kept from being ticked.
+  [[gnu::noinline]] Status leave_unticked(const Node& n, NodeId id, Status verdict);
+  /// A decorator's completed child.
+  void reset_decorated(const Node& n);
+  [[gnu::noinline]] Status tick_conditional_long(const Node& n, NodeId id);
+  /// The same without its pre-conditions.
+  Status tick_kind(const Node& n, NodeId id) {
+    return kTicks[Node::kByKind + static_cast<std::size_t>(n.kind)](*this, n, id);
+  }
+  /// Whether `verdict` of its conditions holds for an IDLE node; false: that takes longer.
+  bool quick_precondition(const Conditions& conditions, NodeId id, bool& holds);
   void halt_kind(const Node& n, NodeId id);
   void fire_kind(const Node& n, NodeId id);
+  /// What the pre-conditions decide instead of the node; IDLE: nothing.
+  [[gnu::noinline]] Status precondition(const Node& n, NodeId id);
   [[gnu::noinline]] Status preconditions(const Node& n, NodeId id);
   [[gnu::noinline]] void postcondition(const Node& n, NodeId id, Status status);
 
+  [[gnu::noinline]] bool run_long(NodeId id, const ScriptUse& use);
   [[gnu::noinline]] bool run_long(NodeId id, const ScriptUse& use, ScriptValue& result);
   [[gnu::noinline]] bool run_long_condition(NodeId id, const ScriptUse& use, bool& result);
-  [[gnu::noinline]] void reset_some(const Node& n, std::uint32_t from, std::uint32_t to);
+  [[gnu::noinline]] void reset_many(const Node& n, std::uint32_t from, std::uint32_t to);
+  void reset_each(const Node& n, std::uint32_t from, std::uint32_t to);
 
   StepResult tick();
+  [[gnu::noinline]] StepResult step_otherwise(const Input& input);
   StepResult answer(const Input& input);
   StepResult leaf_halted(NodeId leaf);
   StepResult halt_tree();
@@ -236,21 +279,18 @@ class Machine {
   Status* status_;
   std::int32_t* memory_;
   Observer* observer_;
-  TickHooks* hooks_;
   const UserNode* users_;
   const Binding* bindings_;
   const ObjectSlot* objects_;
   Blackboard blackboard_;
   State& state_;
   Effects& effects_;
-  TimePoint now_;
-  std::uint8_t at_once_;
+  bool called_;  ///< Nodes that answer at once are called: nobody has hooked into ticks.
   bool failed_ = false;
   bool unusual_;
   bool halting_tree_ = false;
   std::uint32_t cycles_ = 0;
   int nested_ = 0;    ///< Inside tick_now.
-  std::string text_;  ///< What the last script gave whose own text was known only then.
 };
 
 }  // namespace sentree::bt

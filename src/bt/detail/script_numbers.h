@@ -52,23 +52,31 @@ inline constexpr double kExact = 9'007'199'254'740'992.0;
   }
 }
 
-/// The entry of a linked cell that holds a number which a double holds too.
-[[gnu::always_inline]] inline Blackboard::Entry* number_entry(Blackboard& blackboard, std::uint32_t cell,
-                                                              double& number) {
-  Blackboard::Entry* const entry = blackboard.find_linked(cell);
-  if (entry == nullptr) return nullptr;
+/// `applied` as a condition; what conditions mostly are comes first.
+[[gnu::always_inline]] inline bool test(Instruction::Op op, double a, double b) {
+  using Op = Instruction::Op;
+  if (op == Op::kGreater) return a > b;
+  if (op == Op::kLess) return a < b;
+  return applied(op, a, b) != 0.0;
+}
+
+/// Finds a linked entry that holds a number which a double holds too.
+[[gnu::always_inline]] inline bool read_number(Blackboard& blackboard, std::uint32_t cell, Blackboard::Entry*& entry,
+                                               double& number) {
+  entry = blackboard.find_linked(cell);
+  if (entry == nullptr) return false;
   const Value& held = entry->datum.value;
   if (const double* real = held.as_double()) {
     number = *real;
   } else if (const std::int64_t* integer = held.as_int()) {
     number = static_cast<double>(*integer);
-    if (!(std::abs(number) < kExact)) return nullptr;
+    return std::abs(number) < kExact;
   } else if (const bool* truth = held.as_bool()) {
     number = *truth ? 1.0 : 0.0;
   } else {
-    return nullptr;
+    return false;
   }
-  return entry;
+  return true;
 }
 
 [[gnu::always_inline]] inline bool assign(Blackboard& blackboard, Blackboard::Entry& entry, double number) {
@@ -77,8 +85,10 @@ inline constexpr double kExact = 9'007'199'254'740'992.0;
     detail::overwrite(held, number);
   } else {
     // An integer stays one; what does not fit is for the long way to say.
-    if (held.as_int() == nullptr || !(std::abs(number) < kExact) || number != std::trunc(number)) return false;
-    detail::overwrite(held, static_cast<std::int64_t>(number));
+    if (held.as_int() == nullptr || !(std::abs(number) < kExact)) return false;
+    const auto whole = static_cast<std::int64_t>(number);
+    if (static_cast<double>(whole) != number) return false;
+    detail::overwrite(held, whole);
   }
   blackboard.written(entry);
   return true;
@@ -88,11 +98,12 @@ inline constexpr double kExact = 9'007'199'254'740'992.0;
 [[gnu::always_inline]] inline bool run_step(const NumberStep& step, double a, double b, Blackboard& blackboard,
                                             double& result) {
   Blackboard::Entry* entry = nullptr;
-  if (step.right == NumberStep::Source::kEntry && number_entry(blackboard, step.right_name, b) == nullptr) return false;
-  if (step.left == NumberStep::Source::kEntry) {
-    entry = number_entry(blackboard, step.left_name, a);
-    if (entry == nullptr) return false;
+  if (step.right == NumberStep::Source::kEntry && !read_number(blackboard, step.right_name, entry, b)) return false;
+  if (step.left != NumberStep::Source::kEntry) {
+    result = applied(step.op, a, b);
+    return true;
   }
+  if (!read_number(blackboard, step.left_name, entry, a)) return false;
   result = applied(step.op, a, b);
   return !is_assignment(step.op) || assign(blackboard, *entry, result);
 }

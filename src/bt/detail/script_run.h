@@ -51,6 +51,9 @@ struct ScriptValue {
 [[nodiscard]] bool run_script(const Model& model, Blackboard& blackboard, const Script& script,
                               const std::uint32_t* cells, ScriptValue& result, std::string& error);
 
+/// A text of a script that ends before its result is looked at: one that lives as long as those made during a run.
+[[nodiscard]] ScriptValue keep_text(std::string_view text);
+
 /// The result as a condition. False, with `error` set, if it has no truth value.
 [[nodiscard]] bool truth(const ScriptValue& value, bool& result, std::string& error);
 

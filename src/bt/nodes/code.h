@@ -6,9 +6,8 @@
 
 namespace sentree::bt::nodes {
 
-/// A script's text may come from an entry; then it is compiled when it runs.
-inline bool run_code(Machine& m, const Node& n, NodeId id, ScriptValue& result) {
-  if (n.data != kNone) return m.run(id, n.data, result);
+/// A script's text that comes from an entry is compiled when it runs. False: the tick is given up.
+[[gnu::noinline]] inline bool run_read_code(Machine& m, const Node& n, NodeId id, ScriptValue& result) {
   const auto text = m.read_text(n, 0);
   if (!text) {
     m.fail(id, "bt.missing-port", "needs \"code\"");

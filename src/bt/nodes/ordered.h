@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "sentree/bt/nodes/leaf.h"
+#include "sentree/bt/nodes/child.h"
 
 // What sequences and fallbacks share, with memory of the running child. They mirror each other: `kStop` ends them at
 // once. Async: yields after each child that completed within one tick, if there is more to do.
@@ -20,11 +20,18 @@ struct Ordered : AnyNode {
     return may::ordered(asked, may::mask_of(kGoOn)) | yields;
   }
 
-  [[gnu::always_inline]] static Next enter(Machine& m, const Node& n, NodeId id) {
+  [[gnu::always_inline]] static std::int32_t* begin(Machine& m, const Node& n, NodeId id) {
     std::int32_t* const mem = m.memory(n);
     if (m.status(id) == Status::kIdle) mem[kSkipped] = 0;
     m.set_status(id, Status::kRunning);
-    return go_on(m, n, mem);
+    return mem;
+  }
+  [[gnu::always_inline]] static Next enter(Machine& m, const Node& n, NodeId id) {
+    return go_on(m, n, begin(m, n, id));
+  }
+  /// `enter` of one whose children answer at once.
+  [[gnu::always_inline]] static Next tick(Machine& m, const Node& n, NodeId id) requires(!kAsync) {
+    return visit(m, n, begin(m, n, id));
   }
 
   /// Ticks the child at `current`, or is done.
@@ -34,22 +41,26 @@ struct Ordered : AnyNode {
       if constexpr (kAsync) mem[kChildWasIdle] = m.status(m.child(n, current)) == Status::kIdle;
       return Next::tick(current);
     }
-    return visit_leaves(m, n, mem);
+    return visit_some(m, n, mem);
   }
+  [[gnu::noinline]] static Next visit_some(Machine& m, const Node& n, std::int32_t* mem) { return visit(m, n, mem); }
 
   /// Ticks the child at `current` and those after it, while they answer at once.
-  [[gnu::noinline]] static Next visit_leaves(Machine& m, const Node& n, std::int32_t* mem) {
+  [[gnu::always_inline]] static Next visit(Machine& m, const Node& n, std::int32_t* mem) {
     const NodeId* const children = m.children(n);
-    const std::uint32_t count = n.child_count;
-    for (auto current = static_cast<std::uint32_t>(mem[kCurrent]); current < count; ++current) {
-      const Status status = tick_leaf<kGoOn>(m, children[current]);
+    const NodeId* const end = children + n.child_count;
+    for (const NodeId* child = children + mem[kCurrent]; child != end; ++child) {
+      const Status status = tick_child<kGoOn>(m, *child);
       if (status == kGoOn) [[likely]]
         continue;
-      mem[kCurrent] = static_cast<std::int32_t>(current);
-      if (status == Status::kIdle) return Next::tick(current);
+      if (status == Status::kSkipped) {
+        ++mem[kSkipped];
+        continue;
+      }
+      mem[kCurrent] = static_cast<std::int32_t>(child - children);
       if (status == kStop) return stop(m, n, mem);
-      if (status == Status::kRunning) return Next::done(status);
-      ++mem[kSkipped];
+      if (status == Status::kIdle && !m.answers_at_once(*child)) return Next::tick(child - children);
+      return Next::done(m.failed() ? Status::kIdle : Status::kRunning);
     }
     const bool all_skipped = mem[kSkipped] == static_cast<std::int32_t>(n.child_count);
     m.reset_children(n);
@@ -58,7 +69,7 @@ struct Ordered : AnyNode {
     return Next::done(all_skipped ? Status::kSkipped : kGoOn);
   }
 
-  [[gnu::noinline]] static Next stop(Machine& m, const Node& n, std::int32_t* mem) {
+  [[gnu::always_inline]] static Next stop(Machine& m, const Node& n, std::int32_t* mem) {
     m.reset_children(n);
     mem[kCurrent] = 0;
     return Next::done(kStop);

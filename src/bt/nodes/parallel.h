@@ -25,6 +25,19 @@ struct Parallel : ParallelNode {
   }
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
+    std::int32_t* const mem = begin(m, n, id);
+    return mem != nullptr ? visit(m, n, mem, 0) : Next::done(Status::kIdle);
+  }
+  /// `enter` of one whose children answer at once.
+  [[gnu::always_inline]] static Next tick(Machine& m, const Node& n, NodeId id) {
+    if (m.format3()) [[unlikely]]
+      return enter(m, n, id);
+    std::int32_t* const mem = begin(m, n, id);
+    return mem != nullptr ? visit_called(m, n, mem, 0) : Next::done(Status::kIdle);
+  }
+
+  /// Null: the tick is given up.
+  [[gnu::always_inline]] static std::int32_t* begin(Machine& m, const Node& n, NodeId id) {
     std::int32_t* const mem = m.memory(n);
     if (n.data != kNone) [[likely]] {
       const ParallelLimits& limits = m.model().parallels[n.data];
@@ -32,7 +45,7 @@ struct Parallel : ParallelNode {
       mem[kFailureThreshold] = limits.failure;
       mem[kSkippedSucceeds] = limits.skipped_succeeds;
     } else if (!read_thresholds(m, n, id, mem)) {
-      return Next::done(Status::kIdle);
+      return nullptr;
     }
     m.set_status(id, Status::kRunning);
     mem[kSkipped] = 0;
@@ -40,7 +53,7 @@ struct Parallel : ParallelNode {
       // Format 3 counts anew at each tick, in the order of the children.
       mem[kSucceeded] = mem[kFailed] = 0;
     }
-    return visit(m, n, mem, 0);
+    return mem;
   }
 
   /// False: they cannot be, and the tick is given up.
@@ -106,22 +119,27 @@ struct Parallel : ParallelNode {
       mem[kCurrent] = static_cast<std::int32_t>(current);
       return Next::tick(current);
     }
-    return m.hooked() ? visit_each<false>(m, n, mem, current) : visit_leaves(m, n, mem, current);
+    return m.hooked() ? visit_each<false>(m, n, mem, current) : visit_some(m, n, mem, current);
   }
-  [[gnu::noinline]] static Next visit_leaves(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
+  [[gnu::noinline]] static Next visit_some(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
+    return visit_called(m, n, mem, current);
+  }
+  /// The same where the child at `current` answers at once.
+  [[gnu::always_inline]] static Next visit_called(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
     const ParallelBits done(mem);
     if (current == 0 && done.get(0)) {
       if (const Status clear = verdict<false>(n, mem, Status::kIdle); clear != Status::kIdle) return end(m, n, clear);
     }
     const NodeId* const children = m.children(n);
     for (std::uint32_t first = current & ~31U; first < n.child_count; first += 32) {
+      const NodeId* const those = children + first;
       for (std::uint32_t left = done.left(first, current, n.child_count); left != 0; left &= left - 1) {
-        current = first + static_cast<std::uint32_t>(std::countr_zero(left));
-        const Status status = tick_leaf<Status::kRunning>(m, children[current]);
-        if (status == Status::kRunning && current > 0) [[likely]]
+        const NodeId* const child = those + std::countr_zero(left);
+        const Status status = tick_child<Status::kRunning>(m, *child);
+        if (status == Status::kRunning && child != children) [[likely]]
           continue;
-        mem[kCurrent] = static_cast<std::int32_t>(current);
-        if (status == Status::kIdle) return Next::tick(current);
+        mem[kCurrent] = static_cast<std::int32_t>(child - children);
+        if (status == Status::kIdle && (m.failed() || !m.answers_at_once(*child))) return Next::tick(child - children);
         if (const Status clear = after<false>(n, mem, status); clear != Status::kIdle) return end(m, n, clear);
       }
     }

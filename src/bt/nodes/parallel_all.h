@@ -44,13 +44,14 @@ struct ParallelAll : ParallelNode {
     const ParallelBits done(mem);
     const NodeId* const children = m.children(n);
     for (std::uint32_t first = current & ~31U; first < n.child_count; first += 32) {
+      const NodeId* const those = children + first;
       for (std::uint32_t left = done.left(first, current, n.child_count); left != 0; left &= left - 1) {
-        current = first + static_cast<std::uint32_t>(std::countr_zero(left));
-        const Status status = m.hooked() ? Status::kIdle : tick_leaf<Status::kRunning>(m, children[current]);
+        const NodeId* const child = those + std::countr_zero(left);
+        const Status status = m.hooked() ? Status::kIdle : tick_child<Status::kRunning>(m, *child);
         if (status == Status::kRunning) [[likely]]
           continue;
-        mem[kCurrent] = static_cast<std::int32_t>(current);
-        if (status == Status::kIdle) return Next::tick(current);
+        mem[kCurrent] = static_cast<std::int32_t>(child - children);
+        if (status == Status::kIdle && (m.failed() || !m.answers_at_once(*child))) return Next::tick(child - children);
         note(mem, status);
       }
     }

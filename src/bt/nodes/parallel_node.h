@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "sentree/bt/nodes/leaf.h"
+#include "sentree/bt/nodes/child.h"
 
 // What Parallel and ParallelAll share. A negative threshold t means children + 1 + t.
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "sentree/bt/nodes/leaf.h"
+#include "sentree/bt/nodes/child.h"
 
 // What ReactiveSequence and ReactiveFallback share: every tick starts at the first child; a running child halts all
 // others, after it was ticked.
@@ -22,6 +22,12 @@ struct Reactive : AnyNode {
     mem[kAllSkipped] = 1;
     return go_on(m, n, mem, 0);
   }
+  /// `enter` of one whose children answer at once: nothing has to be remembered in between.
+  [[gnu::always_inline]] static Next tick(Machine& m, const Node& n, NodeId id) {
+    m.set_status(id, Status::kRunning);
+    bool all_skipped = true;
+    return visit(m, n, 0, all_skipped);
+  }
 
   /// Ticks the child at `current`, or is done.
   [[gnu::always_inline]] static Next go_on(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
@@ -29,59 +35,66 @@ struct Reactive : AnyNode {
       mem[kCurrent] = static_cast<std::int32_t>(current);
       return Next::tick(current);
     }
-    return visit_leaves(m, n, mem, current);
+    return visit_some(m, n, mem, current);
+  }
+  [[gnu::noinline]] static Next visit_some(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
+    bool all_skipped = mem[kAllSkipped] != 0;
+    const Next next = visit(m, n, current, all_skipped);
+    if (next.child == kNoNode) {
+      clear(mem, kWords);
+    } else {
+      mem[kCurrent] = static_cast<std::int32_t>(next.child);
+      mem[kAllSkipped] = all_skipped;
+    }
+    return next;
   }
 
-  /// Ticks the child at `current` and those after it, while they answer at once.
-  [[gnu::noinline]] static Next visit_leaves(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current) {
+  /// Ticks the child at `from` and those after it, while they answer at once.
+  [[gnu::always_inline]] static Next visit(Machine& m, const Node& n, std::uint32_t from, bool& all_skipped) {
     const NodeId* const children = m.children(n);
-    const std::uint32_t count = n.child_count;
-    for (; current < count; ++current) {
-      const Status status = tick_leaf<kGoOn>(m, children[current]);
+    const NodeId* const end = children + n.child_count;
+    for (const NodeId* child = children + from; child != end; ++child) {
+      const Status status = tick_child<kGoOn>(m, *child);
       if (status == kGoOn) [[likely]] {
-        mem[kAllSkipped] = 0;
+        all_skipped = false;
         continue;
       }
-      mem[kCurrent] = static_cast<std::int32_t>(current);
-      if (status == Status::kIdle) return Next::tick(current);
-      if (after(m, n, mem, current, status)) {
-        return status == kStop ? end(m, n, mem, kStop) : Next::done(Status::kRunning);
+      if (status == Status::kRunning) {
+        reset_others(m, n, static_cast<std::uint32_t>(child - children));
+        return Next::done(status);
       }
+      if (status == kStop) {
+        m.reset_children(n);
+        return Next::done(status);
+      }
+      if (status == Status::kSkipped) m.reset(*child);  // Ready to be skipped again.
       if (m.failed()) return Next::done(Status::kIdle);
+      if (status == Status::kSkipped) continue;
+      return m.answers_at_once(*child) ? Next::done(Status::kRunning) : Next::tick(child - children);
     }
-    return end(m, n, mem, mem[kAllSkipped] != 0 ? Status::kSkipped : kGoOn);
-  }
-
-  /// What the child's status means for the others; true where it is the node's too.
-  [[gnu::noinline]] static bool after(Machine& m, const Node& n, std::int32_t* mem, std::uint32_t current,
-                                      Status status) {
-    if (status == Status::kSkipped) {
-      // Ready to be skipped again.
-      m.reset(m.child(n, current));
-      return false;
-    }
-    mem[kAllSkipped] = 0;
-    if (status == Status::kRunning) {
-      if (current > 0) m.reset_children(n, 0, current);
-      if (current + 1 < n.child_count) m.reset_children(n, current + 1, n.child_count);
-      mem[kCurrent] = 0;
-    }
-    return status != kGoOn;
-  }
-
-  [[gnu::noinline]] static Next end(Machine& m, const Node& n, std::int32_t* mem, Status status) {
     m.reset_children(n);
-    clear(mem, kWords);
-    return Next::done(status);
+    return Next::done(all_skipped ? Status::kSkipped : kGoOn);
   }
 
-  [[gnu::always_inline]] static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
+  [[gnu::always_inline]] static void reset_others(Machine& m, const Node& n, std::uint32_t current) {
+    if (current > 0) m.reset_children(n, 0, current);
+    if (current + 1 < n.child_count) m.reset_children(n, current + 1, n.child_count);
+  }
+
+  static Next child_done(Machine& m, const Node& n, NodeId /*id*/, Status status) {
     std::int32_t* const mem = m.memory(n);
     const auto current = static_cast<std::uint32_t>(mem[kCurrent]);
-    if (!after(m, n, mem, current, status)) {
-      return m.failed() ? Next::done(Status::kIdle) : go_on(m, n, mem, current + 1);
+    if (status == kGoOn) {
+      mem[kAllSkipped] = 0;
+    } else if (status == Status::kSkipped) {
+      m.reset(m.child(n, current));
+    } else {
+      if (status == Status::kRunning) reset_others(m, n, current);
+      if (status == kStop) m.reset_children(n);
+      clear(mem, kWords);
+      return Next::done(status == kStop ? kStop : Status::kRunning);
     }
-    return status == kStop ? end(m, n, mem, kStop) : Next::done(Status::kRunning);
+    return m.failed() ? Next::done(Status::kIdle) : go_on(m, n, mem, current + 1);
   }
 
   static void halt(Machine& m, const Node& n, NodeId /*id*/) {

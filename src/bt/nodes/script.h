@@ -9,9 +9,11 @@ struct Script : AnyNode {
   static Manifests manifests() { return {format4(leaf("Script", Category::kAction, {input<std::string>("code")}))}; }
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
-    ScriptValue result;
-    if (!run_code(m, n, id, result)) return Next::done(Status::kIdle);
-    return Next::done(Status::kSuccess);
+    return Next::done((n.data != kNone ? m.run(id, n.data) : run_read(m, n, id)) ? Status::kSuccess : Status::kIdle);
+  }
+  [[gnu::noinline]] static bool run_read(Machine& m, const Node& n, NodeId id) {
+    ScriptValue ignored;
+    return run_read_code(m, n, id, ignored);
   }
 };
 

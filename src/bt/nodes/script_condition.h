@@ -13,13 +13,15 @@ struct ScriptCondition : AnyNode {
   }
 
   static Next enter(Machine& m, const Node& n, NodeId id) {
+    if (n.data == kNone) return enter_read(m, n, id);
     bool holds = false;
-    if (n.data != kNone) {
-      if (!m.run_condition(id, n.data, holds)) return Next::done(Status::kIdle);
-      return Next::done(holds ? Status::kSuccess : Status::kFailure);
-    }
+    if (!m.run_condition(id, n.data, holds)) return Next::done(Status::kIdle);
+    return Next::done(holds ? Status::kSuccess : Status::kFailure);
+  }
+  [[gnu::noinline]] static Next enter_read(Machine& m, const Node& n, NodeId id) {
     ScriptValue result;
-    if (!run_code(m, n, id, result)) return Next::done(Status::kIdle);
+    if (!run_read_code(m, n, id, result)) return Next::done(Status::kIdle);
+    bool holds = false;
     std::string error;
     if (!truth(result, holds, error)) return m.fail(id, "bt.script", "script \"" + *m.read_text(n, 0) + "\": " + error);
     return Next::done(holds ? Status::kSuccess : Status::kFailure);

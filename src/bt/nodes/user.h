@@ -14,13 +14,16 @@ struct User : AnyNode {
     return asked.synchronous ? may::kLeaf : may::kLeaf | may::kRunning;
   }
 
-  static Next enter(Machine& m, const Node& n, NodeId id) {
+  [[gnu::noinline]] static Next enter(Machine& m, const Node& n, NodeId id) {
     const UserNode& user = m.model().users[n.data];
     Context self(m, id, m.status(id));
     return checked(m, n, id, guarded(m, id, [&] {
                      return user.function != nullptr ? Next::done((*user.function)(self))
                                                      : user.behaviour->tick(self, memory(m, user));
                    }));
+  }
+  [[gnu::always_inline]] static Next tick(Machine& m, const Node& n, NodeId id) {
+    return n.child_count == 0 ? Next::done(checked(m, n, id, ask_leaf(m, n, id))) : enter(m, n, id);
   }
   /// What a leaf says, unchecked: see `said`.
   [[gnu::always_inline]] static Status ask_leaf(Machine& m, const Node& n, NodeId id) {
@@ -32,6 +35,23 @@ struct User : AnyNode {
     } catch (...) {
       return threw(m, id).status;
     }
+  }
+  /// The whole tick of a leaf without conditions.
+  template <Status kUsual>
+  [[gnu::always_inline]] static Status tick_plain(Machine& m, const Node& n, NodeId id) {
+    const Status status = ask_leaf(m, n, id);
+    if (m.unusual()) [[unlikely]]
+      return said(m, n, id, status);
+    if (status == kUsual && kUsual != Status::kRunning) [[likely]] {
+      m.keep_unseen(id, status);
+    } else if (status == Status::kRunning && (n.flags & Node::kSynchronous) == 0) [[likely]] {
+      m.keep_unseen(id, status);
+    } else if (is_completed(status)) {
+      m.keep_unseen(id, status);
+    } else {
+      return said(m, n, id, status);
+    }
+    return status;
   }
   /// What a leaf has said, if it may say so; IDLE: the tick is given up.
   [[gnu::always_inline]] static Status checked(Machine& m, const Node& n, NodeId id, Status status) {
