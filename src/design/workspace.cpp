@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "sentree/base/shown.h"
-#include "sentree/base/value.h"
 #include "sentree/design/detail/disk.h"
+#include "sentree/design/detail/step_order.h"
 #include "sentree/text/encoding.h"
 #include "sentree/text/xml.h"
 
@@ -36,9 +36,6 @@ bool is_passed_over(const fs::path& name) {
   const std::string text = name.filename().string();
   return text.starts_with('.') || text == "runs" || text == "node_modules" || text == "build";
 }
-
-// Never 0.
-std::int64_t hash_of(const std::string& text) { return static_cast<std::int64_t>(hash_bytes(text) >> 1U) | 1; }
 
 FileChange change_of(const std::string& file, const std::string& before, const TextEdits& edits,
                      const std::string& after) {
@@ -154,39 +151,6 @@ void Workspace::set_text(Document& document, std::string text) {
   document.text = std::move(text);
   ++document.version;
   document.due = journal_due_ = true;
-}
-
-void Workspace::did(Step step, bool join) {
-  redo_.clear();
-  journaled_.redo = 0;
-  journal_due_ = true;
-  // Two changes of one file become one from what was before both to what is now.
-  if (std::exchange(may_join_, true) && join && !undo_.empty() && undo_.back().name == step.name &&
-      undo_.back().changes.size() == 1 && step.changes.size() == 1 &&
-      undo_.back().changes.front().file == step.changes.front().file) {
-    FileChange& last = undo_.back().changes.front();
-    const std::string& now = documents_[last.file].text;
-    const auto middle = with_edits(now, step.changes.front().back);
-    const auto before = middle ? with_edits(*middle, last.back) : tl::unexpected(middle.error());
-    if (before) {
-      last.edits = edits_between(*before, now);
-      last.back = inverse(*before, last.edits);
-      last.after = step.changes.front().after;
-      journaled_.undo = std::min(journaled_.undo, undo_.size() - 1);
-      return;
-    }
-  }
-  undo_.push_back(std::move(step));
-  std::size_t bytes = 0;
-  for (const Step& each : undo_) bytes += each.bytes();
-  while (undo_.size() > kStepsMax || (bytes > kStepsBytesMax && undo_.size() > 1)) {
-    bytes -= undo_.front().bytes();
-    undo_.pop_front();
-    if (journaled_.undo > 0) {
-      --journaled_.undo;
-      ++journaled_.dropped;
-    }
-  }
 }
 
 Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const TextEdits& edits,
@@ -413,124 +377,6 @@ Result<std::vector<std::string>> Workspace::add_unsaved(const std::map<std::stri
   return files;
 }
 
-// How a file stands to what a step is about to do to it.
-Workspace::Standing Workspace::standing_of(const FileChange& change, bool back) const {
-  const auto found = documents_.find(change.file);
-  const auto there = look_at(folder_ / change.file, kDocumentBytesMax);
-  const std::int64_t from = back ? change.after : change.before;
-  const auto is = [](std::int64_t hash, const std::string& text) { return hash == 0 || hash == hash_of(text); };
-  if (back ? change.removed : change.created) {
-    const std::string text = with_edits("", back ? change.back : change.edits).value_or("");
-    if (found != documents_.end()) return found->second.text == text ? Standing::kDone : Standing::kOther;
-    const bool may_come = there.problem.empty() && (!there.text || *there.text == text);
-    return may_come && place_of(change.file) ? Standing::kAsKnown : Standing::kOther;
-  }
-  if (found == documents_.end()) return (back ? change.created : change.removed) ? Standing::kDone : Standing::kOther;
-  const Document& document = found->second;
-  if (!is(from, document.text)) return Standing::kOther;
-  if (!(back ? change.created : change.removed))
-    return with_edits(document.text, back ? change.back : change.edits) ? Standing::kAsKnown : Standing::kOther;
-  const bool may_go = there.problem.empty() && (!there.text || *there.text == document.text ||
-                                                (document.saved_here && *there.text == document.saved));
-  return may_go ? Standing::kAsKnown : Standing::kOther;
-}
-
-Result<Workspace::Reverted> Workspace::revert(const Step& step, bool back) {
-  Reverted reverted;
-  std::vector<const FileChange*> doing;
-  std::vector<DiskChange> on_disk;
-  std::vector<DiskChange> gone;
-  std::map<std::string, std::string> left;
-  // Everything is tried before any text is changed.
-  for (const FileChange& change : step.changes) {
-    const auto found = documents_.find(change.file);
-    if (found != documents_.end() && found->second.theirs) {
-      const auto waits = editable(change.file);
-      return tl::unexpected(waits.error());
-    }
-    switch (standing_of(change, back)) {
-      case Standing::kDone: reverted.files.push_back(change.file); continue;
-      case Standing::kOther: reverted.left.push_back(change.file); continue;
-      case Standing::kAsKnown: doing.push_back(&change);
-    }
-    const TextEdits& edits = back ? change.back : change.edits;
-    if (back ? change.removed : change.created)
-      on_disk.push_back({change.file, with_edits("", edits).value_or(""), std::nullopt, change.begin});
-    else if (back ? change.created : change.removed)
-      gone.push_back(going(change.file));
-    else
-      left[change.file] = with_edits(found->second.text, edits).value_or("");
-  }
-  if (doing.empty() && reverted.files.empty()) return reverted;
-  if (!gone.empty()) {
-    auto saved = add_unsaved(left, gone, on_disk);
-    if (!saved) return tl::unexpected(saved.error());
-    reverted.saved = std::move(*saved);
-  }
-  if (auto changed = change_disk(on_disk); !changed) return tl::unexpected(changed.error());
-  for (const FileChange* const change : doing) {
-    reverted.files.push_back(change->file);
-    const TextEdits& edits = back ? change->back : change->edits;
-    if (back ? change->created : change->removed) {
-      documents_.erase(change->file);
-      continue;
-    }
-    const auto [at, is_new] = documents_.try_emplace(change->file);
-    std::string text = with_edits(at->second.text, edits).value_or("");
-    if (is_new) {
-      at->second.saved = text;
-      at->second.saved_here = true;
-      at->second.begin = change->begin;
-    }
-    set_text(at->second, std::move(text));
-  }
-  for (const std::string& file : reverted.saved) {
-    Document& document = documents_[file];
-    document.saved = document.text;
-    document.saved_here = document.due = true;
-  }
-  return reverted;
-}
-
-Result<Workspace::Reverted> Workspace::undo() {
-  if (auto may = may_edit(); !may) return tl::unexpected(may.error());
-  if (undo_.empty()) return fail("design.nothing-to-undo", "there is nothing to undo");
-  return take_back(true);
-}
-
-Result<Workspace::Reverted> Workspace::redo() {
-  if (auto may = may_edit(); !may) return tl::unexpected(may.error());
-  if (redo_.empty()) return fail("design.nothing-to-undo", "there is nothing to do again");
-  return take_back(false);
-}
-
-Result<Workspace::Reverted> Workspace::take_back(bool back) {
-  Step step = back ? undo_.back() : redo_.back();
-  auto reverted = revert(step, back);
-  if (!reverted) return reverted;
-  if (back) {
-    undo_.pop_back();
-    journaled_.undo = std::min(journaled_.undo, undo_.size());
-  } else {
-    redo_.pop_back();
-    journaled_.redo = std::min(journaled_.redo, redo_.size());
-  }
-  journal_due_ = true;
-  may_join_ = false;
-  if (reverted->files.empty()) {
-    // Else what lies behind it could never be reached.
-    return fail("design.not-as-known",
-                fmt::format("\"{}\" cannot be {}: {} is not as it was then, and stays as it is. The step is forgotten; "
-                            "those behind it are not",
-                            step.name, back ? "undone" : "done again", fmt::join(reverted->left, ", ")));
-  }
-  if (back)
-    redo_.push_back(std::move(step));
-  else
-    undo_.push_back(std::move(step));
-  return reverted;
-}
-
 Result<void> Workspace::write(const std::string& file, const std::string& text, const std::string& begin) const {
   const auto place = place_of(file);
   if (!place) return tl::unexpected(place.error());
@@ -668,7 +514,9 @@ std::vector<std::string> Workspace::refresh(const std::vector<std::string>& path
 void Workspace::take_step_from_disk(Step step) {
   if (step.changes.empty()) return;
   step.name = name_from_disk(step.changes);
+  const std::string who = std::exchange(who_, {});
   did(std::move(step), false);
+  who_ = who;
 }
 
 Result<void> Workspace::resolve(const std::string& file, const std::string& text) {

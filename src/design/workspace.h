@@ -68,11 +68,13 @@ struct FileChange {
 struct Step {
   std::string name;  ///< "move GoToKitchen under Recharge".
   std::vector<FileChange> changes;
+  std::string by = {};  ///< Who did it, or undid it; empty: nobody in particular.
 
   [[nodiscard]] std::size_t bytes() const;
 };
 
-/// The texts of a project while they are edited, with one stack of undo over all files. Texts are UTF-8; a byte order
+/// The texts of a project while they are edited, with one stack of undo over all files, from which each who edits takes
+/// what is theirs. Texts are UTF-8; a byte order
 /// mark, kinds of line ends, and whether the last line has one stay as they are.
 ///
 /// What is edited waits for `save`. Files that come and go do so on disk at once. Where one goes, also by undoing or by
@@ -119,6 +121,18 @@ class Workspace {
   Result<std::vector<std::string>> rename(const std::string& file, const std::string& to,
                                           const std::vector<NewText>& texts);
 
+  /// In whose name edits are from now on, and who is there. What one of these did last only they undo; what others did,
+  /// who are not there, anybody.
+  void acts(std::string who, std::set<std::string> present);
+  /// What `who` can undo and do again: the name of the next, and how many.
+  struct Own {
+    std::string undo;
+    std::size_t undo_count = 0;
+    std::string redo;
+    std::size_t redo_count = 0;
+  };
+  [[nodiscard]] Own own_steps(const std::string& who) const;
+
   /// Of a step that was undone, or done again.
   struct Reverted {
     std::vector<std::string> files;  ///< That it changed.
@@ -128,8 +142,9 @@ class Workspace {
   };
   /// All of the step but what is `left`, or nothing where a file cannot be written. No file is deleted or written over
   /// whose bytes the steps do not have.
-  /// Errors: design.nothing-to-undo, design.unresolved, file.unwritable; design.not-as-known: all of it is left, and
-  /// the step is forgotten.
+  /// The last that the one who acts may undo; what others did since stays.
+  /// Errors: design.nothing-to-undo, design.unresolved, file.unwritable; design.covered: others have changed the same
+  /// lines since; design.not-as-known: all of it is left, and the step is forgotten.
   Result<Reverted> undo();
   Result<Reverted> redo();
 
@@ -192,6 +207,10 @@ class Workspace {
   [[nodiscard]] Standing standing_of(const FileChange& change, bool back) const;
   Result<Reverted> revert(const Step& step, bool back);
   Result<Reverted> take_back(bool back);
+  Result<void> lift(std::vector<Step>& row, bool back) const;
+  [[nodiscard]] bool is_anothers(const Step& step, const std::string& who) const;
+  [[nodiscard]] std::map<std::string, std::string> texts_of(const Step& step) const;
+  void keep_redo(const Step& step);
   bool take_from_disk(const std::string& file, Step& step);
   void take_step_from_disk(Step step);
   Result<void> write(const std::string& file, const std::string& text, const std::string& begin) const;
@@ -222,6 +241,8 @@ class Workspace {
   std::shared_ptr<const int> lock_;
   std::string address_;
   std::string held_by_;
+  std::string who_;  ///< In whose name.
+  std::set<std::string> present_;
   bool may_join_ = true;  ///< False: the last step was undone since, and what is typed now is another.
 };
 

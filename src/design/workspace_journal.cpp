@@ -58,7 +58,9 @@ Value to_value(const Step& step) {
     if (!change.begin.empty()) value.append("begin", as_base64(change.begin));
     changes.push_back(std::move(value));
   }
-  return Map{{"name", step.name}, {"changes", std::move(changes)}};
+  Map value{{"name", step.name}, {"changes", std::move(changes)}};
+  if (!step.by.empty()) value.append("by", step.by);
+  return value;
 }
 
 const List& list_of(const Value& value, std::string_view name) {
@@ -105,7 +107,7 @@ TextEdits edits_of(const List& list) {
 }
 
 Step step_of(const Value& value) {
-  Step step{string_of(value, "name"), {}};
+  Step step{string_of(value, "name"), {}, string_of(value, "by")};
   for (const Value& change : list_of(value, "changes")) {
     step.changes.push_back({string_of(change, "file"), edits_of(list_of(change, "edits")),
                             edits_of(list_of(change, "back")), flag_of(change, "created"), flag_of(change, "removed"),
@@ -142,7 +144,7 @@ List steps_from(const Steps& steps, std::size_t from, std::set<std::string>& tou
 }  // namespace
 
 std::size_t Step::bytes() const {
-  std::size_t sum = name.size();
+  std::size_t sum = name.size() + by.size();
   for (const FileChange& change : changes) {
     sum += change.file.size() + change.begin.size();
     for (const TextEdits* edits : {&change.edits, &change.back}) {

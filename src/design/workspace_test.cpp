@@ -8,8 +8,10 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <random>
+#include <set>
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/text/file.h"
@@ -79,6 +81,140 @@ TEST_F(WorkspaceTest, UndoesOverFilesToIdenticalBytes) {
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(workspace.redo());
   EXPECT_EQ(workspace.find("sentree.yaml")->text, "other\n");
   EXPECT_EQ(read("skills/A.scxml"), "<scxml/>\n");
+}
+
+TEST_F(WorkspaceTest, EachUndoesWhatIsTheirs) {
+  std::optional<Workspace> opened(open());
+  Workspace& workspace = *opened;
+  const std::string mission = workspace.find("mission.xml")->text;
+  const auto text = [&] { return workspace.find("mission.xml")->text; };
+  const auto as = [&](const std::string& who) { workspace.acts(who, {"one", "two"}); };
+  as("one");
+  replace(workspace, "mission.xml", "<a/>", "<a one='1'/>");
+  as("two");
+  replace(workspace, "sentree.yaml", "mission:", "mission :");
+  replace(workspace, "mission.xml", "  <c/>\n", "  <c/>\n  <two/>\n");
+  EXPECT_EQ(workspace.own_steps("one").undo_count, 1U);
+  EXPECT_EQ(workspace.own_steps("two").undo_count, 2U);
+  // What the other did since stays, and is undone to what would be there without the one.
+  as("one");
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(text(), "<root>\n  <a/>\n  <b/>\n  <c/>\n  <two/>\n  <d/>\n</root>\n");
+  EXPECT_EQ(workspace.undo().error().code, "design.nothing-to-undo");
+  // An edit of the other takes nothing from what one can do again.
+  as("two");
+  replace(workspace, "mission.xml", "<d/>", "<d two=''/>");
+  as("one");
+  ASSERT_TRUE(workspace.redo());
+  EXPECT_EQ(text(), "<root>\n  <a one='1'/>\n  <b/>\n  <c/>\n  <two/>\n  <d two=''/>\n</root>\n");
+  as("two");
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(workspace.undo()) << i;
+  EXPECT_EQ(text(), "<root>\n  <a one='1'/>\n  <b/>\n  <c/>\n  <d/>\n</root>\n");
+  EXPECT_EQ(workspace.find("sentree.yaml")->text, "mission: {file: mission.xml}\n");
+  EXPECT_FALSE(workspace.undo());
+  // The one is gone: what it did is anybody's, also after the program has ended.
+  workspace.keep_journal();
+  opened.reset();
+  opened.emplace(open());
+  as("two");
+  EXPECT_FALSE(workspace.undo());
+  workspace.acts("two", {"two"});
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_EQ(text(), mission);
+}
+
+TEST_F(WorkspaceTest, NobodyUndoesUnderWhatAnotherHasDoneSince) {
+  Workspace workspace = open();
+  const auto as = [&](const std::string& who) { workspace.acts(who, {"one", "two"}); };
+  as("one");
+  replace(workspace, "mission.xml", "<a/>", "<a n='3'/>");
+  as("two");
+  replace(workspace, "mission.xml", "n='3", "n='30");
+  as("one");
+  const std::string before = workspace.find("mission.xml")->text;
+  auto undone = workspace.undo();
+  ASSERT_FALSE(undone);
+  EXPECT_EQ(undone.error().code, "design.covered");
+  EXPECT_THAT(undone.error().message, testing::HasSubstr("another page has done since"));
+  EXPECT_EQ(workspace.find("mission.xml")->text, before);
+  as("two");
+  ASSERT_TRUE(workspace.undo());
+  as("one");
+  ASSERT_TRUE(workspace.undo());
+  EXPECT_FALSE(workspace.find("mission.xml")->is_dirty());
+  // What was undone is not done again where another writes.
+  as("two");
+  replace(workspace, "mission.xml", "<a/>", "<a/><e/>");
+  EXPECT_EQ(workspace.own_steps("one").redo_count, 0U);
+  // A file that came is not taken away under what another wrote there.
+  as("one");
+  ASSERT_TRUE(workspace.put({{"skills/A.scxml", "<scxml/>\n"}}, "add"));
+  as("two");
+  replace(workspace, "skills/A.scxml", "<scxml/>", "<scxml />");
+  as("one");
+  undone = workspace.undo();
+  ASSERT_FALSE(undone);
+  EXPECT_EQ(undone.error().code, "design.covered");
+}
+
+TEST_F(WorkspaceTest, WhateverSeveralDoIsUndoneToIdenticalBytes) {
+  const char* const given = std::getenv("SENTREE_SEED");
+  const auto seed = given != nullptr ? static_cast<unsigned>(std::stoul(given)) : std::random_device()();
+  SCOPED_TRACE("SENTREE_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  const auto draw = [&](std::size_t bound) { return static_cast<std::size_t>(random() % bound); };
+  std::string lines;
+  for (int i = 0; i < 40; ++i) lines += "line " + std::to_string(i) + "\n";
+  write("mission.xml", lines);
+  const std::set<std::string> pages{"one", "two", "three"};
+  const auto texts_of = [](const Workspace& workspace) {
+    std::map<std::string, std::string> texts;
+    for (const auto& [name, document] : workspace.documents()) texts[name] = document.text;
+    return texts;
+  };
+  Workspace workspace = open();
+  const auto original = texts_of(workspace);
+  std::map<std::string, int> refused;
+  int lifted = 0;
+  for (int i = 0; i < 600; ++i) {
+    const std::string who = *std::next(pages.begin(), static_cast<std::ptrdiff_t>(draw(3)));
+    workspace.acts(who, pages);
+    std::vector<std::string> files;
+    for (const auto& [name, document] : workspace.documents()) files.push_back(name);
+    const std::string& file = files[draw(files.size())];
+    const Document& document = *workspace.find(file);
+    const std::size_t what = draw(8);
+    if (what < 4) {
+      const bool undo = what < 3;
+      const bool is_below = undo && !workspace.undo_steps().empty() && workspace.undo_steps().back().by != who;
+      const auto done = undo ? workspace.undo() : workspace.redo();
+      if (!done) ++refused[done.error().code];
+      lifted += done && is_below ? 1 : 0;
+    } else if (what == 4 && files.size() < 5) {
+      (void)workspace.put({{"s" + std::to_string(draw(3)) + ".scxml", "a\nb\nc\n"}}, "add");
+    } else {
+      const std::size_t from = draw(document.text.size() + 1);
+      const std::size_t to = std::min(document.text.size(), from + draw(12));
+      const std::string text = draw(2) == 0 ? std::to_string(i) : "new " + std::to_string(i) + "\n";
+      ASSERT_TRUE(workspace.edit(file, document.version, {{from, to, text}}, "type", draw(4) == 0));
+    }
+    if (draw(40) != 0) continue;
+    // Nobody is there: all of it is anybody's.
+    workspace.acts("", {});
+    const auto now = texts_of(workspace);
+    const std::size_t count = workspace.undo_steps().size();
+    while (!workspace.undo_steps().empty()) {
+      const auto undone = workspace.undo();
+      ASSERT_TRUE(undone) << undone.error().message;
+      ASSERT_TRUE(undone->left.empty()) << i;
+    }
+    ASSERT_EQ(texts_of(workspace), original) << i;
+    for (std::size_t k = 0; k < count; ++k) ASSERT_TRUE(workspace.redo()) << i;
+    ASSERT_EQ(texts_of(workspace), now) << i;
+  }
+  EXPECT_GT(lifted, 20);
+  EXPECT_EQ(refused["design.not-as-known"], 0);
+  EXPECT_GT(refused["design.covered"], 0);
 }
 
 TEST_F(WorkspaceTest, AFileThatIsDeletedOrRenamedComesBackByteForByte) {
