@@ -15,6 +15,7 @@ namespace {
 constexpr std::size_t kSlice = 50'000;
 constexpr std::size_t kTextSlice = 5'000;
 constexpr std::int64_t kLaneWidthMax = 4000;
+constexpr std::size_t kPageNameMax = 64;
 
 // RFC 6455, 7.4.1.
 constexpr std::uint16_t kPolicyViolation = 1008;
@@ -305,6 +306,7 @@ bool Conversation::advance(Request& request) {
   if (request.op == "signal") return advance_signal(request);
   if (request.op == "hello") {
     may_steer_ = may_steer_ || text_of(request.body, "token") == composer_->options.token;
+    page_ = text_of(request.body, "page").substr(0, kPageNameMax);
     answer(request.id, Map{{"steerable", composer_->options.steerable && may_steer_}});
   } else if (request.op == "live") {
     follow();
@@ -390,7 +392,10 @@ void Conversation::steer(const Request& request) {
     return refuse(request.id, "this run cannot be steered");
   if (!may_steer_ && !looks) return refuse(request.id, "only who came with the token of the printed address may steer");
   ++steering_;
-  composer_->queue->put({client_, request.id, request.op, request.body});
+  Value body = request.body;
+  // What one page does, another does not undo.
+  if (request.op.starts_with("design")) (*body.as_map())["page"] = page_;
+  composer_->queue->put({client_, request.id, request.op, std::move(body)});
 }
 
 void Conversation::steered(std::int64_t id, Result<Value> result) {

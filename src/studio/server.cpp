@@ -122,6 +122,8 @@ struct Server::Impl {
   std::string token;  // empty: whoever reaches the server may steer
   mutable std::mutex map_mutex;
   std::string map;
+  mutable std::mutex pages_mutex;
+  std::set<std::string> pages;
   std::string boot = random_word();
   std::shared_ptr<Inbox> inbox = std::make_shared<Inbox>();
   std::shared_ptr<std::atomic<std::size_t>> open = std::make_shared<std::atomic<std::size_t>>(0);
@@ -350,6 +352,16 @@ void Server::Impl::compose() {
       }
     }
     for (auto& [id, client] : clients) client->work();
+    if (options.design) {
+      std::set<std::string> names;
+      for (const auto& [id, client] : clients) names.insert(client->page());
+      names.erase("");
+      const std::lock_guard lock(pages_mutex);
+      if (names != pages) {
+        pages = std::move(names);
+        queue->put({0, 0, "design_pages", Map()});
+      }
+    }
     if (SteadyClock::now() < next_delta) continue;
     next_delta = SteadyClock::now() + kDeltaPeriod;
     if (clients.empty()) continue;
@@ -373,6 +385,10 @@ std::string Server::url() const {
 }
 std::uint16_t Server::port() const { return impl_->bound; }
 std::size_t Server::clients() const { return *impl_->open; }
+std::set<std::string> Server::pages() const {
+  const std::lock_guard lock(impl_->pages_mutex);
+  return impl_->pages;
+}
 void Server::tell(std::string message) {
   impl_->inbox->put({.kind = Inbox::Event::Kind::kTold, .text = std::move(message)});
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -84,6 +85,9 @@ class Server {
   [[nodiscard]] std::uint16_t port() const;
   /// Pages that are connected.
   [[nodiscard]] std::size_t clients() const;
+  /// What those that may steer call themselves. When it changes, `RunAccess::steer` of a project that is edited is
+  /// asked for "design_pages".
+  [[nodiscard]] std::set<std::string> pages() const;
 
   /// A message, as JSON, to all pages that may steer. From any thread; in order with the answers to requests that are
   /// carried out after it.

@@ -143,8 +143,15 @@ Value Workshop::Impl::summary() const {
                         {"errors", counts[file].first},
                         {"warnings", counts[file].second}});
   }
-  const auto& undo = workspace.undo_steps();
-  const auto& redo = workspace.redo_steps();
+  const auto steps_of = [this](const std::string& page) {
+    const auto [undo, undo_count, redo, redo_count] = workspace.own_steps(page);
+    return Map{{"undo", undo_count == 0 ? Value() : Value(undo)},
+               {"undo_count", number(undo_count)},
+               {"redo", redo_count == 0 ? Value() : Value(redo)},
+               {"redo_count", number(redo_count)}};
+  };
+  Map pages;
+  for (const std::string& page : server->pages()) pages.append(page, steps_of(page));
   Value differences;
   if (shadow && baseline) {
     List list;
@@ -173,10 +180,8 @@ Value Workshop::Impl::summary() const {
              {"files", std::move(files)},
              {"findings", std::move(found)},
              {"checked", checked == revision},
-             {"undo", undo.empty() ? Value() : Value(undo.back().name)},
-             {"undo_count", number(undo.size())},
-             {"redo", redo.empty() ? Value() : Value(redo.back().name)},
-             {"redo_count", number(redo.size())},
+             {"steps", steps_of({})},
+             {"pages", std::move(pages)},
              {"scenario", scenario},
              {"scenarios", std::move(names)},
              {"runs", runs()},
@@ -242,6 +247,11 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     std::vector<std::string> texts;
     for (const auto& [name, document] : workspace.documents()) texts.push_back(name);
     changed(texts);
+  }
+  workspace.acts(asked.text("page"), server->pages());
+  if (op == "design_pages") {
+    tell_summary();
+    return Value();
   }
   if (op == "design") {
     Value value = summary();

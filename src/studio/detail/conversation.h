@@ -87,6 +87,8 @@ class Conversation {
   void show(Composer& composer, bool stays);
   /// Does a slice of what was asked for.
   void work();
+  /// What the page calls itself; empty: it has not said, or may only look.
+  [[nodiscard]] std::string page() const { return may_steer_ ? page_ : std::string(); }
   [[nodiscard]] bool has_work() const { return !requests_.empty() && !is_behind(); }
   /// What has changed, if the page keeps up: of a page that looks at the past, only what the present has added.
   void send_delta();
@@ -131,6 +133,7 @@ class Conversation {
   std::unique_ptr<MessageSink> sink_;
   bool live_ = true;
   bool may_steer_ = false;
+  std::string page_;
   std::deque<Request> requests_;
   std::size_t steering_ = 0;         // requests in the queue
   std::vector<std::uint64_t> sent_;  // versions of the parts

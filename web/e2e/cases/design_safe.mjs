@@ -120,5 +120,12 @@ test("no page edits without the token, none reaches out of the project", async (
   for (const [op, args] of [["design_edit", { file: "mission.xml", base: 1, cause: "x", edits: [] }], ["design_save", {}], ["design_read", { file: "mission.xml" }], ["design_undo", {}]])
     await assert.rejects(operate(other.page, op, args), /token/);
   await other.close();
+  // Without it one is told so, and may look at the run.
+  const looks = await open_design(local, { may_edit: false });
+  await looks.page.getByTestId("only-looks").waitFor();
+  assert.equal(await looks.page.getByRole("button", { name: "Record a run of the scenario" }).count(), 0);
+  await looks.page.getByRole("button", { name: "Look at its run" }).click();
+  await looks.page.getByTestId("tree").waitFor();
+  await looks.close();
   await open.stop();
 });

@@ -16,7 +16,7 @@ export function copy_of(name) {
 export const serve_design = (folder, args = ["--at", "127.0.0.1:0"]) => serve(["studio", folder, ...args]);
 
 /** The page of a project that is edited, with its tree shown. Errors of the page are failures, told by `close`. */
-export async function open_design(url, { width = 1440, height = 900, file } = {}) {
+export async function open_design(url, { width = 1440, height = 900, file, may_edit = true } = {}) {
   const context = await (await browser()).newContext({ viewport: { width, height }, reducedMotion: "reduce", deviceScaleFactor: 1 });
   const page = await context.newPage();
   page.setDefaultTimeout(kPatience_ms);
@@ -24,7 +24,7 @@ export async function open_design(url, { width = 1440, height = 900, file } = {}
   page.on("console", (message) => message.type() === "error" && !/WebSocket connection to|ERR_CONNECTION|net::ERR_/.test(message.text()) && errors.push(message.text()));
   page.on("pageerror", (error) => errors.push(String(error.stack ?? error)));
   await page.goto(url);
-  await page.locator(".design").waitFor();
+  if (may_edit) await page.locator(".design").waitFor();
   if (file) await page.locator(`[data-file="${file}"]`).first().click();
   return {
     page,

@@ -21,6 +21,7 @@ import { Inspector } from "./Inspector";
 import { matches } from "../widgets/match";
 import { PastPanel } from "./PastPanel";
 import { ReachedBelow } from "./ReachedBelow";
+import { useMode } from "./mode";
 import { line_start } from "./places";
 import { Picture, type PictureHandle } from "./Picture";
 import { ProjectTree } from "./ProjectTree";
@@ -44,19 +45,24 @@ export default function DesignView() {
   const phase = useStudio((studio) => studio.phase);
   const boot = useStudio((studio) => studio.hello?.boot);
   const known = useDesign((state) => state.summary !== null);
+  const may = useStudio((studio) => studio.may_steer);
   useEffect(() => {
-    if (phase !== "open" || boot === undefined) return;
+    if (phase !== "open" || boot === undefined || !may) return;
     let stop: (() => void) | null = null;
     let gone = false;
-    void start_design().then((stopped) => {
-      if (gone) stopped();
-      else stop = stopped;
-    });
+    void start_design().then(
+      (stopped) => {
+        if (gone) stopped();
+        else stop = stopped;
+      },
+      // The next connection begins anew, or may not.
+      () => undefined,
+    );
     return () => {
       gone = true;
       stop?.();
     };
-  }, [phase, boot]);
+  }, [phase, boot, may]);
   useCommand(
     { id: "design.undo", title: "Undo", group: "Design", keys: ["Ctrl+Z"], run: () => void undo() },
     { id: "design.redo", title: "Do again what was undone", group: "Design", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], run: () => void redo() },
@@ -71,8 +77,21 @@ export default function DesignView() {
   const files = useDesign((state) => state.summary?.files ?? kNoFiles);
   useCommand(...files.slice(0, kFilesOffered).map(({ file }) => ({ id: `design.file.${file}`, title: `Open ${file}`, group: "File", run: () => void open_file(file) })));
   const comparing = useDesign((state) => state.comparing);
+  if (!may) return <OnlyLooks />;
   if (!known) return <p className="empty waiting">Opening the project …</p>;
   return comparing === null ? <Bench /> : <Comparing side={comparing} />;
+}
+
+/** Without the token of the printed address. */
+function OnlyLooks() {
+  return (
+    <div className="empty nothing" role="status" data-testid="only-looks">
+      <p>This page may only look. The project is edited with the address that the program has printed, the one with #token=… at its end.</p>
+      <button className="button primary" onClick={() => useMode.setState({ mode: "run" })}>
+        Look at its run
+      </button>
+    </div>
+  );
 }
 
 /** In the palette. */
@@ -165,6 +184,7 @@ function Nothing() {
 
 function DesignBar() {
   const summary = useDesign((state) => state.summary);
+  const { undo: to_undo, undo_count, redo: to_redo } = useDesign((state) => state.steps);
   const file = useDesign((state) => state.file);
   const look = useDesign((state) => state.look);
   const autosave = useDesign((state) => state.autosave);
@@ -204,10 +224,10 @@ function DesignBar() {
       <button className="button small" aria-pressed={below === "reached"} title="What of the project no scenario reaches" data-testid="reached-button" onClick={() => show_below("reached")}>
         Reached
       </button>
-      <button className="button small" disabled={!summary?.undo || is_held !== null} title={is_held ?? (summary?.undo ? `Undo: ${summary.undo} (Ctrl+Z)` : "Nothing to undo")} data-testid="undo" data-name={summary?.undo ?? ""} onClick={() => void undo()}>
-        Undo{summary && summary.undo_count > 0 ? ` ${summary.undo_count}` : ""}
+      <button className="button small" disabled={to_undo === null || is_held !== null} title={is_held ?? (to_undo === null ? "Nothing to undo" : `Undo: ${to_undo} (Ctrl+Z)`)} data-testid="undo" data-name={to_undo ?? ""} onClick={() => void undo()}>
+        Undo{undo_count > 0 ? ` ${undo_count}` : ""}
       </button>
-      <button className="button small" disabled={!summary?.redo || is_held !== null} title={is_held ?? (summary?.redo ? `Do again: ${summary.redo} (Ctrl+Shift+Z)` : "Nothing to do again")} data-testid="redo" onClick={() => void redo()}>
+      <button className="button small" disabled={to_redo === null || is_held !== null} title={is_held ?? (to_redo === null ? "Nothing to do again" : `Do again: ${to_redo} (Ctrl+Shift+Z)`)} data-testid="redo" onClick={() => void redo()}>
         Redo
       </button>
       <button className={`button small${dirty > 0 ? " primary" : ""}`} disabled={dirty === 0} title="Save all files (Ctrl+S)" data-testid="save" onClick={() => void save_all()}>

@@ -1,9 +1,9 @@
 import { create } from "zustand";
 
 import { BusyError, LostError } from "../protocol/client";
-import type { Design, DesignDocument, DesignPast, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
+import type { Design, DesignDocument, DesignPast, DesignSteps, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
 import { useEdit } from "../store/edit";
-import { note, on_design, request, request_whole, type DesignMessage } from "../store/store";
+import { note, on_design, page_name, request, request_whole, type DesignMessage } from "../store/store";
 import { part_lines } from "./chart_places";
 import { is_in, joined } from "./joining";
 import { take_summary, useMode } from "./mode";
@@ -23,6 +23,8 @@ export type Look = "both" | "picture" | "text";
 
 export interface DesignState {
   summary: Design | null;
+  /** What this page can undo, and do again. */
+  steps: DesignSteps;
   docs: Readonly<Record<string, Doc>>;
   palette: readonly PaletteNode[];
   world_places: readonly string[];
@@ -63,6 +65,7 @@ const kAutosaveStored = "sentree.design.autosave";
 
 export const useDesign = create<DesignState>()(() => ({
   summary: null,
+  steps: { undo: null, undo_count: 0, redo: null, redo_count: 0 },
   docs: {},
   palette: [],
   world_places: [],
@@ -147,7 +150,7 @@ function receive(message: DesignMessage): void {
     case "design": {
       const { type: _, ...summary } = message;
       const before = useDesign.getState().summary;
-      useDesign.setState({ summary });
+      take_design(summary);
       const { gone } = useDesign.getState();
       if (gone !== null && summary.files.some(({ file }) => file === gone)) void open_file(gone);
       if (summary.checked && before?.checked !== true) void load_palette();
@@ -170,6 +173,10 @@ function receive(message: DesignMessage): void {
       break;
     }
   }
+}
+
+function take_design(summary: Design): void {
+  useDesign.setState({ summary, steps: summary.pages[page_name()] ?? summary.steps });
 }
 
 function take(document: DesignDocument): void {
@@ -214,7 +221,7 @@ export async function start_design(): Promise<() => void> {
   // A listener of its own: another view may begin before the one before it has ended.
   const stop = on_design((message) => receive(message));
   const summary = await request("design", {});
-  useDesign.setState({ summary });
+  take_design(summary);
   take_summary(summary);
   if (summary.checked) void load_palette();
   const { file } = useDesign.getState();
@@ -745,8 +752,8 @@ export async function edit_text(file: string, text: string, edits: readonly { fr
 /** Nothing is refused where there is nothing to be taken back. */
 async function take_back(op: "design_undo" | "design_redo", none: string): Promise<void> {
   const done = await attempt(async () => {
-    const { summary } = useDesign.getState();
-    const there = op === "design_undo" ? summary?.undo : summary?.redo;
+    const { steps } = useDesign.getState();
+    const there = op === "design_undo" ? steps.undo : steps.redo;
     return there === null ? null : request(op, {});
   });
   if (done) {

@@ -10,6 +10,10 @@ export interface ClientOptions {
   phase(phase: Phase, attempt: number): void;
   /** Allows to steer when the program does not listen on loopback. */
   token?: string;
+  /** What the page calls itself. */
+  page?: string;
+  /** The program has said whether this page may steer. */
+  greeted?(may_steer: boolean): void;
   set_timer?: (callback: () => void, milliseconds: number) => number;
   clear_timer?: (timer: number) => void;
 }
@@ -82,7 +86,9 @@ export class Client {
       if (this.socket !== socket) return;
       this.attempt = 0;
       this.options.phase("open", 0);
-      if (this.options.token) void this.request("hello", { token: this.options.token }).catch(() => undefined);
+      const { token, page, greeted } = this.options;
+      if (token === undefined && page === undefined) return;
+      void this.request("hello", { ...(token === undefined ? {} : { token }), ...(page === undefined ? {} : { page }) }).then(({ steerable }) => greeted?.(steerable), () => undefined);
     };
     socket.onmessage = (event) => {
       if (this.socket === socket && typeof event.data === "string") this.receive(event.data);

@@ -274,15 +274,15 @@ export const Finding = object({
   fixes: list(object({ title: string(), from: byte(), to: byte(), text: string() })),
 });
 export const RunDifference = object({ time: Time, who: string(), before: string(), after: string() });
+/** What a page can undo, and do again: the name of the next, and how many. */
+export const DesignSteps = object({ undo: or_null(string()), undo_count: index(), redo: or_null(string()), redo_count: index() });
 export const Design = object({
   project: string(),
   files: list(DesignFile),
   findings: list(Finding),
   checked: Type.Boolean({ description: "The findings are of the texts as they are now" }),
-  undo: or_null(string()),
-  undo_count: index(),
-  redo: or_null(string()),
-  redo_count: index(),
+  steps: DesignSteps,
+  pages: Type.Record(string(), DesignSteps, { description: "By the names that pages gave in `hello`, of those that are there; `steps`: of one without a name" }),
   scenario: Type.String({ description: "That runs again; empty: the mission without one" }),
   scenarios: list(string()),
   runs: object({
@@ -528,7 +528,10 @@ export const Standing = Type.Unsafe<Static<(typeof kinds)[number]> & Static<TObj
 
 const nothing = () => object({});
 export const Operations = {
-  hello: [object({ token: optional(string()) }), object({ steerable: boolean() })],
+  hello: [
+    object({ token: optional(string()), page: optional(Type.String({ description: "What it calls itself, at most 64 characters: what others did, who are there, it does not undo" })) }),
+    object({ steerable: Type.Boolean({ description: "Whether this page may" }) }),
+  ],
   live: [nothing(), Type.Unknown()],
   seek: [object({ time: Time }), Type.Unknown()],
   layout: [object({ collapsed: list(index()) }), object({ nodes: list(index()), layout: TreeLayout })],

@@ -58,6 +58,7 @@ export type TextEdit = Static<typeof protocol.TextEdit>;
 export type FileKind = Static<typeof protocol.FileKind>;
 export type DesignFile = Static<typeof protocol.DesignFile>;
 export type Finding = Static<typeof protocol.Finding>;
+export type DesignSteps = Static<typeof protocol.DesignSteps>;
 export type Design = Static<typeof protocol.Design>;
 export type OutlineNode = Static<typeof protocol.OutlineNode>;
 export type OutlineTree = Static<typeof protocol.OutlineTree>;

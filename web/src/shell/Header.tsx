@@ -130,14 +130,15 @@ const kPaces: readonly { label: string; hint?: string; how: Parameters<typeof re
 function Recording() {
   const is_design = useStudio((studio) => studio.hello?.design ?? false);
   const connected = useStudio((studio) => studio.phase === "open");
+  const may = useStudio((studio) => studio.may_steer);
   const { on_show, goes_on, continues, outdated } = useMode((state) => state.runs);
-  const here = is_design && connected;
+  const here = is_design && connected && may;
   useCommand(
     ...(here && goes_on === null ? kPaces.map(({ label, how }) => ({ id: `record.${label}`, title: `Record a run of the scenario: ${label.toLowerCase()}`, group: "Design", run: () => void record(how) })) : []),
     ...(here && goes_on !== null && outdated ? [{ id: "record.apply", title: "Apply the edits to the run that goes on", group: "Design", run: () => void apply_edits() }] : []),
     ...(here && on_show !== "" ? [{ id: "record.shadow", title: "Show the shadow run again", group: "Design", run: () => void show_recording("") }] : []),
   );
-  if (!is_design || !connected) return null;
+  if (!here) return null;
   return (
     <>
       {goes_on === null ? (

@@ -50,6 +50,8 @@ export interface Studio {
   phase: Phase;
   attempt: number;
   hello: Hello | null;
+  /** Whether this page may: not without the token, where one is wanted. */
+  may_steer: boolean;
   index: Index | null;
   /** Of the moment that the page shows: the present when `state.live`, else the chosen one. */
   state: State | null;
@@ -74,6 +76,7 @@ export const kEmpty: Studio = {
   phase: "connecting",
   attempt: 0,
   hello: null,
+  may_steer: true,
   index: null,
   state: null,
   messages: [],
@@ -134,7 +137,7 @@ export function receive(studio: Studio, message: RunMessage): Studio {
       const same = studio.hello?.boot === hello.boot;
       return same
         ? { ...studio, hello, violations: [], problems: [], messages: [], missed: 0 }
-        : { ...kEmpty, phase: studio.phase, attempt: studio.attempt, notes: studio.notes, hello };
+        : { ...kEmpty, phase: studio.phase, attempt: studio.attempt, may_steer: studio.may_steer, notes: studio.notes, hello };
     }
     case "model": {
       const { type: _, ...model } = message;
@@ -195,12 +198,13 @@ export function node_keys(index: Index | null): string[] {
 function commit(): void {
   scheduled = false;
   if (!staged) return;
-  const { phase, attempt, hello, index, state, messages, missed, violations, problems } = staged;
+  const { phase, attempt, may_steer, index, state, messages, missed, violations, problems } = staged;
   const shown = useStudio.getState();
+  const hello = may_steer || !staged.hello?.steerable ? staged.hello : { ...staged.hello, steerable: false, repeatable: false };
   const fresh = hello !== null && shown.hello?.boot !== hello.boot;
   staged = null;
   useStudio.setState({
-    ...{ phase, attempt, hello, index, state, messages, missed, violations, problems },
+    ...{ phase, attempt, hello, may_steer, index, state, messages, missed, violations, problems },
     ...(fresh ? { selection: kNothingSelected, wanted: null, replay: 0 } : index !== shown.index ? { selection: reselected(shown.selection, shown.index, index) } : {}),
   });
 }
@@ -217,6 +221,14 @@ function stage(change: (studio: Studio) => Studio): void {
 
 function token(): string | undefined {
   return /(?:^#|&)token=([^&]+)/.exec(window.location.hash)?.[1];
+}
+
+const kPageStored = "sentree.page";
+/** What the page calls itself; the same after it is loaded anew. */
+export function page_name(): string {
+  const name = sessionStorage.getItem(kPageStored) ?? `${Date.now().toString(36)}-${Math.random().toString(36).slice(2)}`;
+  sessionStorage.setItem(kPageStored, name);
+  return name;
 }
 
 let client: Client | null = null;
@@ -252,6 +264,8 @@ export function connect(): void {
       stage((studio) => receive(studio, message));
       if (message.type === "state" && message.live) void fill_messages(message.sequence);
     },
+    page: page_name(),
+    greeted: (may_steer) => stage((studio) => ({ ...studio, may_steer })),
     phase: (phase, attempt) => stage((studio) => ({ ...studio, phase, attempt })),
     ...(given === undefined ? {} : { token: given }),
   });
