@@ -207,7 +207,11 @@ class ChartEditor {
   Result<std::string> operator()(const AddTransition& add) {
     const auto source = source_of(add.source);
     if (!source) return tl::unexpected(source.error());
-    if (auto ok = check_targets(add.target); !ok) return tl::unexpected(ok.error());
+    if (add.fresh) {
+      if (auto made = (*this)(AddState{"", add.target}); !made) return made;
+    } else if (auto ok = check_targets(add.target); !ok) {
+      return tl::unexpected(ok.error());
+    }
     if (add.target.empty() && add.event.empty() && add.condition.empty()) return fail_idle();
     std::string xml = "<" + tag("transition");
     for (const auto& [name, value] :
@@ -216,7 +220,8 @@ class ChartEditor {
     }
     const XmlElement state = elements_.of_state(*source);
     moves_.put(state, behind_transitions(state), xml + "/>");
-    return fmt::format("add transition from {}{}", add.source, add.target.empty() ? "" : " to " + add.target);
+    return fmt::format("add transition from {}{}{}", add.source, add.target.empty() ? "" : " to ",
+                       (add.fresh ? "new state " : "") + add.target);
   }
 
   Result<std::string> operator()(const SetTransition& set) {

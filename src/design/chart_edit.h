@@ -54,6 +54,7 @@ struct AddTransition {
   std::string target;  ///< Empty: none.
   std::string event;   ///< Empty: eventless.
   std::string condition;
+  bool fresh = false;  ///< `target` is a state that is made for it, at the top level.
 };
 /// What is nothing stays as it is; what is empty goes. Of an initial state there is only a target.
 struct SetTransition {

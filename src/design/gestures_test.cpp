@@ -179,6 +179,7 @@ TEST(Gestures, OfChartsEditLeastAndUndoToIdenticalBytes) {
         SetKind{state, any_of(kinds, random)},
         SetInitial{state},
         AddTransition{state, inside, random() % 2 == 0 ? "tick" : "", random() % 2 == 0 ? "a < b && c" : "true"},
+        AddTransition{state, id, "tick", "", true},
         SetTransition{transition, maybe("event." + id), maybe("x > 1 || \"'\""), maybe(state)},
         RemoveTransition{transition},
         MoveTransition{transition, state, random() % 4},
@@ -186,9 +187,9 @@ TEST(Gestures, OfChartsEditLeastAndUndoToIdenticalBytes) {
         SetAction{place, index, action},
         RemoveAction{place, index},
         MoveAction{place, index, random() % (count + 1)}};
-    const std::size_t which = random() % gestures.size();
-    Tried tried{edit_chart(now, gestures[which]), {}};
-    if (tried.result) ++done[which];
+    const ChartGesture& gesture = any_of(gestures, random);
+    Tried tried{edit_chart(now, gesture), {}};
+    if (tried.result) ++done[gesture.index()];
     return tried;
   };
   const Reads is_read = [](const std::string& text) { return chart_of(text).value.has_value(); };

@@ -455,7 +455,7 @@ Result<design::ChartGesture> chart_gesture_of(const Value& gesture) {
   if (what == "set_initial") return design::SetInitial{state};
   if (what == "add_transition") {
     return design::AddTransition{state, string_of(gesture, "target"), string_of(gesture, "event"),
-                                 string_of(gesture, "condition")};
+                                 string_of(gesture, "condition"), flag_of(gesture, "fresh")};
   }
   if (what == "set_transition") {
     return design::SetTransition{transition_of(gesture), text_if_given(gesture, "event"),

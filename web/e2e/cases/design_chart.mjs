@@ -140,16 +140,29 @@ test("states are carried into each other and out, and made what they are to be, 
   await fill(page, "entry-0", '<log label="moving" expr="1"/>');
   await did(page, "change onentry of moving");
   // From its edge to the ground: to a state that is made there.
-  const { box } = await middle(state_at(page, "moving").locator("rect").first());
-  await drag(page, { x: box.x + 2, y: box.y + box.height / 2 }, await until(() => floor(page), "there is a bare place"));
-  await page.mouse.up();
-  await until(() => page.evaluate(() => document.activeElement?.id === "design-event"), "the event is asked for");
-  await page.keyboard.type("lost");
+  const draw_to_ground = async () => {
+    const { box } = await middle(state_at(page, "moving").locator("rect").first());
+    await drag(page, { x: box.x + 2, y: box.y + box.height / 2 }, await until(() => floor(page), "there is a bare place"));
+    await page.mouse.up();
+    await until(() => page.evaluate(() => document.activeElement?.id === "design-event"), "the event is asked for");
+    await page.keyboard.type("lost");
+  };
+  // Escape takes all of it back: there is neither a transition nor a state.
+  const steps = await page.getByTestId("undo").innerText();
+  await draw_to_ground();
+  await page.keyboard.press("Escape");
+  await until(() => page.evaluate(() => document.activeElement?.dataset.testid === "design-chart"), "the picture has the keys again");
+  assert.equal(await page.locator("#design-event").inputValue(), "");
+  assert.equal(await page.locator("#design-target-id").count(), 0);
+  assert.equal(await page.getByTestId("undo").innerText(), steps);
+  assert.equal(await state_at(page, "state1").count(), 0);
+  await draw_to_ground();
+  await page.locator("#design-target-id").fill("astray");
   await page.keyboard.press("Enter");
-  await did(page, "add transition from moving to state1");
+  await did(page, "add transition from moving to new state astray");
   const text = await saved(page, file);
   assert.match(text, /<scxml [^>]*initial="trip">\n {2}<!-- on the way -->\n/);
-  assert.match(text, /<state id="moving" xmlns:qt="http:\/\/www.qt.io" qt:editorinfo="geometry:1;2">\n {4}<onentry>\n {6}<log label="moving" expr="1"\/>\n {4}<\/onentry>\n {4}<transition event='tick' target='idle'\/> <!-- stops -->\n {4}<transition event="halt" target="halted"\/>\n {4}<transition event="lost" target="state1"\/>\n/);
+  assert.match(text, /<state id="moving" xmlns:qt="http:\/\/www.qt.io" qt:editorinfo="geometry:1;2">\n {4}<onentry>\n {6}<log label="moving" expr="1"\/>\n {4}<\/onentry>\n {4}<transition event='tick' target='idle'\/> <!-- stops -->\n {4}<transition event="halt" target="halted"\/>\n {4}<transition event="lost" target="astray"\/>\n/);
   assert.match(text, /<final id="out"\/>\n {4}<state id="idle"><transition event="go" target="moving"\/><\/state>\n {4}<history id="last" type="deep"><transition target="out"\/><\/history>\n {2}<\/state>/);
   assert.match(text, /<parallel id="both">\n {4}<parallel id="back"\/>\n {2}<\/parallel>/);
   await close();

@@ -5,7 +5,7 @@ import { useStudio } from "../store/store";
 import { Actions } from "./Actions";
 import { part_lines } from "./chart_places";
 import { condition_words, event_words, is_history, leads_out, transition_text } from "./chart_words";
-import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, findings_of, focus_field, focus_picture, gesture, gesture_then, useDesign } from "./design";
+import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, findings_of, focus_field, focus_picture, fresh_id, gesture, gesture_then, useDesign } from "./design";
 import { Editable } from "./Editable";
 import { Wrong } from "./Inspector";
 import { Options, TextField } from "./TextField";
@@ -195,38 +195,62 @@ function TransitionPart({ chart, transition }: { chart: EditedChart; transition:
   );
 }
 
+/** No state has such an id. */
+const kNew = " new";
+
 function NewTransition({ chart, source }: { chart: EditedChart; source: string }) {
   const services = useServices();
   const [event, set_event] = useState("");
   const [condition, set_condition] = useState("");
   const [target, set_target] = useState("");
+  /** Of a target that is made for it; null: it leads to one that is there, or stays. */
+  const [fresh, set_fresh] = useState<string | null>(null);
   const drawn_to = useDesign((now) => now.drawn_to);
   useEffect(() => {
     if (drawn_to === null) return;
     set_target(drawn_to);
+    set_fresh(drawn_to === "" ? fresh_id() : null);
     useDesign.setState({ drawn_to: null });
     focus_field("design-event");
   }, [drawn_to]);
+  const nothing = event === "" && condition === "" && target === "" && !fresh;
   const add = () => {
-    if (event === "" && condition === "" && target === "") return;
-    void gesture_then({ what: "add_transition", state: source, target, event, condition }, focus_picture).then((done) => {
-      if (!done) return;
-      set_event("");
-      set_condition("");
-    });
+    if (nothing) return;
+    void gesture_then({ what: "add_transition", state: source, target: fresh ?? target, event, condition, fresh: fresh !== null }, focus_picture).then((done) => done && clear());
+  };
+  const clear = () => {
+    set_event("");
+    set_condition("");
+    if (fresh !== null) set_fresh(null);
+  };
+  /** Nothing of it is there yet. */
+  const leave = () => {
+    clear();
+    set_target("");
+    focus_picture();
   };
   return (
     <>
       <h3 className="inspector-part">New transition from {source}</h3>
-      <Field id="design-event" label="event" value={event} set={set_event} done={add} options={event_words(chart, services)} />
-      <Field id="design-condition" label="condition" value={condition} set={set_condition} done={add} options={condition_words(chart, event, services)} />
-      <Select id="design-target" label="target" value={target} tell={set_target}>
+      <Field id="design-event" label="event" value={event} set={set_event} done={add} leave={leave} options={event_words(chart, services)} />
+      <Field id="design-condition" label="condition" value={condition} set={set_condition} done={add} leave={leave} options={condition_words(chart, event, services)} />
+      <Select
+        id="design-target"
+        label="target"
+        value={fresh === null ? target : kNew}
+        tell={(value) => {
+          set_fresh(value === kNew ? fresh_id() : null);
+          set_target(value === kNew ? "" : value);
+        }}
+      >
         <option value="">none</option>
+        <option value={kNew}>a new state</option>
         {chart.states.filter(({ id }) => id !== "").map(({ id }) => (
           <option key={id}>{id}</option>
         ))}
       </Select>
-      <button type="button" className="button small" disabled={event === "" && condition === "" && target === ""} onClick={add}>
+      {fresh !== null && <Field id="design-target-id" label="its id" value={fresh} set={set_fresh} done={add} leave={leave} options={[]} />}
+      <button type="button" className="button small" disabled={nothing} onClick={add}>
         Add the transition
       </button>
     </>
@@ -250,7 +274,18 @@ function NewState({ state }: { state: EditedState | null }) {
     <>
       <Editable>
         <h3 className="inspector-part">New state</h3>
-        <Field id="design-new-state" label="id" value={fresh} set={set_fresh} done={add} options={[]} />
+        <Field
+          id="design-new-state"
+          label="id"
+          value={fresh}
+          set={set_fresh}
+          done={add}
+          leave={() => {
+            set_fresh("");
+            focus_picture();
+          }}
+          options={[]}
+        />
         <Select id="design-new-kind" label="kind" value={kind} tell={(value) => set_kind(value as StateKind)}>
           {kStateKinds.map((one) => (
             <option key={one.kind} value={one.kind}>
@@ -282,11 +317,18 @@ function Select({ id, label, value, tell, children }: { id: string; label: strin
   );
 }
 
-function Field({ id, label, value, set, done, options }: { id: string; label: string; value: string; set(text: string): void; done(): void; options: readonly string[] }) {
+/** Escape leaves it with nothing done. */
+function Field({ id, label, value, set, done, leave, options }: { id: string; label: string; value: string; set(text: string): void; done(): void; leave(): void; options: readonly string[] }) {
+  const keys = (pressed: React.KeyboardEvent) => {
+    if (pressed.key === "Enter") done();
+    else if (pressed.key === "Escape") leave();
+    else return;
+    pressed.stopPropagation();
+  };
   return (
     <div className="inspector-field">
       <label htmlFor={id}>{label}</label>
-      <input id={id} className="field" list={options.length > 0 ? `${id}-options` : undefined} spellCheck={false} autoComplete="off" value={value} onChange={(changed) => set(changed.target.value)} onKeyDown={(pressed) => pressed.key === "Enter" && done()} />
+      <input id={id} className="field" list={options.length > 0 ? `${id}-options` : undefined} spellCheck={false} autoComplete="off" value={value} onChange={(changed) => set(changed.target.value)} onKeyDown={keys} />
       <Options id={id} options={options} />
     </div>
   );

@@ -111,10 +111,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
       },
       drop: (at) => {
         const target = under(at);
-        const ask_event = (to: string) => useDesign.setState({ state: from, transition: null, drawn_to: to, refused: null });
-        if (target) ask_event(target);
-        // On the ground: to a state that is made for it.
-        else if (target === "") void add_fresh_state("").then((made) => made && ask_event(made));
+        if (target !== null) useDesign.setState({ state: from, transition: null, drawn_to: target, refused: null });
       },
       end: () => set_line(null),
     });

@@ -41,7 +41,9 @@ export interface DesignState {
   state: string | null;
   /** Of a chart: the chosen transition, by its place in the document, and its state, so that another is not taken for it. */
   transition: { index: number; source: string } | null;
-  /** State to which a transition was drawn from the chosen one; its event and condition are still to be said. */
+  /** Of a file of requirements: that in which the caret is. */
+  requirement: string | null;
+  /** State to which a transition was drawn from the chosen one, "": one that is made for it; its event and condition are still to be said. */
   drawn_to: string | null;
   look: Look;
   /** Each edit is saved once it is checked. */

@@ -418,7 +418,7 @@ export const Gesture = Type.Union([
   object({ what: Type.Literal("wrap_state"), state: string(), id: string(), kind: one_of("state", "parallel") }),
   object({ what: Type.Literal("set_kind"), state: string(), kind: StateKind }),
   object({ what: Type.Literal("set_initial"), state: string() }),
-  object({ what: Type.Literal("add_transition"), state: string(), target: string(), event: string(), condition: string() }),
+  object({ what: Type.Literal("add_transition"), state: string(), target: string(), event: string(), condition: string(), fresh: optional(Type.Boolean({ description: "The target is a state that is made for it" })) }),
   object({ what: Type.Literal("set_transition"), transition: index(), event: optional(string()), condition: optional(string()), target: optional(string()) }),
   object({ what: Type.Literal("remove_transition"), transition: index() }),
   object({ what: Type.Literal("move_transition"), transition: index(), state: string(), index: index() }),
