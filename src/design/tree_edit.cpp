@@ -293,6 +293,9 @@ class TreeEditor {
     const std::string id(tree->attribute("ID").value_or(""));
     if (document_.root().attribute("main_tree_to_execute").value_or("") == id)
       return fail("design.used", fmt::format("the tree {} is the main one", id));
+    const auto trees = document_.root().children();
+    if (std::count_if(trees.begin(), trees.end(), [](const auto& one) { return one.name() == "BehaviorTree"; }) == 1)
+      return fail("design.used", fmt::format("the tree {} is the only one of the file", id));
     std::size_t uses = 0;
     for (const XmlElement& element : elements_)
       uses += is_subtree(element.name()) && id_of(element) == id && !is_in(element, *tree) ? 1 : 0;

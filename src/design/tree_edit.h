@@ -113,7 +113,7 @@ struct PasteNodes {
 struct AddTree {
   std::string id;
 };
-/// A tree that no SubTree of the file is of, nor the main one.
+/// A tree that no SubTree of the file is of, nor the main one, nor the only one.
 struct DeleteTree {
   std::uint32_t tree = 0;  ///< Element.
 };

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <map>
 #include <random>
+#include <variant>
 
 #include "sentree/bt/load.h"
 #include "sentree/text/file.h"
@@ -175,6 +178,8 @@ TEST(TreeEdit, AddsATreeAndDeletesItAgain) {
               HasSubstr("1 SubTree is of the tree Other"));
   EXPECT_THAT(edited(kFile, DeleteTree{element(kFile, "Main")}), HasSubstr("the main one"));
   EXPECT_THAT(edited(kFile, DeleteTree{element(kFile, "All")}), HasSubstr("is no tree"));
+  const std::string one = R"(<root BTCPP_format="4"><BehaviorTree ID="A"><B/></BehaviorTree></root>)";
+  EXPECT_THAT(edited(one, DeleteTree{outline_of(one, builtin_kinds())->trees[0].element}), HasSubstr("the only one"));
 }
 
 TEST(TreeEdit, KeepsLineEndsOfOtherSystems) {
@@ -226,7 +231,11 @@ TreeGesture any_gesture(const Outline& outline, std::mt19937& random) {
     return tree.nodes.empty() ? tree.element : tree.nodes[random() % tree.nodes.size()].element;
   };
   const Slot slot{random() % 8 == 0 ? tree.element : any(), random() % 4};
-  switch (random() % 9) {
+  static const char* const kPasted[] = {
+      "<AlwaysSuccess/>", "<!-- why -->\n<Fallback name=\"pasted\">\n    <AlwaysFailure/>\n</Fallback>",
+      "<A/><B x='1'/>",
+      R"(<root BTCPP_format="4"><BehaviorTree ID="Elsewhere"><Inverter><A/></Inverter></BehaviorTree></root>)"};
+  switch (random() % 12) {
     case 0: return InsertNode{random() % 2 == 0 ? "Sequence" : "AlwaysSuccess", false, "made", {}, slot};
     case 1: return DeleteNode{any()};
     case 2: return MoveNode{any(), slot, false};
@@ -235,6 +244,9 @@ TreeGesture any_gesture(const Outline& outline, std::mt19937& random) {
     case 5: return UnwrapNode{any()};
     case 6: return ExtractTree{any(), "Part" + std::to_string(random() % 1000)};
     case 7: return InlineTree{any()};
+    case 8: return PasteNodes{kPasted[random() % std::size(kPasted)], slot};
+    case 9: return AddTree{"Tree" + std::to_string(random() % 1000)};
+    case 10: return DeleteTree{tree.element};
     default: return SetAttribute{any(), "name", "called \"" + std::to_string(random() % 100) + "\""};
   }
 }
@@ -252,6 +264,7 @@ TEST(TreeEdit, EditsLeastAndUndoesToIdenticalBytesWhateverTheGesture) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   const auto files = mission_files();
   ASSERT_GE(files.size(), 5U);
+  std::map<std::size_t, int> kinds;  // done, by kind of gesture
   for (const auto& file : files) {
     SCOPED_TRACE(file.string());
     std::mt19937 random(seed);
@@ -288,9 +301,22 @@ TEST(TreeEdit, EditsLeastAndUndoesToIdenticalBytesWhateverTheGesture) {
         const auto elements = [](const std::string& xml) { return text::XmlDocument::parse(xml)->root().size(); };
         ASSERT_EQ(elements(after), elements(now));
       }
+      ++kinds[gesture.index()];
       // Edits are no larger than the element that is touched.
       std::size_t removed = 0;
       for (const TextEdit& edit : result->edits) removed += edit.to - edit.from;
+      // What comes takes nothing away but the end of an empty element; what goes brings nothing.
+      if (std::holds_alternative<PasteNodes>(gesture)) {
+        ASSERT_LE(removed, std::string_view("/>").size());
+      } else if (std::holds_alternative<AddTree>(gesture)) {
+        ASSERT_EQ(removed, 0U);
+      }
+      if (const auto* gone = std::get_if<DeleteTree>(&gesture)) {
+        const auto tree = std::find_if(outline.trees.begin(), outline.trees.end(),
+                                       [&](const OutlineTree& one) { return one.element == gone->tree; });
+        for (const TextEdit& edit : result->edits) ASSERT_EQ(edit.text, "");
+        ASSERT_EQ(signs(after).size(), signs(now).size() - signs(now.substr(tree->from, tree->to - tree->from)).size());
+      }
       if (const auto* set = std::get_if<SetAttribute>(&gesture)) {
         for (const OutlineTree& tree : outline.trees) {
           for (const OutlineNode& node : tree.nodes) {
@@ -318,6 +344,7 @@ TEST(TreeEdit, EditsLeastAndUndoesToIdenticalBytesWhateverTheGesture) {
     }
     EXPECT_EQ(now, original);
   }
+  EXPECT_EQ(kinds.size(), std::variant_size_v<TreeGesture>) << "each kind has been done";
 }
 
 }  // namespace
