@@ -50,6 +50,17 @@ async function open_compare(url, { width = 1440, height = 900 } = {}) {
   };
 }
 
+/** Of the marked parts, on the screen. */
+const least_text = (page) =>
+  page.locator("[data-testid=compare-picture]").evaluate((picture) => {
+    const size = (text) => parseFloat(getComputedStyle(text).fontSize) * Math.hypot(text.getScreenCTM().a, text.getScreenCTM().b);
+    return Math.min(...[...picture.querySelectorAll("[data-part]:not([data-mark='']) text")].filter((text) => getComputedStyle(text).display !== "none").map(size));
+  });
+const here_is_in_sight = (page) =>
+  page.locator(".compare-here").evaluate((here) => {
+    const [inner, outer] = [here.getBoundingClientRect(), here.closest("svg").getBoundingClientRect()];
+    return inner.left >= outer.left - 1 && inner.right <= outer.right + 1 && inner.top >= outer.top - 1 && inner.bottom <= outer.bottom + 1;
+  });
 const signs = (page) => page.locator("[data-testid=compare-picture] [data-sign]").evaluateAll((found) => found.map((sign) => sign.dataset.sign).sort());
 const compared = (page, file) => page.locator(`[data-testid=compare][data-file="${file}"]`).waitFor();
 const chosen = (page) => page.locator(".compare-row[aria-current=true]").getAttribute("data-difference");
@@ -70,6 +81,16 @@ test("two trees are one picture with a mark for each difference, walked with J a
   assert.deepEqual((await page.locator("[data-difference]").evaluateAll((rows) => rows.map((row) => row.dataset.difference))), told.differences.map(({ kind }) => kind));
   assert.match(await page.getByTestId("compare-picture").textContent(), /threshold: 30 → 20/);
   assert.equal(await page.locator(".compare-move").count(), 1);
+  // What differs can be read on each screen, also where one looks at the next.
+  for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) {
+    await page.setViewportSize({ width, height });
+    for (let i = 0; i < told.differences.length; i += 1) {
+      await until(async () => (await least_text(page)) >= 11, `the text of what differs has 11 px at ${width}×${height}`);
+      await until(() => here_is_in_sight(page), `what is chosen is in sight at ${width}×${height}`);
+      await page.keyboard.press("j");
+    }
+  }
+  await page.setViewportSize({ width: 1440, height: 900 });
   if (pictures) await page.screenshot({ path: join(pictures, "compare-tree.png") });
   const seen = [];
   for (let i = 0; i < told.differences.length; i += 1) {

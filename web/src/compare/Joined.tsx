@@ -1,8 +1,9 @@
-import { useEffect, useMemo } from "react";
+import { useEffect, useLayoutEffect, useMemo } from "react";
 
 import { arrow } from "../panels/charts/arrow";
 import { Label, StateTexts } from "../panels/charts/ChartPicture";
 import { curve, Outline, Texts } from "../panels/mission/TreePicture";
+import { set_lens } from "../picture/lens";
 import { Minimap } from "../picture/Minimap";
 import { usePictureView } from "../picture/use_picture_view";
 import type { Comparison, PartMark, Point, Rect } from "../protocol/types";
@@ -11,9 +12,8 @@ import { kSigns, part_of, type Part } from "./marks";
 type Tree = NonNullable<Comparison["trees"]>[number];
 type Chart = NonNullable<Comparison["chart"]>;
 
-/** A picture shown smaller than the one is enlarged to the other around what is chosen. */
-const kReadable = 0.6;
-const kShown = 0.85;
+/** In a tree that is shown smaller, what differs cannot be enlarged so that it can be read; a chart has lines close to each other. */
+const kTreeSmallest = 0.69;
 
 interface Props {
   comparison: Comparison;
@@ -28,8 +28,19 @@ interface Props {
 export function JoinedPicture({ comparison, tree, chart, current, choose }: Props) {
   const layout = tree?.layout ?? chart!.layout;
   const box: Rect = useMemo(() => ({ x: 0, y: 0, width: Math.max(layout.size.width, 60), height: Math.max(layout.size.height, 60) }), [layout]);
-  const { svg, group, view, keys } = usePictureView({ box, limits: { min: 0.05, max: 4 }, margin: 14, fit_max: 1.15 });
-
+  const chosen = comparison.differences[current];
+  const at = chosen ? part_of(comparison, chosen, tree) : null;
+  const place = at && rect_of(at, tree, chart);
+  const { svg, group, view, keys } = usePictureView({
+    box,
+    limits: { min: 0.05, max: 4 },
+    margin: 14,
+    fit_max: 1.15,
+    readable: { from: tree ? kTreeSmallest : 1, scale: 1 },
+    focus: () => place,
+    change: (now, _, moved) => set_lens(moved, now.scale, true),
+  });
+  useLayoutEffect(() => set_lens(group.current, view.view.scale, true), [group, view, current, tree]);
   /** By part: the differences that are about it. */
   const about = useMemo(() => {
     const found = new Map<string, number[]>();
@@ -39,14 +50,8 @@ export function JoinedPicture({ comparison, tree, chart, current, choose }: Prop
     });
     return found;
   }, [comparison, tree]);
-  const chosen = comparison.differences[current];
-  const at = chosen ? part_of(comparison, chosen, tree) : null;
-  const place = at && rect_of(at, tree, chart);
   useEffect(() => {
-    if (!place) return;
-    // What is shown whole and can be read stays as it is.
-    if (view.view.scale < kReadable) view.centre([place.x + place.width / 2, place.y + place.height / 2], kShown);
-    else view.reveal(place);
+    if (place) view.show_chosen(place);
     // The place of one part does not change while the picture stays.
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [current, comparison, tree, view]);
@@ -81,7 +86,7 @@ export function JoinedPicture({ comparison, tree, chart, current, choose }: Prop
         onKeyDown={keys}
       >
         <g ref={group}>
-          {tree ? <TreeParts tree={tree} says={says} badge={badge} /> : <ChartParts chart={chart!} says={says} badge={badge} />}
+          {tree ? <TreeParts tree={tree} chosen={at?.at ?? -1} says={says} badge={badge} /> : <ChartParts chart={chart!} says={says} badge={badge} />}
           {place && <rect className="compare-here" x={place.x - 6} y={place.y - 6} width={place.width + 12} height={place.height + 12} rx={9} />}
         </g>
       </svg>
@@ -111,7 +116,7 @@ interface PartsProps {
   badge(part: Part, x: number, y: number, mark: PartMark): React.ReactNode;
 }
 
-function TreeParts({ tree, says, badge }: PartsProps & { tree: Tree }) {
+function TreeParts({ tree, chosen, says, badge }: PartsProps & { tree: Tree; chosen: number }) {
   const { layout, marks, moves } = tree;
   return (
     <>
@@ -124,7 +129,7 @@ function TreeParts({ tree, says, badge }: PartsProps & { tree: Tree }) {
         const part: Part = { kind: "node", at: i };
         const name = [drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" ");
         return (
-          <g key={i} className={`node compare-part ${mark}`} data-part={`node-${i}`} data-mark={mark} data-name={drawn.title.join(" ") || drawn.symbol} role="img" aria-label={[name, mark === "left" ? "was here" : mark].filter(Boolean).join(": ")}>
+          <g key={i} className={`node compare-part ${mark}${i === chosen ? " chosen" : mark === "" ? "" : " near"}`} data-part={`node-${i}`} data-mark={mark} data-name={drawn.title.join(" ") || drawn.symbol} role="img" aria-label={[name, mark === "left" ? "was here" : mark].filter(Boolean).join(": ")}>
             <title>{[name, says(part)].filter(Boolean).join(": ")}</title>
             <Outline drawn={drawn} />
             <Texts drawn={drawn} middle={drawn.x + drawn.width / 2} />

@@ -16,16 +16,17 @@ const kFarDetail_px = 10.1;
 /** Names that would be smaller on the screen are left out, but for those of the chosen node and around it. */
 const kLeast_px = 3;
 /** Enlarged is by one of a few factors: each other one would be a style of every text. */
-const kSteps = 5;
+const kSteps = 10;
 const kStep = kFar ** (1 / kSteps);
 
-/** What is chosen can be read, and what is around it, however small the rest is. Again where another node is chosen. */
-export function set_lens(group: SVGGElement | null, scale: number): void {
+/** What is chosen can be read, and what is around it, however small the rest is; the lines below their names too, where they are asked for. Again where another node is chosen. */
+export function set_lens(group: SVGGElement | null, scale: number, lines = false): void {
   if (!group) return;
   const enlarged = (px: number, drawn_px = kName_px) => Math.max(1, px / (drawn_px * scale));
   // Of the few that are concerned alone: what all would inherit is a style of all.
   for (const name of group.querySelectorAll<SVGTextElement>(".node:is(.chosen, .near) > .name"))
     name.style.setProperty("--lens", enlarged(name.parentElement?.classList.contains("chosen") ? kChosen_px : kNear_px).toFixed(3));
+  if (lines) for (const line of group.querySelectorAll<SVGTextElement>(".node:is(.chosen, .near) > .detail")) line.style.setProperty("--lens", enlarged(kNear_px, kDetail_px).toFixed(3));
   const far = enlarged(kFar_px);
   all_as(group, "names", "--far-lens", kName_px * scale < kLeast_px ? null : far <= kFar ? far : 1);
   const detail = enlarged(kFarDetail_px, kDetail_px);

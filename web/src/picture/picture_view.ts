@@ -100,6 +100,13 @@ export class PictureView {
     else this.glide_to(reveal(this.view, part, this.size, kFocusMargin_px));
   }
 
+  /** Shows what has been chosen, so that it can be read: also after somebody moved the picture. */
+  show_chosen(part: Rect): void {
+    if (this.held !== "by hand") this.refocus();
+    else if (this.view.scale < (this.options.readable?.from ?? 0)) this.centre([part.x + part.width / 2, part.y + part.height / 2], this.options.readable?.scale);
+    else this.reveal(part);
+  }
+
   private whole(): Viewport {
     return fit(this.box, this.size, this.options.margin, this.options.fit_max, this.options.limits);
   }
