@@ -304,6 +304,7 @@ void Conversation::refuse(std::int64_t id, const std::string& why) {
 bool Conversation::advance(Request& request) {
   if (request.op == "messages" || request.op == "find") return advance_search(request);
   if (request.op == "signal") return advance_signal(request);
+  if (request.op == "signals") return advance_signals(request);
   if (request.op == "hello") {
     may_steer_ = may_steer_ || text_of(request.body, "token") == composer_->options.token;
     page_ = text_of(request.body, "page").substr(0, kPageNameMax);

@@ -18,6 +18,9 @@ constexpr std::int64_t kSignalWidthMax = 4000;
 constexpr std::size_t kObservationsASlice = 50'000;
 constexpr std::size_t kValuesASlice = 1'000;
 constexpr std::size_t kMomentsASlice = 50;
+// Signals that are offered, and entries of a list that are signals each: longer ones are pictures.
+constexpr std::size_t kOfferedMax = 2'000;
+constexpr std::size_t kEntriesMax = 16;
 
 std::optional<double> number_in(const Value* value, const std::vector<std::string>& path, std::size_t at) {
   for (; value != nullptr && at < path.size(); ++at) {
@@ -34,6 +37,23 @@ std::optional<double> number_in(const Value* value, const std::vector<std::strin
   if (value == nullptr) return std::nullopt;
   if (value->as_bool() != nullptr) return *value->as_bool() ? 1.0 : 0.0;
   return value->is_number() && std::isfinite(value->number()) ? std::optional(value->number()) : std::nullopt;
+}
+
+// Adds the ways to the numbers and truth values of some data.
+void offer_numbers(const Value& value, List& path, List& offered) {
+  if (offered.size() >= kOfferedMax || path.size() > kPathMax) return;
+  const auto inside = [&](std::string key, const Value& part) {
+    path.emplace_back(std::move(key));
+    offer_numbers(part, path, offered);
+    path.pop_back();
+  };
+  if (value.as_bool() != nullptr || value.is_number()) {
+    offered.emplace_back(path);
+  } else if (const Map* const map = value.as_map()) {
+    for (const auto& [key, part] : *map) inside(key, part);
+  } else if (const List* const list = value.as_list(); list != nullptr && list->size() <= kEntriesMax) {
+    for (std::size_t i = 0; i < list->size(); ++i) inside(std::to_string(i), (*list)[i]);
+  }
 }
 
 // The part of the state that a path begins with, and where in the path its inside begins.
@@ -150,6 +170,37 @@ bool Conversation::advance_signal(Request& request) {
     if (const auto number = number_in(&*value, request.path, part->second)) points.add(time, *number);
   }
   return false;
+}
+
+// What the newest observation of each name has, and the data of charts. True: it is answered.
+bool Conversation::advance_signals(Request& request) {
+  const History& history = composer_->history;
+  if (!request.begun) {
+    request.begun = true;
+    request.names = history.names();
+    request.position = history.end_observation();
+    request.offered.clear();
+    for (const ShownChart& chart : composer_->subject.charts) {
+      for (const scxml::DataItem& item : chart.chart.data())
+        request.offered.push_back(List{"charts", chart.id, "data", item.id});
+    }
+  }
+  for (std::size_t left = kObservationsASlice; left > 0 && !request.names.empty();) {
+    const History::Found found = history.find({.name = request.names.back()}, request.position, false, left);
+    left -= std::min(left, std::max<std::size_t>(request.position - std::min(found.next, request.position), 1));
+    request.position = found.next;
+    if (!found.position && !found.at_end) continue;
+    const auto message =
+        found.position ? text::parse_json(history.observation(*found.position)) : Result<Value>(Value());
+    List path{"messages", request.names.back()};
+    if (const Value* const data = message ? message->find("data") : nullptr)
+      offer_numbers(*data, path, request.offered);
+    request.names.pop_back();
+    request.position = history.end_observation();
+  }
+  if (!request.names.empty()) return false;
+  answer(request.id, Map{{"paths", std::move(request.offered)}});
+  return true;
 }
 
 }  // namespace sentree::studio

@@ -133,6 +133,8 @@ class History {
   [[nodiscard]] std::size_t after_time(Nanoseconds time) const;
   /// The observation as the page gets it; empty if it is not kept.
   [[nodiscard]] std::string observation(std::size_t position) const;
+  /// That observations have had so far, each once.
+  [[nodiscard]] std::vector<std::string> names() const;
   /// Goes from `position` up to `budget` observations forwards or backwards, until one matches.
   struct Found {
     std::optional<std::size_t> position;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <set>
 
 #include "sentree/project/project.h"
 #include "sentree/studio/detail/history_impl.h"
@@ -64,6 +65,13 @@ std::string History::observation(std::size_t position) const {
   if (position < impl_->forgotten || position - impl_->forgotten >= impl_->observations.size()) return {};
   const Observations::Entry entry = impl_->observations[position - impl_->forgotten];
   return impl_->shown(Shown::kObservation, entry.value.place, entry.time);
+}
+
+std::vector<std::string> History::names() const {
+  std::set<std::string> names;
+  const std::lock_guard lock(impl_->mutex);
+  for (const Shape& shape : impl_->shapes) names.insert(shape.name);
+  return {names.begin(), names.end()};
 }
 
 History::Found History::find(const Filter& filter, std::size_t position, bool forwards, std::size_t budget) const {

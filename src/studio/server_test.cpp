@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 #include <thread>
 
 #include "sentree/base/json.h"
@@ -279,6 +280,24 @@ TEST(StudioServer, ASignalOfTheStateHasItsValueAtEachPixel) {
     EXPECT_EQ(pair[1].number(), x_of(history, {History::Part::kRobot, 0}, *pair[0].as_int()));
   }
   EXPECT_NE((*points.front().as_list())[1].number(), (*points.back().as_list())[1].number()) << "it drives";
+}
+
+TEST(StudioServer, OffersTheSignalsOfAllMessagesThatThereWereAndOfCharts) {
+  Shown shown;
+  shown.run_to_the_end();
+  TestClient client(shown.port());
+  client.send(request(1, "signals"));
+  std::set<std::string> offered;
+  const Value answer = client.next("answer");
+  for (const Value& path : *answer.at({"value", "paths"})->as_list()) {
+    std::string joined;
+    for (const Value& key : *path.as_list()) joined += "/" + std::string(key.text());
+    EXPECT_TRUE(offered.insert(joined).second) << joined;
+  }
+  EXPECT_TRUE(offered.contains("/messages/battery.getBatteryState.reply/result/percentage"));
+  EXPECT_TRUE(offered.contains("/messages/navigation.gotoTargetByLocationName.reply/result/goal_id"))
+      << "it was said once, at the beginning";
+  EXPECT_TRUE(offered.contains("/charts/skill:GoToKitchen/data/goal"));
 }
 
 TEST(StudioServer, RefusesASignalOfNothing) {

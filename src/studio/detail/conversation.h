@@ -106,6 +106,8 @@ class Conversation {
     std::vector<std::size_t> found;
     std::vector<std::string> path;
     SignalPoints points;
+    std::vector<std::string> names;  // still to be looked at
+    List offered;
   };
 
   [[nodiscard]] bool is_behind() const { return sink_->queued() > kBehindMax; }
@@ -113,6 +115,7 @@ class Conversation {
   bool advance(Request& request);
   bool advance_search(Request& request);
   bool advance_signal(Request& request);
+  bool advance_signals(Request& request);
   void begin_search(Request& request);
   void seek(const Request& request);
   /// The state of that moment, or of the nearest one that is known, which it returns.

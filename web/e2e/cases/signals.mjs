@@ -34,6 +34,13 @@ test("signals are plotted over the timeline's piece of time, with the value unde
   const program = await serve_recording();
   const { page, close } = await open_page(program.url);
   await place(page, "Plot", "beside the timeline");
+  // Also what was said once, long ago, and the data of charts that are over are offered.
+  await page.getByRole("combobox", { name: "Signal to plot" }).focus();
+  for (const offered of ["messages/navigation.gotoTargetByLocationName.reply/result/goal_id", "charts/skill:GoToKitchen/data/goal"])
+    await page.locator(`#plot-signals option[value="${offered}"]`).waitFor({ state: "attached" });
+  await plot(page, "messages/nobody.says.this/number");
+  await until(async () => (await page.locator('[data-signal="messages/nobody.says.this/number"] [data-testid=plot-value]').innerText()) === "no number here", "it is said that nothing is there");
+  await page.getByRole("button", { name: "Take messages/nobody.says.this/number away" }).click();
   await plot(page, kCharge);
   await plot(page, kAnswered);
   await until(async () => (await points(page)).every((count) => count > 100), "both have values");
@@ -69,6 +76,8 @@ test("signals are plotted over the timeline's piece of time, with the value unde
   await page.mouse.up();
   await until(async () => (await points(page))[1] !== dense[1], "fewer messages lie there");
   assert.notEqual(await ticks(), wide);
+  await page.mouse.dblclick(box.x + box.width * 0.5, box.y + box.height / 2);
+  await until(async () => (await points(page))[1] === dense[1], "all of the time is shown again");
   // The signals stay.
   await page.reload();
   await page.locator(`[data-signal="${kAnswered}"]`).waitFor();
@@ -134,10 +143,13 @@ test("the address says moment and selection, and leads another page there", asyn
   await until(async () => (await shown_time(first.page)) === 20e9, "the moment is on show");
   await first.page.locator('[data-testid=tree] [aria-label^="GoToKitchen"]').click();
   const address = await until(() => (/at=20&node=.*GoToKitchen/.test(first.page.url()) ? first.page.url() : null), "the address says both");
+  const chart = await first.page.getByTestId("chart-pick").inputValue();
+  assert.equal(chart, "skill:GoToKitchen");
   await first.close();
   const second = await open_page(address);
   await until(async () => (await shown_time(second.page)) === 20e9, "another page shows the moment");
   assert.match(await second.page.locator("[data-testid=tree] [aria-selected=true]").getAttribute("aria-label"), /^GoToKitchen/);
+  assert.equal(await second.page.getByTestId("chart-pick").inputValue(), chart, "not that of the leaf that was at work");
   // It stays so when the page is loaded anew, and nothing is said of the end.
   await second.page.reload();
   await until(async () => (await shown_time(second.page)) === 20e9, "and so after it is loaded anew");

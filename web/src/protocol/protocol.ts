@@ -545,6 +545,7 @@ export const Operations = {
     object({ path: Type.Array(string(), { description: "messages, a name, and what of their data; or charts, robots or blackboard, and what of them, as in `state`" }), from: Time, to: Time, width: Type.Integer({ minimum: 1, maximum: 4000 }) }),
     object({ points: Type.Array(tuple([Time, number()]), { description: "Of messages each pixel's first, last and extremes; of the others a value a pixel" }) }),
   ],
+  signals: [nothing(), object({ paths: Type.Array(list(string()), { description: "What `signal` can be asked for of messages, as the newest of each name is, and the data of charts; at most 2,000" }) })],
   transitions: [object({ node: index() }), object({ rows: list(tuple([Time, string()])), left_out: index() })],
   find: [object({ filter: Filter, after: optional(Time), before: optional(Time) }), or_null(Observation)],
   pause: [nothing(), Type.Unknown()],

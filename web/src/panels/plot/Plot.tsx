@@ -11,7 +11,7 @@ import { Icon } from "../../widgets/Icon";
 import { color, useTheme } from "../../widgets/theme";
 import { show_piece, useShownPiece } from "../timeline/shown";
 import { add_signal, remove_signal, usePlot } from "./plot";
-import { candidates, held_at, kSignalsMax, on_one_axis, title_of, type Signal } from "./signals";
+import { candidates, held_at, together, kSignalsMax, on_one_axis, title_of, type Signal } from "./signals";
 
 type Points = readonly (readonly [number, number])[];
 
@@ -34,8 +34,9 @@ function Chooser({ full }: { full: boolean }) {
   const [text, set_text] = useState("");
   const [offered, set_offered] = useState<Signal[]>([]);
   const look = () => {
-    const { state, messages } = useStudio.getState();
-    set_offered(candidates(state, messages));
+    const now = candidates(useStudio.getState().state);
+    set_offered(now);
+    request("signals", {}).then(({ paths }) => set_offered(together(now, paths)), () => undefined);
   };
   const take = (wanted: string) => {
     const known = offered.find((signal) => title_of(signal) === wanted);
@@ -177,6 +178,11 @@ function Curves({ signals }: { signals: readonly Signal[] }) {
       [[], ...inks.map(() => [])],
       element,
     );
+    made.over.title = "Click: this moment. Drag: this piece of time. Double click: all of it";
+    made.over.addEventListener("dblclick", () => {
+      const { state } = useStudio.getState();
+      if (state) show_piece({ from: state.begin, to: Math.max(state.end, state.begin + kSecond_ns) });
+    });
     made.over.addEventListener("click", () => {
       const { left } = made.cursor;
       if (left !== undefined && left >= 0) seek(Math.round(made.posToVal(left, "x") * kSecond_ns));
@@ -210,7 +216,7 @@ function Curves({ signals }: { signals: readonly Signal[] }) {
               <bdi dir="ltr">{title_of(signal)}</bdi>
             </span>
             <strong className="number" data-testid="plot-value">
-              {why_not[i] ? "?" : value_text(points[i] ?? [], at)}
+              {why_not[i] ? "?" : points[i]?.length === 0 ? "no number here" : value_text(points[i] ?? [], at)}
             </strong>
             <button className="icon-button small" aria-label={`Take ${title_of(signal)} away`} onClick={() => remove_signal(signal)}>
               <Icon name="close" />

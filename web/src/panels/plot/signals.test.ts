@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 
-import type { Observation, State } from "../../protocol/types";
-import { candidates, held_at, kSignalsMax, on_one_axis, parse_signals, title_of, with_signal, type Signal } from "./signals";
+import type { State } from "../../protocol/types";
+import { candidates, held_at, kSignalsMax, on_one_axis, parse_signals, title_of, together, with_signal, type Signal } from "./signals";
 
 describe("what can be plotted", () => {
   const state = {
@@ -9,10 +9,9 @@ describe("what can be plotted", () => {
     charts: { "skill:GoTo": { data: { tries: 2, name: "kitchen" } } },
     blackboard: { "": { level: 30, where: "x" } },
   } as unknown as State;
-  const message = { name: "battery.getBatteryState.reply", data: { result: { percentage: 0.7 } } } as unknown as Observation;
 
   it("is every number and truth value, and no text or picture", () => {
-    expect(candidates(state, [message]).map(title_of)).toEqual([
+    expect(together(candidates(state), [["messages", "battery.getBatteryState.reply", "result", "percentage"], ["robots", "robot", "pose", "0"]]).map(title_of)).toEqual([
       "robots/robot/pose/0",
       "robots/robot/pose/1",
       "robots/robot/pose/2",

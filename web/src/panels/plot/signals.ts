@@ -1,4 +1,4 @@
-import type { Data, Observation, State } from "../../protocol/types";
+import type { Data, State } from "../../protocol/types";
 
 /** A number of the run over time: `messages`, a name, and what of its data; or a part of the state, and what of it. */
 export type Signal = readonly string[];
@@ -33,8 +33,8 @@ export function numbers_in(data: Data | undefined, before: Signal, found: Signal
 /** Keys of a robot that are long lists of points, and no signals. */
 const kPictures = new Set(["scan", "scan_pose", "path", "particles", "goal"]);
 
-/** What can be plotted of what is known at this moment, and of the newest messages. */
-export function candidates(state: State | null, messages: readonly Observation[]): Signal[] {
+/** What can be plotted of what is known at this moment, but for messages. */
+export function candidates(state: State | null): Signal[] {
   if (!state) return [];
   const found: Signal[] = [];
   for (const [robot, parts] of Object.entries(state.robots)) {
@@ -42,13 +42,12 @@ export function candidates(state: State | null, messages: readonly Observation[]
   }
   for (const [chart, { data }] of Object.entries(state.charts)) numbers_in(data as Data, ["charts", chart, "data"], found);
   numbers_in(state.blackboard as Data, ["blackboard"], found);
-  const seen = new Set<string>();
-  for (const { name, data } of [...messages].reverse()) {
-    if (seen.has(name)) continue;
-    seen.add(name);
-    numbers_in(data, ["messages", name], found);
-  }
   return found;
+}
+
+/** Each once. */
+export function together(some: readonly Signal[], others: readonly Signal[]): Signal[] {
+  return [...new Map([...some, ...others].map((signal) => [title_of(signal), signal])).values()];
 }
 
 type Points = readonly (readonly [number, number])[];
