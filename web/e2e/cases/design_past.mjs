@@ -5,7 +5,7 @@ import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { until } from "../harness/browser.mjs";
+import { text, until } from "../harness/browser.mjs";
 import { copy_of, open_design, serve_design } from "../harness/design.mjs";
 import { program as sentree } from "../harness/program.mjs";
 
@@ -46,6 +46,13 @@ test("a requirement shows when the last runs would have violated it, as monitor 
     const mark = page.locator(`[data-past-mark="${expected}"]`, { hasText: `never_below is violated in runs/${run.replace(".mcap", "")}` });
     await until(async () => (await mark.count()) === 1, `${run} is marked on the timeline`);
   }
+  // The blocks and the last runs are at the requirement that is written; its moment is shown in that run.
+  const new_section = page.getByTestId("requirement-blocks").getByRole("region", { name: "never_below" });
+  await until(() => new_section.evaluate((element) => element.getBoundingClientRect().top < element.closest(".requirement-blocks").getBoundingClientRect().bottom - 40), "its blocks are in sight");
+  const violated = Number(await run_of("never_below", "experiment1").getAttribute("data-violated"));
+  await run_of("never_below", "experiment1").getByRole("button").click();
+  await page.getByTestId("shadow").getByText("experiment1.mcap").waitFor();
+  await until(async () => (await text(page, "design-clock")) === `0:${(violated / 1e9).toFixed(3)}`, "the moment is shown");
   await close();
   await program.stop();
 });

@@ -167,8 +167,16 @@ export default function CodeEditor({ file }: { file: string }) {
     };
     const marks = () => mark(made, file);
     const stop_marks = useDesign.subscribe((state, before) => {
-      if (state.summary !== before.summary || state.docs[file] !== before.docs[file]) marks();
+      const doc = state.docs[file];
+      if (state.summary !== before.summary || doc !== before.docs[file]) marks();
+      // What was typed can be read now: the caret is in a requirement that was not there.
+      if (doc !== before.docs[file] && doc?.requirements && made.hasFocus && doc.places.shown === made.state.doc.toString()) choose_at(doc.places.byte(made.state.selection.main.head));
     });
+    // Who types sees where, also when the room gets less.
+    const observer = new ResizeObserver(() => {
+      if (made.hasFocus) made.dispatch({ effects: EditorView.scrollIntoView(made.state.selection.main.head), annotations: kFromProgram.of(true) });
+    });
+    observer.observe(place.current);
     const show_caret = () => {
       const { wanted } = useCaret.getState();
       const doc = useDesign.getState().docs[file];
@@ -184,6 +192,7 @@ export default function CodeEditor({ file }: { file: string }) {
     return () => {
       stop_marks();
       stop_caret();
+      observer.disconnect();
       session.show = null;
       made.destroy();
       view.current = null;

@@ -1,10 +1,10 @@
-import { useEffect } from "react";
+import { useEffect, useRef } from "react";
 
 import { clock_text } from "../draw/format";
 import { usePastMarks, type PastMark } from "../panels/timeline/shown";
 import type { DesignPast } from "../protocol/types";
 import { doc_of, go_to, useDesign } from "./design";
-import { useMode } from "./mode";
+import { look_at, useMode } from "./mode";
 import { line_start, type Places } from "./places";
 
 /** What the requirements of the open file would have said of the project's last runs. */
@@ -44,8 +44,13 @@ function marks_of({ runs, requirements }: DesignPast, on_show: string): PastMark
 }
 
 function Requirement({ requirement, runs, places }: { requirement: DesignPast["requirements"][number]; runs: DesignPast["runs"]; places: Places }) {
+  const section = useRef<HTMLElement>(null);
+  const is_current = useDesign(({ requirement: at_caret }) => at_caret === requirement.name);
+  useEffect(() => {
+    if (is_current) section.current?.scrollIntoView({ block: "nearest" });
+  }, [is_current]);
   return (
-    <section aria-label={requirement.name}>
+    <section aria-label={requirement.name} ref={section} aria-current={is_current ? "true" : undefined}>
       <button className="past-name mono" title="Go to it" onClick={() => go_to(places.byte(line_start(places.shown, requirement.line)), true)}>
         {requirement.name}
       </button>
@@ -71,10 +76,13 @@ function Run({ run, at, requirement }: { run: DesignPast["runs"][number]; at: nu
           {at !== null && <rect className="past-mark" x={Math.min((at / Math.max(run.ended, 1)) * kBar_px, kBar_px - 3)} width={3} height={10} />}
         </svg>
       )}
-      <span className={at === null ? "muted" : "alarm"}>
-        {run.problem === "" && at !== null && "✗ "}
-        {said}
-      </span>
+      {run.problem === "" && at !== null ? (
+        <button type="button" className="past-moment alarm" title={`Show ${run.name} at that moment`} onClick={() => void look_at(`${run.name}.mcap`, at)}>
+          ✗ {said}
+        </button>
+      ) : (
+        <span className="muted">{said}</span>
+      )}
     </li>
   );
 }

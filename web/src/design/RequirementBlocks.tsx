@@ -48,9 +48,13 @@ export function RequirementBlocks({ doc, requirements }: { doc: Doc; requirement
   const why_not = useDesign(obstacle);
   const watching = useDesign(({ past }) => past[doc.file]?.requirements);
   const [added, set_added] = useState<string | null>(null);
+  const at_caret = useDesign(({ requirement }) => requirement);
+  const is_there = requirements.some(({ name }) => name === (added ?? at_caret));
   useEffect(() => {
-    if (added !== null) document.querySelector(`[data-requirement="${added}"]`)?.scrollIntoView({ block: "nearest" });
-  }, [added, requirements]);
+    if (!is_there) return;
+    document.querySelector(`.sentence[data-requirement="${added ?? at_caret}"]`)?.scrollIntoView({ block: "nearest" });
+    set_added(null);
+  }, [added, at_caret, is_there]);
   return (
     <div className={`requirement-blocks scroll${why_dim ? " dim" : ""}`} tabIndex={0} role="group" aria-label={`Requirements of ${doc.file}`} data-testid="requirement-blocks">
       <fieldset disabled={why_not !== null} title={why_not ?? undefined}>

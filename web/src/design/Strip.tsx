@@ -48,7 +48,9 @@ export function ShadowStrip() {
       {on_show !== "" ? (
         <button className="difference ellipsis" title="Show the shadow run again" onClick={() => void show_recording("")}>
           <Icon name="rewind" />
-          Below and in <strong>Run</strong>: runs/{on_show}
+          <span className="ellipsis">
+            Below and in <strong>Run</strong>: runs/{on_show}
+          </span>
         </button>
       ) : text !== null ? (
         <span className="muted ellipsis" role="status">

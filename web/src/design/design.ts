@@ -78,6 +78,7 @@ export const useDesign = create<DesignState>()(() => ({
   chosen: null,
   state: null,
   transition: null,
+  requirement: null,
   drawn_to: null,
   look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
   autosave: localStorage.getItem(kAutosaveStored) === "true",
@@ -231,6 +232,9 @@ export async function start_design(): Promise<() => void> {
   const first = summary.files.find((one) => one.file === wanted) ?? summary.files.find(({ kind }) => kind === "mission") ?? summary.files[0];
   if (file === null && first) await open_file(first.file);
   else for (const open of Object.keys(useDesign.getState().docs)) await read(open);
+  // A program that begins anew runs none; who was here before had chosen one.
+  const before = localStorage.getItem(scenario_stored(summary.project)) ?? "";
+  if (summary.scenario === "" && summary.scenarios.includes(before)) void choose_scenario(before);
   await edit_wanted();
   return stop;
 }
@@ -339,10 +343,14 @@ export function go_to(byte: number, focus = false): void {
   choose_at(byte);
 }
 
-/** The innermost node at a byte of the open file. */
+/** The innermost node at a byte of the open file, or the requirement. */
 export function choose_at(byte: number): void {
   const state = useDesign.getState();
   const doc = doc_of(state);
+  if (doc?.requirements) {
+    const { name } = doc.requirements.find(({ from, to }) => byte >= from && byte <= to + 1) ?? { name: null };
+    if (name !== state.requirement) useDesign.setState({ requirement: name });
+  }
   if (!doc?.trees) return;
   for (const tree of doc.trees) {
     if (byte < tree.from || byte >= tree.to) continue;
@@ -789,7 +797,9 @@ export async function save_all(): Promise<void> {
 export async function resolve(file: string, keep: "mine" | "theirs"): Promise<void> {
   await attempt(() => request("design_resolve", { file, keep }));
 }
+const scenario_stored = (project: string) => `sentree.design.scenario.${project}`;
 export async function choose_scenario(scenario: string): Promise<void> {
+  localStorage.setItem(scenario_stored(useDesign.getState().summary?.project ?? ""), scenario);
   await attempt(() => request("design_scenario", { scenario }));
 }
 /** In a folder that is empty: a small project that runs. */

@@ -1,9 +1,9 @@
 import { create } from "zustand";
 
-import type { Design } from "../protocol/types";
+import type { Design, Time } from "../protocol/types";
 import { useEdit } from "../store/edit";
 import { ask, note, on_design } from "../store/store";
-import { go_live } from "../store/time_travel";
+import { go_live, seek } from "../store/time_travel";
 
 export type Runs = Design["runs"];
 
@@ -45,6 +45,12 @@ export async function apply_edits(): Promise<void> {
 /** A recording in all panels; empty: the shadow run. */
 export async function show_recording(recording: string): Promise<void> {
   if ((await ask("design_show", { recording })) !== null) show();
+}
+
+/** A recording at a moment, beside what is edited. */
+export async function look_at(recording: string, time: Time): Promise<void> {
+  if (useMode.getState().runs.on_show !== recording && (await ask("design_show", { recording })) === null) return;
+  seek(time);
 }
 
 function show(): void {
