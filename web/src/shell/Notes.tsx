@@ -8,7 +8,7 @@ export function Notes({ over = false }: { over?: boolean }) {
     <div className={over ? "notes over" : "notes"} aria-live="polite">
       {notes.map(({ id, kind, text }) => (
         <div key={id} className={`note ${kind}`}>
-          <Icon name={kind === "error" ? "warning" : "help"} />
+          <Icon name={kind === "error" ? "warning" : "info"} />
           <span title={over ? text : undefined}>{text}</span>
           <button className="icon-button" onClick={() => dismiss(id)} aria-label="Dismiss">
             <Icon name="close" />

@@ -66,7 +66,7 @@ function Choices() {
       </header>
       {found === null && <p className="empty">Looking for what models chose …</p>}
       {found?.more && <p className="empty">Models chose more than {kListedMax} times up to here. Go back in the run, and ask again.</p>}
-      {found && !found.more && found.choices.length === 0 && <p className="empty">No model of this run has chosen anything up to the moment shown.</p>}
+      {found && !found.more && found.choices.length === 0 && <p className="empty">No model has chosen anything up to the moment shown. A model is a chart in place of a service that leaves open what may happen; <span className="mono">models:</span> in sentree.yaml names those of a project.</p>}
       {found && found.choices.length > 0 && (
         <>
           <p className="what-if-hint muted">The run begins again, chooses the same up to there and the other alternative then; behind it each model takes its first one.</p>

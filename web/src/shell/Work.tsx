@@ -48,6 +48,8 @@ export function Work() {
   );
 }
 
+const kStrip_px = 40;
+
 /** Mission, map, and the chart of what is chosen. */
 function Stage() {
   const place = useRef<HTMLDivElement>(null);
@@ -68,7 +70,12 @@ function Stage() {
     return () => observer.disconnect();
   }, []);
   const with_chart = charts_open && has_charts;
-  const stacked = is_stacked(size, picture ?? size, mission);
+  const before = useRef<boolean | undefined>(undefined);
+  // At first as if a violation's strip were above, so that nothing moves when it comes.
+  const room = { width: size.width, height: size.height - (before.current === undefined ? kStrip_px : 0) };
+  const stacked = is_stacked(room, picture ?? size, mission, before.current);
+  // Before it is measured it is no way at all.
+  if (size.width > 1) before.current = stacked;
   const rest = with_chart || has_world;
   return (
     <div className="stage" data-testid="stage">

@@ -1,4 +1,5 @@
 import { useMode } from "../design/mode";
+import { useCharts } from "../panels/charts/charts";
 import type { Time } from "../protocol/types";
 import { select, useStudio, type Selection } from "../store/store";
 import { go_live, seek, wants_live } from "../store/time_travel";
@@ -15,7 +16,7 @@ function place_now(): Place {
   return {
     at: state && !state.live ? state.time : null,
     node: node?.path ?? null,
-    chart: selection.chart,
+    chart: useCharts.getState().follow ? null : selection.chart,
     monitor: selection.monitor,
     message: selection.sequence,
     view: hello?.design && mode === "run" ? "run" : null,
@@ -28,6 +29,7 @@ function go_to_place(place: Place): void {
   const node = index?.model.tree.nodes.find(({ path }) => path === place.node);
   const wanted: Partial<Selection> = { chart: place.chart !== null && index?.chart.has(place.chart) ? place.chart : null, monitor: place.monitor, sequence: place.message, node: node?.id ?? null };
   select(wanted);
+  if (wanted.chart) useCharts.setState({ follow: false });
   if (place.view === "run") useMode.setState({ mode: "run" });
   if (place.file !== null) useMode.setState({ file: place.file });
   if (place.at !== null) seek(place.at);

@@ -295,6 +295,8 @@ export async function ask<Op extends Operation>(op: Op, args: Operations[Op][0])
   try {
     return await request(op, args);
   } catch (error) {
+    // Another run begins at this address, maybe before the program has answered.
+    if (op === "run_again" && error instanceof LostError) return null;
     note("error", `${op.replace("_", " ")}: ${error instanceof Error ? error.message : String(error)}`);
     return null;
   }

@@ -53,4 +53,8 @@ it("a wide tree stands above the map, a slim one beside it", () => {
   const stage = { width: 1100, height: 600 };
   expect(is_stacked(stage, { width: 1400, height: 400 }, 0.54)).toBe(true);
   expect(is_stacked(stage, { width: 300, height: 900 }, 0.54)).toBe(false);
+  // Where both are much the same it stays as it is.
+  const even = { width: 1100, height: 452 };
+  expect(is_stacked(stage, even, 0.54)).not.toBe(is_stacked({ ...stage, height: 560 }, even, 0.54));
+  for (const before of [true, false]) for (const height of [600, 560]) expect(is_stacked({ ...stage, height }, even, 0.54, before)).toBe(before);
 });

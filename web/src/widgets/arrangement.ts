@@ -97,8 +97,12 @@ export function default_sizes(window: { width: number; height: number }, below =
 /** What of a panel's height is not its picture: its bars. */
 const kBars_px = 78;
 
-/** Whether the mission stands above map and chart, rather than beside them: whichever shows its picture larger. */
-export function is_stacked(stage: { width: number; height: number }, picture: { width: number; height: number }, share: number): boolean {
+/** How much larger the other way must show the picture before everything moves: a strip above the stage is not enough. */
+const kWorthIt = 1.2;
+
+/** Whether the mission stands above map and chart, rather than beside them: whichever shows its picture larger. `before`: as it is now. */
+export function is_stacked(stage: { width: number; height: number }, picture: { width: number; height: number }, share: number, before?: boolean): boolean {
   const scale = (width: number, height: number) => Math.min(width / Math.max(picture.width, 1), Math.max(height - kBars_px, 1) / Math.max(picture.height, 1));
-  return scale(stage.width, stage.height * share) >= scale(stage.width * share, stage.height);
+  const stays = before === undefined ? 1 : before ? kWorthIt : 1 / kWorthIt;
+  return scale(stage.width, stage.height * share) * stays >= scale(stage.width * share, stage.height);
 }

@@ -1,6 +1,6 @@
 import { useEffect, useState } from "react";
 
-import { clock_text, kSecond_ns } from "../../draw/format";
+import { clock_text, duration_text, kSecond_ns } from "../../draw/format";
 import { download, file_name } from "../../picture/export";
 import type { Time, TreeNode } from "../../protocol/types";
 import { request, useStudio } from "../../store/store";
@@ -22,6 +22,7 @@ export function Transitions({ node }: { node: TreeNode }) {
   // Asked anew once a second while the run goes on, and when what is shown is another run.
   const second = useStudio((studio) => Math.floor((studio.state?.end ?? 0) / kSecond_ns));
   const time = useStudio((studio) => studio.state?.time ?? 0);
+  const end = second * kSecond_ns;
   const [known, set_known] = useState<{ rows: readonly Row[]; left_out: number }>({ rows: [], left_out: 0 });
   useEffect(() => {
     let gone = false;
@@ -57,6 +58,7 @@ export function Transitions({ node }: { node: TreeNode }) {
                   </button>
                 </td>
                 <td>{status}</td>
+                <td className="muted number">{duration_text((rows[first + i + 1]?.[0] ?? Math.max(end, since)) - since)}</td>
               </tr>
             ))}
           </tbody>

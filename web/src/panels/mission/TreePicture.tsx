@@ -26,7 +26,7 @@ export interface TreeHandle {
 type Drawn = TreeLayout["nodes"][number];
 const kAges_ms = 250;
 /** A tree that would be smaller as a whole is shown in part, this large. */
-const kSmallest = 0.45;
+const kSmallest = 0.54;
 const kReadable = 0.85;
 
 /** The tree as the program lays it out; only nodes whose status changed are drawn anew. */
