@@ -197,7 +197,10 @@ def topic_of_nobody():
         text = project_file.read().replace("sensor_msgs/msg/BatteryState", "tf2_msgs/msg/TFMessage")
     with open("nobody/sentree.yaml", "w") as out:
         out.write(text)
-    sim = Program("sim", "--world", "examples/recharge/world/world.yaml", "--ros", "--headless", until="listening on ros:/")
+    sim = Program("sim", "--world", "examples/recharge/world/world.yaml", "--ros", "--headless",
+                  until="publishing as a robot")
+    run("echo", "ros:/tf_static", "-n", "1")
+    time.sleep(5)  # what is published at first waits for whoever is discovered meanwhile
     code, out, err = run("run", "nobody", "--no-record", "--duration", "20 s")
     check("what was said before is missed with a reason", "write ?qos=transient_local" in out + err, out + err)
     sim.end()
