@@ -404,9 +404,10 @@ class SkillService final : public rpc::Service {
     std::int64_t run = 0;
     std::int64_t tick = 0;
     if (!plan_.without.empty() && !plain_.told_inputs.exchange(true) && options_.problem) {
-      options_.problem(fmt::format("{} is ticked by who gives it no inputs, and the tree gives no constant for {}: give "
-                                   "it one there, under skills: as data:, or in the chart",
-                                   plan_.id, fmt::join(plan_.without, ", ")));
+      options_.problem(
+          fmt::format("{} is ticked by who gives it no inputs, and the tree gives no constant for {}: give "
+                      "it one there, under skills: as data:, or in the chart",
+                      plan_.id, fmt::join(plan_.without, ", ")));
     }
     {
       const std::lock_guard lock(plain_.mutex);

@@ -65,7 +65,8 @@ Result<PortAddress> PortAddress::parse(std::string_view text) {
                                      option));
     }
   }
-  if (out.read && out.open) return wrong(text, "is both open, which a port of ours is, and read, which one of others is");
+  if (out.read && out.open)
+    return wrong(text, "is both open, which a port of ours is, and read, which one of others is");
   if (rest.starts_with("//")) {
     rest.remove_prefix(2);
     const auto slash = rest.find('/');

@@ -37,7 +37,8 @@ struct HostPort {
 ///   yarp://10.0.0.5:10012/battery/rpc:i     its host and port too: nobody is asked
 ///
 /// Behind that `?` and, joined by `&`: `carrier=tcp|fast_tcp`, `yarp=3|4`, `server=HOST:PORT` (the name server), `open`
-/// (a port for data that is ours: others connect it), `read` (data are read from it, whatever its name), `listen=HOST` (what it listens on, beyond loopback only with
+/// (a port for data that is ours: others connect it), `read` (data are read from it, whatever its name), `listen=HOST`
+/// (what it listens on, beyond loopback only with
 /// --insecure), `named` (data begin with the method's name, though the interface has one method only).
 struct PortAddress {
   std::string name;  ///< With its slash. One at its end: what names begin with.

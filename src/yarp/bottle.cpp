@@ -308,8 +308,6 @@ void write_bottle(std::vector<std::uint8_t>& out, const std::vector<Item>& items
   write_bare(out, whole, tag, version);
 }
 
-std::vector<Item> read_bottle(Inbox& in, Version version) {
-  return BinaryReader(in, version).whole(0);
-}
+std::vector<Item> read_bottle(Inbox& in, Version version) { return BinaryReader(in, version).whole(0); }
 
 }  // namespace sentree::yarp

@@ -193,9 +193,10 @@ TEST(Encoding, TellsAWrongCallFromAnUnknownOne) {
 }
 
 TEST(Encoding, LeavesOutWhateverAMethodWithoutAResultIsAnswered) {
-  EXPECT_EQ(read_reply("rvoid", octets("00010000 02000000 01010000 01000000 07000000 00020000 00010000 01000000 00010000"
-                                       " 00000000")),
-            "null");
+  EXPECT_EQ(
+      read_reply("rvoid", octets("00010000 02000000 01010000 01000000 07000000 00020000 00010000 01000000 00010000"
+                                 " 00000000")),
+      "null");
   EXPECT_THAT(read_reply("rvoid", octets("00010000 01000000 01010000 02000000 07000000")), HasSubstr("broken: "));
 }
 

@@ -363,8 +363,7 @@ TEST_F(Network, ReadsAPortWhateverItsNameAndWhateverIsBetween) {
   EXPECT_TRUE(yarp.is_source(address("yarp:/writer?read"), test::schema().service("Data").get()));
   Events heard;
   Events told;
-  auto port = Port::open({.name = "/reader",
-                          .on_peer_error = [&](const std::string& what) { told.add(what); }},
+  auto port = Port::open({.name = "/reader", .on_peer_error = [&](const std::string& what) { told.add(what); }},
                          {.print = [&](const std::string& what) { heard.add(what); }});
   ASSERT_TRUE(port) << to_string(port.error());
   const RawPeer peer((*port)->at());
@@ -374,7 +373,8 @@ TEST_F(Network, ReadsAPortWhateverItsNameAndWhateverIsBetween) {
   for (const std::string_view item : {"01000000 01000000", "ff000000 01000000", "01000000 02000000"})
     peer.send(head + octets("00010000 01000000") + octets(item));
   EXPECT_EQ(heard.await(2), (std::vector<std::string>{"1", "2"}));
-  EXPECT_THAT(told.await(1), ElementsAre(HasSubstr("data for yarp:/reader cannot be read: an item has the unknown tag 255")));
+  EXPECT_THAT(told.await(1),
+              ElementsAre(HasSubstr("data for yarp:/reader cannot be read: an item has the unknown tag 255")));
 }
 
 TEST_F(Network, SaysOfWhichPortDataDoNotFit) {

@@ -374,9 +374,7 @@ class Port::Impl {
                             got.asked.empty() ? "" : fmt::format(" (\"{}\")", got.asked)));
   }
 
-  std::string whose_data() const {
-    return role_.source.empty() ? "for yarp:" + options_.name : "of " + role_.source;
-  }
+  std::string whose_data() const { return role_.source.empty() ? "for yarp:" + options_.name : "of " + role_.source; }
 
   // Whoever writes what cannot be read may do so a thousand times a second.
   void tell_unread(const std::string& what) {
