@@ -126,6 +126,12 @@ def served_by_none(n):
     return files
 
 
+def asked(n):
+    """A tick asks each leaf, one after the other: every step of the tree is one of a leaf."""
+    return {"mission.xml": TREE.format(many('<Act name="n{i}"/>', n // 8), ""), "sentree.yaml": "mission: {file: mission.xml, rate: 10 Hz}\nmonitors: [{file: r.req}]\n",
+            "r.req": "r: never node(n5) in FAILURE.\n", "skills/Act.scxml": CHART.format('<state id="a"><transition target="success"/></state><final id="success"/>')}
+
+
 def lsp(name, text):
     """What an editor says that opens a file, types a letter and asks for its outline."""
     document = {"uri": "file:///nowhere/" + name}
@@ -157,6 +163,7 @@ PROJECTS = {
     "recording": (None, ticking, RECORDED),
     "leaves": (None, lambda n: {"mission.xml": TREE.format(many('<AlwaysSuccess name="n{i}"/>', n // 8), ""), "sentree.yaml": "mission: {file: mission.xml, rate: 10 Hz}\n"},
                [["check", "{}"], ["run", "{}", "--clock", "virtual", "--record", "{}/run.mcap"], ["verify", "{}", "--out", "{}/verify"], ["replay", "{}/run.mcap"], ["report", "{}/run.mcap", "-o", "{}/report.html"]]),
+    "leaves that are asked": (None, asked, [["verify", "{}", "--out", "{}/verify"]]),
     "import": (None, lambda n: {"main_tree.xml": TREE.format(many('<Action ID="A{i}"/>', n // 100), "")}, [["import", "{}/main_tree.xml", "-o", "{}/project"]]),
     "locations": (EXAMPLE, lambda n: {"world/world.yaml": replaced("world/world.yaml", "locations:\n", "locations:\n" + many("  loc{i}: {{x: 1.0}}\n", n // 8))}, [["check", "{}"]]),
     "map": (EXAMPLE, lambda n: {"world/house.pgm": f"P2\n320 {n // 16}\n2\n" + ("2 " * 320 + "\n") * (n // 16)}, [["check", "{}"]]),

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <iterator>
 #include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -30,7 +32,7 @@ class Blocks {
       const auto last = first + static_cast<std::ptrdiff_t>(length);
       const std::size_t at = from / kLength;
       if (like != nullptr && from < like->size_ && like->length_at(from) == length &&
-          std::equal(first, last, like->blocks_[at].get())) {
+          are_equal(&*first, like->blocks_[at].get(), length)) {
         blocks_.push_back(like->blocks_[at]);
       } else {
         auto block = std::make_shared<T[]>(length);
@@ -67,6 +69,12 @@ class Blocks {
   }
 
  private:
+  static bool are_equal(const T* a, const T* b, std::size_t length) {
+    if constexpr (std::has_unique_object_representations_v<T>)
+      return std::memcmp(a, b, length * sizeof(T)) == 0;
+    else
+      return std::equal(a, a + length, b);
+  }
   [[nodiscard]] std::size_t length_at(std::size_t from) const { return std::min(kLength, size_ - from); }
 
   std::size_t size_ = 0;

@@ -21,7 +21,8 @@ namespace sentree::bt {
 /// outside of what is promised.
 ///
 /// The form is for comparing states of one tree within one version; it cannot be read back (see `save`).
-/// Error: bt.unsavable, as `save`; `out` is then as it was. Cost: O(nodes + entries), a copy of the state among it.
+/// Error: bt.unsavable, as `save`; `out` is then as it was. Cost: O(nodes + entries); of nodes a copy
+/// of what each has.
 [[nodiscard]] Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out);
 
 }  // namespace sentree::bt

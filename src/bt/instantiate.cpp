@@ -325,6 +325,10 @@ NodeId Loader::add_node(const Definition& definition, const DefinedNode& defined
   if (manifest.category == Category::kDecorator || manifest.kind == Kind::kSubTree) node.flags |= Node::kDecorator;
   if (manifest.synchronous) node.flags |= Node::kSynchronous;
   model_->memory_words += memory_words(node.kind, node.child_count);
+  const auto dies = [](const Word& word) { return word.lives != Word::Lives::kAlways; };
+  const auto all = words(node.kind);
+  if (std::any_of(all.begin(), all.end(), dies) || node.kind == Kind::kUser || waits_for_writes(node.kind))
+    model_->changing.push_back(id);
   model_->children.resize(model_->children.size() + node.child_count, kNoNode);
   model_->nodes.push_back(node);
   model_->infos.push_back({defined.name_offset, defined.name_length, defined.manifest, tree,

@@ -82,9 +82,9 @@ struct Node {
   std::uint32_t first_child = 0;  ///< In Model::children.
   std::uint32_t child_count : 24 = 0;
   std::uint32_t tick : 8 = kWalked;  ///< A Tick.
-  std::uint32_t memory = 0;    ///< In State::memory_.
-  std::uint32_t ports = 0;     ///< In Model::bindings.
-  std::uint32_t data = kNone;  ///< By kind: a script use, a user node, thresholds, …
+  std::uint32_t memory = 0;          ///< In State::memory_.
+  std::uint32_t ports = 0;           ///< In Model::bindings.
+  std::uint32_t data = kNone;        ///< By kind: a script use, a user node, thresholds, …
   std::uint32_t conditions = kNone;
 };
 static_assert(kNodesMax < 1U << 24 && Node::kByKind + kKinds < 1U << 8);
@@ -241,6 +241,7 @@ struct Model {
   std::vector<SwitchCase> cases;
   std::vector<std::vector<Value>> queues;  ///< Literal queues of Loop nodes.
   std::vector<NodeId> externals;
+  std::vector<NodeId> changing;            ///< Nodes whose words do not always matter as they are (`encode`).
   std::map<NodeId, std::string> numbered;  ///< Paths of leaves whose names alone do not tell them apart.
   std::vector<Constant> constants;
   std::vector<DeclaredEntry> declared;

@@ -45,6 +45,15 @@ std::uint64_t fingerprint(const Model& model) {
 class Writer {
  public:
   explicit Writer(std::string& out, bool compact = false) : out_(out), compact_(compact) {}
+  ~Writer() { flush(); }
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+
+  /// Now everything is in the string.
+  void flush() {
+    out_.append(waiting_, count_);
+    count_ = 0;
+  }
 
   /// What has no saved form, and is left out; empty if there is none.
   [[nodiscard]] const std::string& unsavable() const { return unsavable_; }
@@ -52,15 +61,14 @@ class Writer {
   [[nodiscard]] std::optional<std::size_t> unsavable_object() const { return unsavable_object_; }
 
   void number(std::uint64_t value, std::size_t octets) {
-    char digits[10];
-    std::size_t count = 0;
+    constexpr std::size_t kDigitsMax = 10;
+    if (count_ + kDigitsMax > sizeof(waiting_)) flush();
     if (compact_) {
-      for (; value >= 0x80; value >>= 7) digits[count++] = static_cast<char>(value | 0x80);
-      digits[count++] = static_cast<char>(value);
+      for (; value >= 0x80; value >>= 7) waiting_[count_++] = static_cast<char>(value | 0x80);
+      waiting_[count_++] = static_cast<char>(value);
     } else {
-      for (; count < octets; value >>= 8) digits[count++] = static_cast<char>(value);
+      for (; octets > 0; --octets, value >>= 8) waiting_[count_++] = static_cast<char>(value);
     }
-    out_.append(digits, count);
   }
   void write(Status status) { number(static_cast<std::uint64_t>(status), 1); }
   void write(std::int32_t value) { number(static_cast<std::uint32_t>(value), 4); }
@@ -69,7 +77,12 @@ class Writer {
   void write(TimePoint time) { number(static_cast<std::uint64_t>(time.time_since_epoch().count()), 8); }
   void write(std::string_view text) {
     number(text.size(), 8);
-    out_ += text;
+    if (count_ + text.size() > sizeof(waiting_)) flush();
+    if (text.size() > sizeof(waiting_)) {
+      out_ += text;
+    } else {
+      count_ += text.copy(waiting_ + count_, text.size());
+    }
   }
   void write(const std::string& text) { write(std::string_view(text)); }
   void write(const Value& v) {
@@ -127,6 +140,8 @@ class Writer {
 
  private:
   std::string& out_;
+  char waiting_[256];  // many small ones are appended at once
+  std::size_t count_ = 0;
   bool compact_;
   std::string unsavable_;
   std::size_t objects_ = 0;
@@ -299,6 +314,7 @@ Result<std::string> Snapshot::save(const Tree& tree, const State& state) {
   out.write(kVersion);
   out.write(fingerprint(tree.model()));
   out.write(state);
+  out.flush();
   if (auto complete = checked(tree, out); !complete) return tl::unexpected(std::move(complete.error()));
   return bytes;
 }
@@ -487,25 +503,37 @@ std::uint64_t to_be_seen(std::uint64_t seen, std::uint64_t sequence) {
   return seen >= sequence ? seen - sequence : kNeverCaughtUp;
 }
 
+/// As it lies in memory: of so many of them, and for this process only.
+template <class T>
+void append(std::string& out, const std::vector<T>& list) {
+  static_assert(std::has_unique_object_representations_v<T>);
+  out.append(reinterpret_cast<const char*>(list.data()), list.size() * sizeof(T));
+}
+
 }  // namespace
 
-State Snapshot::canonical(const Tree& tree, const State& original, TimePoint now) {
+Result<void> Snapshot::encode(const Tree& tree, const State& state, TimePoint now, std::string& out) {
   const Model& model = tree.model();
-  State state = original;
-  const std::vector<NodeId> open = open_nodes(model, state.waiting_);
+  // Names all members, so that a new one does not compile before it is clear whether behaviour depends on it.
+  const auto& [status, memory, links, entries, dynamic, objects, timers, halting, waiting] = members(state);
+  const std::size_t before = out.size();
+  Writer writer(out, true);
+  append(out, status);
+  const std::size_t memory_at = out.size();
+  append(out, memory);
   // Entries whose numbers and times of writes a C++ node may read.
-  std::vector<bool> counted(state.entries_.size(), model.unsets);
-  auto next_open = open.begin();
-  for (NodeId id = 0; id < model.nodes.size(); ++id) {
+  std::vector<bool> counted(entries.size(), model.unsets);
+  const std::vector<NodeId> open = open_nodes(model, waiting);
+  for (const NodeId id : model.changing) {
     const Node& node = model.nodes[id];
-    std::int32_t* memory = state.memory_.data() + node.memory;
-    const bool is_open = next_open != open.end() && *next_open == id;
-    if (is_open) ++next_open;
+    char* const written = out.data() + memory_at + node.memory * sizeof(memory[0]);
+    char* word_at = written;
+    const bool is_open = std::binary_search(open.begin(), open.end(), id);
     for (const Word& word : words(node.kind)) {
       const bool matters = is_open || word.lives == Word::Lives::kAlways ||
-                           (word.lives == Word::Lives::kUnlessIdle && state.status_[id] != Status::kIdle);
-      if (!matters) *memory = 0;
-      ++memory;
+                           (word.lives == Word::Lives::kUnlessIdle && status[id] != Status::kIdle);
+      if (!matters) std::memset(word_at, 0, sizeof(memory[0]));
+      word_at += sizeof(memory[0]);
     }
     if (node.kind == Kind::kUser) {
       for (std::uint32_t i = 0; i < node.port_count; ++i) {
@@ -518,55 +546,65 @@ State Snapshot::canonical(const Tree& tree, const State& original, TimePoint now
     if (waits_for_writes(node.kind) && !model.unsets) {
       const std::uint32_t entry = Blackboard::resolve(model, state, node.data);
       if (entry == State::kNoEntry) continue;
-      std::int32_t* seen = state.memory_.data() + node.memory;
-      set_seen(seen, to_be_seen(seen_of(seen), state.entries_[entry].sequence));
+      std::int32_t seen[2];
+      set_seen(seen, to_be_seen(seen_of(memory.data() + node.memory), entries[entry].sequence));
+      std::memcpy(written, seen, sizeof(seen));
     }
   }
 
   // Entries by their first use; those of names made at run time in the order of the names.
-  std::vector<std::uint32_t> order(state.dynamic_.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const State::DynamicCell &x = original.dynamic_[a], &y = original.dynamic_[b];
-    return std::tie(x.scope, x.name) < std::tie(y.scope, y.name);
-  });
-  const auto cells = static_cast<std::uint32_t>(state.links_.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    State::DynamicCell& cell = state.dynamic_[i] = original.dynamic_[order[i]];
-    if (cell.parent == State::kNoEntry || cell.parent < cells) continue;
-    cell.parent =
-        cells + static_cast<std::uint32_t>(std::find(order.begin(), order.end(), cell.parent - cells) - order.begin());
-  }
-  std::vector<std::uint32_t> place(state.entries_.size(), State::kNoEntry);
-  std::vector<State::Entry> used;
-  const auto rename = [&](std::uint32_t& link) {
-    if (link == State::kNoEntry) return;
-    if (place[link] == State::kNoEntry) {
+  std::vector<std::uint32_t> place(entries.size(), 0);  // from 1 on
+  std::vector<std::uint32_t> used;
+  const auto write_link = [&](std::uint32_t link) {
+    if (link == State::kNoEntry) return writer.write(0U);
+    if (place[link] == 0) {
+      used.push_back(link);
       place[link] = static_cast<std::uint32_t>(used.size());
-      State::Entry entry = std::move(state.entries_[link]);
-      if (!counted[link]) entry.sequence = 0;
-      // An entry that nobody wrote has no time.
-      entry.stamp = counted[link] && entry.stamp != TimePoint{} ? relative(entry.stamp, now) : kNever;
-      used.push_back(std::move(entry));
     }
-    link = place[link];
+    writer.write(place[link]);
   };
-  for (std::uint32_t& link : state.links_) rename(link);
-  for (State::DynamicCell& cell : state.dynamic_) rename(cell.link);
-  state.entries_ = std::move(used);
+  for (const std::uint32_t link : links) write_link(link);
+  std::vector<std::uint32_t> order(dynamic.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&dynamic = dynamic](std::uint32_t a, std::uint32_t b) {
+    return std::tie(dynamic[a].scope, dynamic[a].name) < std::tie(dynamic[b].scope, dynamic[b].name);
+  });
+  const auto cells = static_cast<std::uint32_t>(links.size());
+  writer.number(order.size(), 4);
+  for (const std::uint32_t i : order) {
+    const State::DynamicCell& cell = dynamic[i];
+    writer.write(cell.scope);
+    writer.write(cell.name);
+    const bool of_dynamic = cell.parent != State::kNoEntry && cell.parent >= cells;
+    writer.write(of_dynamic ? cells + static_cast<std::uint32_t>(
+                                          std::find(order.begin(), order.end(), cell.parent - cells) - order.begin())
+                            : cell.parent);
+    write_link(cell.link);
+  }
+  for (const std::uint32_t i : used) {
+    const auto& [datum, type, sequence, stamp, linked] = members(entries[i]);
+    writer.write(datum);
+    writer.write(type);
+    writer.write(linked);
+    if (!counted[i]) continue;
+    writer.write(sequence);
+    // An entry that nobody wrote has no time.
+    writer.write(stamp != TimePoint{} ? relative(stamp, now) : kNever);
+  }
+  writer.write(objects);
 
   // Of timers that are due at once, the one set first fires first.
-  for (State::Timer& timer : state.timers_) timer.due = relative(timer.due, now);
-  std::stable_sort(state.timers_.begin(), state.timers_.end(),
+  std::vector<State::Timer> rings = timers;
+  for (State::Timer& timer : rings) timer.due = relative(timer.due, now);
+  std::stable_sort(rings.begin(), rings.end(),
                    [](const State::Timer& a, const State::Timer& b) { return a.due < b.due; });
-  std::sort(state.halting_.begin(), state.halting_.end());
-  return state;
-}
+  writer.write(rings);
+  std::vector<NodeId> halts = halting;
+  std::sort(halts.begin(), halts.end());
+  writer.write(halts);
+  writer.write(waiting);
+  writer.flush();
 
-Result<void> Snapshot::encode(const Tree& tree, const State& state, TimePoint now, std::string& out) {
-  const std::size_t before = out.size();
-  Writer writer(out, true);
-  writer.write(canonical(tree, state, now));
   auto complete = checked(tree, writer);
   if (!complete) out.resize(before);
   return complete;

@@ -213,7 +213,29 @@ bool fit_union(const Struct& s, Map& given, int depth, Misfit& out) {
   return true;
 }
 
+// Each that there must be, in the order of the fields, and nothing else.
+bool is_in_order(const Struct& s, const Map& given) {
+  auto entry = given.begin();
+  for (const Field& f : s.fields) {
+    if (entry != given.end() && entry->first == f.name && !entry->second.is_null())
+      ++entry;
+    else if (f.requiredness != Requiredness::kOptional || f.default_value)
+      return false;
+  }
+  return entry == given.end();
+}
+
 bool fit_fields(const Struct& s, Map& given, int depth, std::string_view what, Misfit& out) {
+  if (is_in_order(s, given)) {
+    auto f = s.fields.begin();
+    for (auto& [name, item] : given) {
+      while (f->name != name) ++f;
+      if (fit(*f->type, item, depth + 1, out)) continue;
+      out.path = fmt::format(".{}{}", name, out.path);
+      return false;
+    }
+    return true;
+  }
   for (const auto& [name, item] : given) {
     if (s.find(name) != nullptr) continue;
     return misfit(out, "idl.unknown-name",
@@ -353,17 +375,16 @@ bool right(const Type& type, const Value& value, int depth) {
   return false;
 }
 
-Value scripted(Value value, int depth) {
+void make_scripted(Value& value, int depth) {
   if (const auto* i = value.as_int()) {
-    if (*i > kExactInDouble || *i < -kExactInDouble) return Value(std::to_string(*i));
+    if (*i > kExactInDouble || *i < -kExactInDouble) value = Value(std::to_string(*i));
   } else if (depth > kValueNestingMax) {
-    return value;
+    return;
   } else if (List* list = value.as_list()) {
-    for (Value& item : *list) item = scripted(std::move(item), depth + 1);
+    for (Value& item : *list) make_scripted(item, depth + 1);
   } else if (Map* map = value.as_map()) {
-    for (auto& entry : *map) entry.second = scripted(std::move(entry.second), depth + 1);
+    for (auto& entry : *map) make_scripted(entry.second, depth + 1);
   }
-  return value;
 }
 
 }  // namespace
@@ -553,7 +574,10 @@ Result<ServicePtr> find_service(const Schema& schema, std::string_view service, 
       fmt::format("{} has no service \"{}\"{}", schema.file(), service, way_out(service, schema.service_names())), at);
 }
 
-Value for_script(Value value) { return scripted(std::move(value), 0); }
+Value for_script(Value value) {
+  make_scripted(value, 0);
+  return value;
+}
 
 std::string signature(const Method& method) {
   std::string out = method.name + "(";

@@ -67,23 +67,23 @@ class Mapping {
     out_.leaf_of.assign(before_.leaves.size(), kGone);
     TreeState& next = out_.state.tree;
     next = old_.tree;
-    next.leaves.assign(after_.leaves.size(), {});
+    next.leaves.clear();
     if (carried.ok()) next.tree = std::move(carried.value->state);
     for (std::size_t i = 0; i < before_.leaves.size(); ++i) {
       const project::LeafPlan& leaf = before_.leaves[i];
+      const auto known = old_.tree.leaves.find(i);
       const bt::NodeId node = carried.ok() ? carried.value->node_of[leaf.node] : bt::kNoNode;
       const auto same = std::find_if(after_.leaves.begin(), after_.leaves.end(), [&](const project::LeafPlan& other) {
         return carried.ok() ? other.node == node : other.name == leaf.name;
       });
       if (same == after_.leaves.end()) {
         changed(fmt::format("leaf {} is gone", leaf.name));
-        const TreeState::Leaf& asked = old_.tree.leaves[i];
-        if (asked.outstanding != 0 || asked.halt_call != 0)
+        if (known != old_.tree.leaves.end() && (known->second.outstanding != 0 || known->second.halt_call != 0))
           refuse(fmt::format("leaf {} owes an answer, and is gone", leaf.name), before_.tree.span(leaf.node));
         continue;
       }
       out_.leaf_of[i] = static_cast<std::size_t>(same - after_.leaves.begin());
-      next.leaves[out_.leaf_of[i]] = old_.tree.leaves[i];
+      if (known != old_.tree.leaves.end()) next.leaves[out_.leaf_of[i]] = known->second;
     }
     if (carried.ok()) nodes(carried.value->node_of);
     const auto gone = [&](std::size_t leaf) { return leaf >= out_.leaf_of.size() || out_.leaf_of[leaf] == kGone; };

@@ -38,7 +38,10 @@ class Writer {
     const auto& [tree, leaves, next_tick, ticks, missed, planned, given_tick, began, timer_at, deadline, deadline_timer,
                  phase, over, root, reason] = of;
     if (auto done = bt::encode(parts_.plan().tree, tree, now_, text_); !done) return done;
-    for (const auto& [outstanding, call, halt_call, asked, lateness_told, late, held] : leaves) {
+    for (const auto& [index, leaf] : leaves) {
+      const auto& [outstanding, call, halt_call, asked, lateness_told, late, held] = leaf;
+      if (outstanding == 0 && halt_call == 0 && !late && !held) continue;
+      out_.number(index + 1);
       out_.number(outstanding);
       // How long it has not answered, which is compared with a bound.
       if (outstanding != 0) out_.integer((now_ - asked).count());
@@ -46,6 +49,7 @@ class Writer {
       completed(late);
       completed(held);
     }
+    out_.number(0);
     // Once it is over no tick is planned any more.
     if (!over) due(planned);
     due(timer_at);

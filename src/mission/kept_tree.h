@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "sentree/base/blocks.h"
 #include "sentree/bt/kept_state.h"
 #include "sentree/mission/tree.h"
 
@@ -20,13 +19,12 @@ class KeptTree {
   [[nodiscard]] TreeState state() const;
   [[nodiscard]] bt::Status root() const { return rest_.root; }
   /// As `TreeState::Leaf::outstanding`.
-  [[nodiscard]] std::uint64_t outstanding(std::size_t leaf) const { return leaves_[leaf].outstanding; }
+  [[nodiscard]] std::uint64_t outstanding(std::size_t leaf) const { return rest_.outstanding(leaf); }
   /// About, what it takes beside the other one.
   [[nodiscard]] std::size_t bytes_beside(const KeptTree* like) const;
 
  private:
   bt::KeptState tree_;
-  Blocks<TreeState::Leaf> leaves_;
   TreeState rest_;
 };
 

@@ -58,8 +58,13 @@ ModelMachine::ModelMachine(ComponentModel model, scxml::ExecutionWatch* watch) :
   host_.processors.push_back({"thrift", ""});
   host_.on_send = [this](const scxml::OutgoingSend& send) -> Result<void> {
     if (send.type != "thrift") return {};
-    const auto meaning = meaning_of(send);
-    if (meaning) return {};
+    auto meaning = meaning_of(send);
+    if (meaning) {
+      // An id that the chart gives may come twice.
+      if (send.delay <= Duration(0) && send.sendid.starts_with(send.session))
+        meanings_.emplace_back(send.sendid, *std::move(meaning));
+      return {};
+    }
     if (memory_) memory_->spoil();
     wrong_.push_back(meaning.error());
     if (wrong_.back().span.line == 0) wrong_.back().span = send.span;
@@ -230,8 +235,7 @@ Result<ModelMachine::Topic> ModelMachine::topic_of(const scxml::OutgoingSend& se
 
 // "METHOD.reply" or "METHOD.error" to a service that it serves, with a result that the interface has; or "METHOD", with
 // its arguments.
-Result<std::variant<ModelMachine::Answer, ModelMachine::Topic>> ModelMachine::meaning_of(
-    const scxml::OutgoingSend& send) const {
+Result<ModelMachine::Meaning> ModelMachine::meaning_of(const scxml::OutgoingSend& send) const {
   const bool is_topic = send.event.find('.') == std::string::npos;
   if (const auto topics = model_.topics.find(send.target); topics != model_.topics.end())
     return topic_of(send, *topics->second);
@@ -443,8 +447,7 @@ class ModelMachine::Step {
     for (Map& choice : std::exchange(machine_.choices_, {})) say("choice", std::move(choice));
     for (scxml::Effect& effect : machine_.effects_) {
       if (auto* send = std::get_if<scxml::OutgoingSend>(&effect)) {
-        // It has been looked at when it was sent.
-        auto meaning = machine_.meaning_of(*send);
+        auto meaning = take_meaning(*send);
         if (!meaning) continue;
         if (auto* topic = std::get_if<Topic>(&*meaning))
           publish(std::move(*topic));
@@ -455,6 +458,7 @@ class ModelMachine::Step {
       }
     }
     machine_.effects_.clear();
+    machine_.meanings_.clear();
     // What the chart does about it may be refused again, at most as often as it can take steps.
     if (!refused_.empty() && !telling_) {
       telling_ = true;
@@ -470,6 +474,14 @@ class ModelMachine::Step {
          "model.given-up",
          fmt::format("the model {} was given up: {}", model_.name, failure ? to_string(*failure) : "its chart failed"),
          {}});
+  }
+
+  Result<Meaning> take_meaning(const scxml::OutgoingSend& send) {
+    auto& known = machine_.meanings_;
+    if (known.empty() || known.front().first != send.sendid) return machine_.meaning_of(send);
+    Meaning meaning = std::move(known.front().second);
+    known.pop_front();
+    return meaning;
   }
 
   // An answer to a call that is late, or that nobody made, reaches nobody.

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -128,7 +130,8 @@ class ModelMachine {
     std::string method;
     Value args;
   };
-  [[nodiscard]] Result<std::variant<Answer, Topic>> meaning_of(const scxml::OutgoingSend& send) const;
+  using Meaning = std::variant<Answer, Topic>;
+  [[nodiscard]] Result<Meaning> meaning_of(const scxml::OutgoingSend& send) const;
   [[nodiscard]] Result<Topic> topic_of(const scxml::OutgoingSend& send, const idl::Service& service) const;
   // `by_chance` says what the generator of the state gives.
   Result<Value> decide(const Choice& choice, const std::function<std::uint64_t(Rng&)>& by_chance);
@@ -152,6 +155,8 @@ class ModelMachine {
   ModelState* stepped_ = nullptr;  // whose chart executes
   ModelHost* surroundings_ = nullptr;
   std::optional<StepMemory> memory_;
+  // What leaves at once in this step means, by its id, in its order: it has been looked at when it was sent.
+  std::deque<std::pair<std::string, Meaning>> meanings_;
   std::vector<Map> choices_;                      // made in this step
   Diagnostics wrong_;                             // likewise: what was no answer, and what failed
   bool handles_failures_ = false;                 // its chart does

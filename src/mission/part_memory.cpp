@@ -292,10 +292,9 @@ bool PartMemory::has_effect(const Run& run, const Run::Waiting& waiting) const {
     const auto& wake = tables_->states[run.parts[delivery.part]].wake;
     return wake && run.as_of[delivery.part] + *wake == add_saturating(waiting.when, *delivery.timer);
   }
-  const auto* tree = std::get_if<TreeDelivery>(&delivery.what.what);
-  const auto* due = tree != nullptr ? std::get_if<AnswerDue>(tree) : nullptr;
-  if (due == nullptr) return true;
-  return tables_->states.tree(run.parts.back()).outstanding(due->leaf) == due->tick;
+  if (!delivery.is_answer_due) return true;
+  const auto& due = std::get<AnswerDue>(std::get<TreeDelivery>(delivery.what.what));
+  return tables_->states.tree(run.parts.back()).outstanding(due.leaf) == due.tick;
 }
 
 void PartMemory::settle(Run& run) {
@@ -531,10 +530,13 @@ void PartMemory::insert(TimePoint when, Rank rank, std::uint32_t what, bool is_t
     trace_->puts.push_back({tables_->deliveries[what].part, when, rank, is_topic});
     put_by = static_cast<std::uint32_t>(trace_->steps.size() - 1);
   }
-  // A few wait, and most of what is put comes before them.
-  auto later = queue.begin();
-  while (later != queue.end() && (when != later->when ? when > later->when : rank >= later->rank)) ++later;
-  queue.insert(later, {when, rank, what, put_by});
+  if (tables_->deliveries[what].is_answer_due)
+    std::erase_if(queue, [&](const Run::Waiting& w) { return tables_->deliveries[w.what].is_answer_due; });
+  const Run::Waiting waiting{when, rank, what, put_by};
+  const auto later = std::upper_bound(queue.begin(), queue.end(), waiting, [](const auto& a, const auto& b) {
+    return a.when != b.when ? a.when < b.when : a.rank < b.rank;
+  });
+  queue.insert(later, waiting);
 }
 
 void PartMemory::perform(const Op& op) {
@@ -709,8 +711,12 @@ std::uint32_t PartMemory::intern(const Delivery& what, TimePoint when) {
   encode(tables_->parts, what, when, key);
   const std::uint32_t number = number_in(tables_->number_of_delivery, std::move(key), tables_->deliveries.size());
   if (number < tables_->deliveries.size()) return number;
-  OnItsWay one{
-      .what = what, .part = part_of(what), .tick = numbered_tick(what), .call = numbered_call(what), .timer = {}};
+  OnItsWay one{.what = what,
+               .part = part_of(what),
+               .tick = numbered_tick(what),
+               .call = numbered_call(what),
+               .timer = {},
+               .is_answer_due = is_answer_due(what)};
   if (const auto* skill = std::get_if<SkillDelivery>(&what.what)) {
     if (const auto* timer = std::get_if<SkillTimer>(skill)) one.timer = timer->when - when;
   } else if (const auto* model = std::get_if<ModelDelivery>(&what.what)) {

@@ -196,7 +196,8 @@ class PartMemory final : private Ground {
     Numbered tick;
     Numbered call;
     std::optional<Duration> timer;  // how far what a timer was set for is from when it rings
-    bool served = false;            // the outcome of a call that is served outside, which is `Run::served.front()`
+    bool is_answer_due = false;
+    bool served = false;  // the outcome of a call that is served outside, which is `Run::served.front()`
   };
   // An outcome from outside that came to a state of a skill.
   struct StandIn {

@@ -63,6 +63,8 @@ class Parts::TreeSide final : public TreeHost {
  private:
   TimePoint now() const override { return ground->now(); }
   void publish(Message message) override { ground->publish(std::move(message)); }
+  bool is_heard(ObservationName& name) override { return ground->is_heard(name); }
+  void pass() override { ground->pass(); }
   std::uint64_t next_call() override { return ground->next_call(); }
   std::uint64_t tick_number(std::size_t leaf, std::uint64_t next) override { return ground->tick_number(leaf, next); }
   void set_tick(std::uint64_t tick) override { ground->set_tick(tick); }
@@ -96,6 +98,8 @@ class Parts::SkillSide final : public SkillHost {
  private:
   TimePoint now() const override { return ground->now(); }
   void publish(Message message) override { ground->publish(std::move(message)); }
+  bool is_heard(ObservationName& name) override { return ground->is_heard(name); }
+  void pass() override { ground->pass(); }
   std::uint64_t next_call() override { return ground->next_call(); }
   std::uint64_t run_number(std::uint64_t next) override { return ground->run_number(leaf_, next); }
   std::optional<Admission> request(Message message, const Shared<Call>&) override {

@@ -18,6 +18,7 @@
 #include "sentree/mission/faults.h"
 #include "sentree/mission/met.h"
 #include "sentree/mission/model.h"
+#include "sentree/mission/observation_name.h"
 #include "sentree/mission/skill.h"
 #include "sentree/mission/subscriptions.h"
 #include "sentree/mission/tree.h"
@@ -33,6 +34,10 @@ class Ground {
 
   // What a step does.
   virtual void publish(Message message) = 0;
+  /// Whether anybody would see an observation of that name. One that nobody would see is not published but passed.
+  [[nodiscard]] virtual bool is_heard(ObservationName& /*name*/) { return true; }
+  /// Has its place in the order, and that is all.
+  virtual void pass() {}
   /// From now on observations belong to this root tick.
   virtual void set_tick(std::uint64_t tick) = 0;
   /// Something is on its way.

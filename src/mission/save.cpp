@@ -1,9 +1,11 @@
 // A whole run as octets, and back: magic word, version, plan, checksum, then its parts as one packed value.
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -132,7 +134,7 @@ class Consistency {
     return in_phase && (tree.deadline.leaf == 0 || is_leaf(tree.deadline.leaf)) && tree.began >= TimePoint{} &&
            tree.planned >= TimePoint{} && tree.planned <= kTimeMax &&
            std::all_of(tree.leaves.begin(), tree.leaves.end(),
-                       [](const TreeState::Leaf& leaf) { return leaf.asked >= TimePoint{}; }) &&
+                       [](const auto& leaf) { return leaf.second.asked >= TimePoint{}; }) &&
            (state_.now - tree.planned) / period <= kMissedMax;
   }
   [[nodiscard]] bool is_delivery(const Delivery& delivery) const {
@@ -184,6 +186,12 @@ class Saving {
 
   void operator()(std::string_view name, const auto& member) { saver_(name, member); }
   void operator()(std::string_view name, const TreeState& tree) { put(name, Saving(plan_, problem_).save(tree)); }
+  // All of the plan, also those at rest.
+  void operator()(std::string_view name, const std::map<std::size_t, TreeState::Leaf>& leaves) {
+    std::vector<TreeState::Leaf> all(plan_.leaves.size());
+    for (const auto& [index, leaf] : leaves) all.at(index) = leaf;
+    saver_(name, all);
+  }
   void operator()(std::string_view name, const bt::State& tree) {
     auto saved = checked(bt::save(plan_.tree, tree));
     const auto* octets = reinterpret_cast<const std::byte*>(saved.data());
@@ -241,7 +249,14 @@ class Restoring {
     const Value* const saved = find(name);
     if (saved == nullptr) return;
     visit_members(tree, Restoring(plan_, *saved, std::string(name), *members_.problem));
-    if (tree.leaves.size() != plan_.leaves.size()) problem("it has another number of leaves");
+  }
+  void operator()(std::string_view name, std::map<std::size_t, TreeState::Leaf>& leaves) {
+    std::vector<TreeState::Leaf> all;
+    members_(name, all);
+    if (all.size() != plan_.leaves.size()) return problem("it has another number of leaves");
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!all[i].at_rest()) leaves[i] = std::move(all[i]);
+    }
   }
   void operator()(std::string_view name, bt::State& tree) {
     const Value* const saved = find(name);

@@ -38,7 +38,6 @@ State state_of(const project::Plan& plan) {
   State state;
   state.now = TimePoint(std::chrono::seconds(3));
   state.tree.tree = bt::State(plan.tree);
-  state.tree.leaves.resize(plan.leaves.size());
   state.tree.leaves[0].late = {bt::Status::kSuccess, Map{{"reason", "x"}}};
   state.skills.resize(plan.leaves.size());
   state.skills[0].latest = {.transition = 0, .event = "TICK", .transitions = 7};

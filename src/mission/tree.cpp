@@ -85,7 +85,6 @@ TreeMachine::TreeMachine(TreeModel model)
 TreeState TreeMachine::initial() const {
   TreeState state;
   state.tree = bt::State(model_.plan->tree);
-  state.leaves.resize(model_.plan->leaves.size());
   return state;
 }
 
@@ -131,7 +130,7 @@ class TreeMachine::Step {
     state_.deadline_timer = kNever;
     if (!model_.one_deadline_timer) return give_up_waiting(due);
     if (state_.deadline.when <= host_.now()) return give_up_waiting(state_.deadline);
-    if (state_.leaves[state_.deadline.leaf].outstanding == state_.deadline.tick) watch_deadline();
+    if (state_.outstanding(state_.deadline.leaf) == state_.deadline.tick) watch_deadline();
   }
 
   void operator()(Answered&& answered) {
@@ -189,6 +188,7 @@ class TreeMachine::Step {
 
   // Where all this leaves the mission.
   void settle() {
+    std::erase_if(state_.leaves, [](const auto& leaf) { return leaf.second.at_rest(); });
     if (state_.phase == TreePhase::kEnded) return;
     if (!state_.over) {
       state_.phase = state_.tree.waiting_leaf() != bt::kNoNode ? TreePhase::kWaiting : TreePhase::kBetween;
@@ -221,7 +221,7 @@ class TreeMachine::Step {
 
   std::size_t index_of(bt::NodeId node) const {
     const std::size_t index = machine_.leaf_of_node_[node];
-    SENTREE_ASSERT(index < state_.leaves.size());
+    SENTREE_ASSERT(index < plan_.leaves.size());
     return index;
   }
 

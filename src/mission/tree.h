@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -76,11 +77,16 @@ struct TreeState {
     std::optional<Completed> late;            ///< A completed answer that came too late for its tick.
     /// What a skill that has ended said while its leaf was forced to be RUNNING; its next tick gets it.
     std::optional<Completed> held;
+    /// What follows does not depend on it.
+    [[nodiscard]] bool at_rest() const {
+      return outstanding == 0 && halt_call == 0 && !lateness_told && !late && !held;
+    }
     friend bool operator==(const Leaf&, const Leaf&) = default;
   };
 
   bt::State tree;
-  std::vector<Leaf> leaves;     ///< As in the plan.
+  /// By their place in the plan, between deliveries those that are not at rest: of thousands hardly more than one.
+  std::map<std::size_t, Leaf> leaves;
   std::uint64_t next_tick = 0;  ///< Ticks of leaves, numbered.
   std::uint64_t ticks = 0;      ///< Of the root.
   std::uint64_t missed = 0;     ///< Periods in which no tick could begin, because the one before was not over.
@@ -96,6 +102,11 @@ struct TreeState {
   bt::Status root = bt::Status::kIdle;
   std::string reason;  ///< Why it failed, as the failing leaf said.
 
+  /// Of a leaf.
+  [[nodiscard]] std::uint64_t outstanding(std::size_t leaf) const {
+    const auto found = leaves.find(leaf);
+    return found != leaves.end() ? found->second.outstanding : 0;
+  }
   friend bool operator==(const TreeState&, const TreeState&) = default;
 };
 

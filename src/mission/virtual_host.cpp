@@ -56,6 +56,7 @@ State VirtualHost::begin() {
 void VirtualHost::put(TimePoint when, Rank rank, Delivery what) {
   Waiting waiting{std::max(when, state_->now), rank, state_->order++, std::move(what)};
   auto& queue = state_->queue;
+  if (is_answer_due(waiting.what)) std::erase_if(queue, [](const Waiting& w) { return is_answer_due(w.what); });
   const auto later = std::upper_bound(queue.begin(), queue.end(), waiting, [](const Waiting& a, const Waiting& b) {
     return a.when != b.when ? a.when < b.when : a.rank < b.rank;
   });

@@ -9,6 +9,7 @@
 #include "sentree/base/result.h"
 #include "sentree/mission/choice.h"
 #include "sentree/mission/met.h"
+#include "sentree/mission/observation_name.h"
 #include "sentree/mission/parts.h"
 #include "sentree/mission/state.h"
 #include "sentree/project/plan.h"
@@ -21,6 +22,8 @@ class Surroundings {
   virtual ~Surroundings() = default;
   /// Everything that monitors would observe, in its order, numbered and timed.
   virtual void observed(const Message&) {}
+  /// Whether it wants to be told of observations of that name: those that it does not want are not made.
+  [[nodiscard]] virtual bool is_heard(ObservationName& /*name*/) { return true; }
   /// Which alternative comes, below `Choice::count`; nothing: the model's generator says.
   virtual std::optional<std::uint64_t> choose(const Choice&) { return std::nullopt; }
   /// Which of several deliveries to different parts comes first; all are due now, in the order of virtual time.
@@ -92,6 +95,14 @@ class VirtualHost final : private Ground {
  private:
   TimePoint now() const override { return state_->now; }
   void publish(Message message) override;
+  // What is published on a topic reaches its subscribers.
+  bool is_heard(ObservationName& name) override {
+    return !parts_.subscriptions().empty() || surroundings_->is_heard(name);
+  }
+  void pass() override {
+    ++state_->published;
+    ++state_->stamp;
+  }
   void set_tick(std::uint64_t tick) override { state_->tick = tick; }
   void put(TimePoint when, Rank rank, Delivery what) override;
   void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) override;

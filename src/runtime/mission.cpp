@@ -27,7 +27,7 @@ Mission::Mission(mission::TreeModel model, double factor, Scheduler& scheduler, 
       machine_(std::move(model)),
       state_(machine_.initial()),
       actor_(scheduler.add_actor("mission")) {
-  SENTREE_ASSERT(drivers_.size() == state_.leaves.size());
+  SENTREE_ASSERT(drivers_.size() == machine_.model().plan->leaves.size());
   scheduler_.on_delivery(actor_, [this](mission::Delivery delivery) {
     auto& what = std::get<mission::TreeDelivery>(delivery.what);
     if (std::holds_alternative<mission::Stop>(what) && !scheduler_.is_virtual()) tell_stopped();

@@ -82,7 +82,7 @@ class Mission final : private mission::TreeHost {
   std::uint64_t next_call() override { return stream_.next_call(); }
   void set_tick(std::uint64_t tick) override { stream_.set_tick(tick); }
   void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {
-    drivers_[leaf]->tick(tick, started, inputs, state_.leaves[leaf].asked);
+    drivers_[leaf]->tick(tick, started, inputs, state_.leaves.at(leaf).asked);
   }
   void halt(std::size_t leaf, TimePoint asked) override { drivers_[leaf]->halt(asked); }
   void cancel(std::size_t leaf, TimePoint asked) override { drivers_[leaf]->cancel(asked); }

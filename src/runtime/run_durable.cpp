@@ -61,7 +61,7 @@ Result<void> Run::Impl::execute_again(const Journaled& journaled) {
 
 void Run::Impl::pass_lost_time(const Gap& gap, Duration lost) {
   mission::TreeState& tree = mission_->state();
-  for (mission::TreeState::Leaf& leaf : tree.leaves) leaf.asked = add_saturating(leaf.asked, lost);
+  for (auto& [index, leaf] : tree.leaves) leaf.asked = add_saturating(leaf.asked, lost);
   tree.deadline.when = add_saturating(tree.deadline.when, lost);
   scheduler_->leap(gap.to, [lost](TimePoint& when, mission::Delivery& what) {
     const auto* to_tree = std::get_if<mission::TreeDelivery>(&what.what);

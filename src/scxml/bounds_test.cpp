@@ -333,6 +333,36 @@ TEST(Native, FunctionsAreCalledWithValuesAndTheirFailuresAreErrors) {
   EXPECT_THAT(ran.events, ElementsAre(HasSubstr("distance(from, to) takes two places")));
 }
 
+// Also where what they give is left to the interpreter, which evaluates all of it again.
+TEST(Native, FunctionsAreCalledOnceForEachCall) {
+  Host host;
+  int calls = 0;
+  host.functions.push_back({"count", [&calls](std::span<const Value> arguments) -> Result<Value> {
+                              ++calls;
+                              if (arguments.empty()) return fail("count.nothing", "count(what) takes something");
+                              if (arguments[0].text() == "map") return Value(Map{{"calls", calls}});
+                              return Value(calls);
+                            }});
+  const auto counted = [&](const std::string& expression) {
+    calls = 0;
+    Ran ran(
+        "<datamodel><data id='d' expr='0'/><data id='m' expr='({a: 1})'/></datamodel><state id='a'><onentry>"
+        "<assign location='d' expr=\"" +
+            expression + "\"/><assign location='m' expr=\"'' + m\"/><log expr='[]'/></onentry></state>",
+        host);
+    const Value* const data = ran.session.data(ran.chart).find("d");
+    return to_json(*data) + (ran.events.empty() ? "" : " and an error") + ", calls: " + std::to_string(calls);
+  };
+  EXPECT_EQ(counted("count(1)"), "1, calls: 1");
+  EXPECT_EQ(counted("count(1) + 10 * count('x')"), "21, calls: 2");
+  EXPECT_EQ(counted("count('map')"), R"({"calls":1}, calls: 1)");
+  EXPECT_EQ(counted("count('map').calls + count(1)"), "3, calls: 2");
+  EXPECT_EQ(counted("count(1) + m.a.b.c"), "0 and an error, calls: 1");
+  EXPECT_EQ(counted("count(1) + count()"), "0 and an error, calls: 2");
+  EXPECT_EQ(counted("[count(1), count(2)].length + count(3)"), "5, calls: 3");
+  EXPECT_EQ(counted("m.a === 1 ? count(m) : count()"), "1, calls: 1");
+}
+
 TEST(Native, FunctionsCannotBeReplacedByScripts) {
   Host host;
   host.functions.push_back({"one", [](std::span<const Value>) -> Result<Value> { return Value(1); }});

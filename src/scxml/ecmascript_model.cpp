@@ -51,9 +51,35 @@ const std::vector<NativeFunction>& EcmaScriptModel::script_functions() { return 
 
 const std::vector<NativeValue>& EcmaScriptModel::script_values() { return interpreter_.host().values; }
 
-bool EcmaScriptModel::evaluate_here(ExpressionId id, ScriptValue& value) {
+Result<Value> EcmaScriptModel::script_call(std::size_t function, std::span<const Value> arguments) {
+  if (given_ < called_.size()) return called_[given_++];
+  return script_functions()[function].call(arguments);
+}
+
+bool EcmaScriptModel::call(std::string_view name, List&& arguments, Value& result) {
+  const auto& functions = script_functions();
+  const auto known = std::find_if(functions.begin(), functions.end(), [&](const auto& f) { return f.name == name; });
+  // A debugger may have defined one of that name.
+  if (known == functions.end() || session_.globals_->find(name) != nullptr) return false;
+  enter(here_);
+  called_.push_back(known->call(arguments));
+  leave();
+  const bool is_primitive = called_.back() && called_.back()->as_bytes() == nullptr &&
+                            called_.back()->as_list() == nullptr && called_.back()->as_map() == nullptr;
+  if (is_primitive) result = *called_.back();
+  return is_primitive;
+}
+
+bool EcmaScriptModel::evaluate_here(ExpressionId id, ScriptValue& value, bool objects) {
   const NativeCode& code = model_.expressions[id].native;
-  return !code.empty() && !session_.heap_.pinned && evaluate_native(code, *this, native_text(), value);
+  if (code.empty() || session_.heap_.pinned) return false;
+  here_ = id;
+  given_ = 0;
+  called_.clear();
+  if (!evaluate_native(code, *this, native_text(), value)) return false;
+  if (value.kind == ScriptValue::Kind::kObject && !objects) return false;
+  called_.clear();
+  return true;
 }
 
 void EcmaScriptModel::store(std::uint32_t slot, std::optional<Value> value) {
@@ -68,7 +94,7 @@ void EcmaScriptModel::store(std::uint32_t slot, std::optional<Value> value) {
 
 Result<bool> EcmaScriptModel::condition(ExpressionId id) {
   ScriptValue value;
-  if (evaluate_here(id, value)) return value.truthy();
+  if (evaluate_here(id, value, true)) return value.truthy();
   auto h = heap(id, !model_.expressions[id].pure);
   if (!h) return tl::unexpected(std::move(h.error()));
   auto result = (*h)->condition(id);
@@ -78,7 +104,7 @@ Result<bool> EcmaScriptModel::condition(ExpressionId id) {
 
 Result<std::optional<Value>> EcmaScriptModel::evaluate(ExpressionId id) {
   ScriptValue value;
-  if (evaluate_here(id, value)) return value.to_value();
+  if (evaluate_here(id, value, true)) return take_value(value);
   auto h = heap(id, !model_.expressions[id].pure);
   if (!h) return tl::unexpected(std::move(h.error()));
   auto result = (*h)->evaluate(id);
@@ -117,8 +143,7 @@ Result<void> EcmaScriptModel::assign(ExpressionId location, ExpressionId expr) {
   const auto slot = model_.expressions[location].slot;
   ScriptValue value;
   // Objects are shared, not copied, when scripts assign them: that is left to the interpreter.
-  const bool here = evaluate_here(expr, value) && value.kind != ScriptValue::Kind::kObject;
-  if (here && slot) {
+  if (slot && evaluate_here(expr, value)) {
     store(*slot, value.to_value());
     return {};
   }
@@ -144,7 +169,7 @@ Result<void> EcmaScriptModel::assign_value(ExpressionId location, const std::opt
 
 Result<void> EcmaScriptModel::bind(std::uint32_t slot, ExpressionId expr) {
   ScriptValue value;
-  if (evaluate_here(expr, value) && value.kind != ScriptValue::Kind::kObject) {
+  if (evaluate_here(expr, value)) {
     store(slot, value.to_value());
     return {};
   }
@@ -197,6 +222,8 @@ Result<void> EcmaScriptModel::for_each(const Foreach& loop, const std::function<
 // ---- The heap ----
 
 Result<ScriptHeap*> EcmaScriptModel::heap(ExpressionId id, bool changes) {
+  if (here_ == kNoExpression || id != here_) called_.clear();
+  here_ = kNoExpression;
   enter(id);
   auto ready = ready_heap(changes);
   if (!ready) leave();

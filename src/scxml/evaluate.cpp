@@ -15,6 +15,8 @@ namespace {
 
 /// Longer texts are made by the interpreter, whose memory is bounded.
 constexpr std::size_t kNativeTextMax = 256U << 10U;
+/// Numbers from here on are whole.
+constexpr double kWholeFrom = 0x1p52;
 
 using Op = NativeCode::Op;
 using Node = NativeCode::Node;
@@ -96,6 +98,8 @@ class Evaluator {
         return true;
       }
       case Op::kTypeof: return type_of(node, out);
+      case Op::kMath: return of_math(node, out);
+      case Op::kCall: return call(node, out);
       case Op::kAnd: return evaluate(node.a, out) && (!out.truthy() || evaluate(node.b, out));
       case Op::kOr: return evaluate(node.a, out) && (out.truthy() || evaluate(node.b, out));
       case Op::kObject:
@@ -110,6 +114,53 @@ class Evaluator {
   }
 
  private:
+  bool of_math(const Node& node, ScriptValue& out) {
+    double x = 0;
+    if (!evaluate(node.b, out) || !to_number(out, x)) return false;
+    const auto function = static_cast<MathFunction>(node.a);
+    double y = 0;
+    if (function == MathFunction::kMin || function == MathFunction::kMax) {
+      ScriptValue other;
+      if (!evaluate(node.c, other) || !to_number(other, y)) return false;
+    }
+    // Half of what is next to it is no number there any more, and everybody rounds it in a way of their own.
+    if (function == MathFunction::kRound && std::fabs(x) >= kWholeFrom && !std::isinf(x)) return false;
+    out = ScriptValue::of(of_math(function, x, y));
+    return true;
+  }
+  static double of_math(MathFunction function, double x, double y) {
+    switch (function) {
+      case MathFunction::kAbs: return std::fabs(x);
+      case MathFunction::kCeil: return std::ceil(x);
+      case MathFunction::kFloor: return std::floor(x);
+      case MathFunction::kRound: {
+        // Halves go up.
+        const double below = std::floor(x);
+        return std::copysign(x - below >= 0.5 ? below + 1 : below, x);
+      }
+      case MathFunction::kSign: return x > 0 ? 1.0 : x < 0 ? -1.0 : x;
+      case MathFunction::kSqrt: return std::sqrt(x);
+      case MathFunction::kMin:
+      case MathFunction::kMax: break;
+    }
+    if (std::isnan(x) || std::isnan(y)) return std::numeric_limits<double>::quiet_NaN();
+    const bool first = x != y ? x < y : std::signbit(x);  // -0 is less than 0
+    return first == (function == MathFunction::kMin) ? x : y;
+  }
+
+  bool call(const Node& node, ScriptValue& out) {
+    List arguments;
+    arguments.reserve(node.c);
+    for (std::uint32_t i = 0; i < node.c; ++i) {
+      if (!evaluate(code_.arguments[node.b + i], out)) return false;
+      arguments.push_back(out.to_value().value_or(Value()));
+    }
+    Value result;
+    if (!scope_.call(code_.strings[node.a], std::move(arguments), result)) return false;
+    out = ScriptValue::of(*made_objects().emplace_back(std::make_unique<Value>(std::move(result))));
+    return true;
+  }
+
   // An object that has been made is nobody else's yet.
   bool with_member(const Node& node, ScriptValue& out) {
     ScriptValue value;
@@ -120,7 +171,7 @@ class Evaluator {
     const Op made_by = code_.nodes[node.c].op;
     if (value.kind == ValueKind::kObject && made_by != Op::kObject && made_by != Op::kWith) return false;
     // One that is undefined is no member of data.
-    if (auto member = value.to_value()) members.append(code_.strings[node.b], *std::move(member));
+    if (auto member = take_value(value)) members.append(code_.strings[node.b], *std::move(member));
     return true;
   }
 
@@ -358,6 +409,14 @@ std::optional<Value> ScriptValue::to_value() const {
     case ValueKind::kObject: return *object;
   }
   return std::nullopt;
+}
+
+std::optional<Value> take_value(const ScriptValue& value) {
+  if (value.kind != ValueKind::kObject) return value.to_value();
+  for (const std::unique_ptr<Value>& made : made_objects()) {
+    if (made.get() == value.object) return std::move(*made);
+  }
+  return *value.object;
 }
 
 bool evaluate_native(const NativeCode& code, NativeScope& scope, std::vector<std::string>& text, ScriptValue& result) {

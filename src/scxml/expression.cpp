@@ -1,5 +1,6 @@
 #include "sentree/scxml/expression.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -44,7 +45,8 @@ constexpr std::array<Operator, 15> kOperators{{{"===", Op::kStrictEqual, 4},
 // error.
 class Compiler {
  public:
-  Compiler(std::string_view source, const SlotLookup& slots) : source_(source), slots_(slots) {}
+  Compiler(std::string_view source, const SlotLookup& slots, const IsGlobal& is_global)
+      : source_(source), slots_(slots), is_global_(is_global) {}
 
   NativeCode run() {
     conditional(0);
@@ -206,7 +208,46 @@ class Compiler {
       if (!ok_ || !accept(')')) return give_up();
       return add(Op::kIn, code_.nodes[text].a);
     }
-    return give_up();
+    if (!is_global_ || (name != "Math" && peek() != '(') || !is_global_(name)) return give_up();
+    return name == "Math" ? of_math(depth) : call(name, depth);
+  }
+
+  // Up to the bracket that closes them.
+  std::vector<std::uint32_t> arguments(int depth) {
+    std::vector<std::uint32_t> all;
+    if (!accept('(')) ok_ = false;
+    while (ok_ && !accept(')')) {
+      if (!all.empty() && !accept(',')) ok_ = false;
+      ++brackets_;
+      if (ok_) all.push_back(conditional(depth + 1));
+      --brackets_;
+    }
+    return all;
+  }
+
+  std::uint32_t of_math(int depth) {
+    constexpr std::array<std::string_view, 8> kNames{"abs", "ceil", "floor", "round", "sign", "sqrt", "min", "max"};
+    if (!accept('.')) return give_up();
+    const auto* const known = std::find(kNames.begin(), kNames.end(), identifier());
+    if (!ok_ || known == kNames.end()) return give_up();
+    const auto function = static_cast<std::uint32_t>(known - kNames.begin());
+    const auto of = arguments(depth);
+    const bool any_number = *known == "min" || *known == "max";
+    if (!ok_ || of.empty() || (of.size() > 1 && !any_number)) return give_up();
+    if (!any_number) return add(Op::kMath, function, of[0]);
+    // Operators of two: as deep to evaluate as they are many.
+    if (static_cast<int>(of.size()) + depth > kNativeNestingMax) return give_up();
+    std::uint32_t all = add(Op::kPlus, of[0]);
+    for (std::size_t i = 1; i < of.size(); ++i) all = add(Op::kMath, function, all, of[i]);
+    return all;
+  }
+
+  std::uint32_t call(std::string_view name, int depth) {
+    const auto of = arguments(depth);
+    if (!ok_) return 0;
+    const auto first = static_cast<std::uint32_t>(code_.arguments.size());
+    code_.arguments.insert(code_.arguments.end(), of.begin(), of.end());
+    return add(Op::kCall, intern(std::string(name)), first, static_cast<std::uint32_t>(of.size()));
   }
 
   // Members by names that are no numbers, each once: so they keep their order.
@@ -250,7 +291,8 @@ class Compiler {
     if (!ok_ || !accept(')')) return give_up();
     // It is evaluated for each item: what makes texts, or is a chain itself, had better be evaluated once.
     for (std::size_t i = begin; i < code_.nodes.size(); ++i) {
-      if (code_.nodes[i].op == Op::kAdd || code_.nodes[i].op == Op::kConditional) return give_up();
+      const Op op = code_.nodes[i].op;
+      if (op == Op::kAdd || op == Op::kConditional || op == Op::kCall) return give_up();
     }
     std::uint32_t found = add(Op::kNumber, 0, 0, 0, -1.0);
     for (std::size_t i = items.size(); i-- > 0;) {
@@ -323,6 +365,7 @@ class Compiler {
 
   std::string_view source_;
   const SlotLookup& slots_;
+  const IsGlobal& is_global_;
   std::size_t at_ = 0;
   int brackets_ = 0;  // that are open
   bool ok_ = true;
@@ -345,7 +388,9 @@ class NoScope final : public NativeScope {
 
 }  // namespace
 
-NativeCode compile_native(std::string_view source, const SlotLookup& slots) { return Compiler(source, slots).run(); }
+NativeCode compile_native(std::string_view source, const SlotLookup& slots, const IsGlobal& is_global) {
+  return Compiler(source, slots, is_global).run();
+}
 
 NativeCode compile_null(std::string_view source) {
   std::string_view text = trim(source);

@@ -1,6 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
+#include <set>
+#include <string>
+#include <string_view>
 
 #include "sentree/scxml/loader.h"
 #include "sentree/scxml/script_syntax.h"
@@ -272,6 +276,42 @@ bool makes_plain_objects(std::string_view text) {
   return true;
 }
 
+// Names of built-in objects and of functions of the embedding program that no script of a chart gives to anything else.
+class UntouchedNames {
+ public:
+  explicit UntouchedNames(const Model& model) : model_(model) {}
+
+  bool contains(std::string_view name) {
+    if (!model_.plain_objects) return false;
+    if (!looked_) look();
+    return !unread_ && touched_.find(name) == touched_.end() && (name == "Math" || !is_script_global(name));
+  }
+
+ private:
+  // A function that is only called, and a built-in object of which only members are used, are what they are elsewhere.
+  void look() {
+    looked_ = true;
+    for (const Expression& expression : model_.expressions) {
+      const auto tokens = script_tokens(expression.text);
+      unread_ = unread_ || !tokens;
+      if (unread_) return;
+      for (std::size_t i = 0; i < tokens->size(); ++i) {
+        const ScriptToken& token = (*tokens)[i];
+        if (token.kind != ScriptToken::Kind::kName) continue;
+        const std::string_view before = i > 0 ? (*tokens)[i - 1].raw : std::string_view();
+        const std::string_view behind = i + 1 < tokens->size() ? (*tokens)[i + 1].raw : std::string_view();
+        const bool is_used = behind == (token.raw == "Math" ? "." : "(");
+        if (before != "." && (!is_used || before == "function" || before == "new")) touched_.emplace(token.raw);
+      }
+    }
+  }
+
+  const Model& model_;
+  bool looked_ = false;
+  bool unread_ = false;
+  std::set<std::string, std::less<>> touched_;
+};
+
 }  // namespace
 
 void Loader::look_into_scripts() {
@@ -301,12 +341,14 @@ void Loader::compile_expressions() {
     const auto found = model_->slots.find(name);
     return found == model_->slots.end() ? std::nullopt : std::optional(found->second);
   };
+  UntouchedNames untouched(*model_);
+  const IsGlobal is_global = [&untouched](std::string_view name) { return untouched.contains(name); };
   for (Expression& expression : model_->expressions) {
     expression.pure = expression.use != ExpressionUse::kScript && is_pure(expression.text);
     if (expression.use == ExpressionUse::kLocation)
       expression.slot = as_variable(expression.text, slots);
     else if (expression.use == ExpressionUse::kValue || expression.use == ExpressionUse::kCondition)
-      expression.native = compile_native(expression.text, slots);
+      expression.native = compile_native(expression.text, slots, is_global);
   }
 }
 

@@ -104,7 +104,7 @@ duk_ret_t call_native(duk_context* ctx) {
     if (!reader.failure.empty()) return duk_type_error(ctx, "argument %d holds %s", i + 1, reader.failure.c_str());
   }
   {
-    auto result = world->script_functions()[index].call(call.arguments);
+    auto result = world->script_call(index, call.arguments);
     if (result)
       call.result = *std::move(result);
     else

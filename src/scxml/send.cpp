@@ -71,14 +71,22 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
   }
   if (!spend_output(timer.event.data ? weight(*timer.event.data) : 0, place)) return false;
   const bool outside = !is_scxml_processor(timer.type);
-  if (outside && timer.event.sendid.empty()) timer.event.sendid = make_id(session_.id() + ".send");
-  if (outside && run_.host.on_send) {
-    if (auto allowed = run_.host.on_send(outgoing(timer)); !allowed) {
-      raise_error("error.execution", std::move(allowed.error().message), timer.event.sendid);
-      return false;
+  const bool at_once = timer.delay <= Duration(0);
+  if (outside) {
+    if (timer.event.sendid.empty()) timer.event.sendid = make_id(session_.id() + ".send");
+    if (at_once || run_.host.on_send) {
+      OutgoingSend leaving = outgoing(at_once ? std::move(timer) : Timer(timer));
+      const auto allowed = run_.host.on_send ? run_.host.on_send(leaving) : Result<void>();
+      if (!allowed) {
+        raise_error("error.execution", allowed.error().message, std::move(leaving.sendid));
+        return false;
+      }
+      if (at_once) {
+        send_outside(std::move(leaving));
+        return true;
+      }
     }
-  }
-  if (timer.delay <= Duration(0)) {
+  } else if (at_once) {
     dispatch(std::move(timer));
     return true;
   }
@@ -136,14 +144,14 @@ Result<void> Interpreter::prepare_send(const Send& send, Timer& timer) {
   return {};
 }
 
-OutgoingSend Interpreter::outgoing(const Timer& timer) const {
+OutgoingSend Interpreter::outgoing(Timer timer) const {
   OutgoingSend send;
   send.session = session_.id();
-  send.type = timer.type;
-  send.target = timer.target;
-  send.event = timer.event.name;
-  send.sendid = timer.event.sendid;
-  send.data = timer.event.data;
+  send.type = std::move(timer.type);
+  send.target = std::move(timer.target);
+  send.event = std::move(timer.event.name);
+  send.sendid = std::move(timer.event.sendid);
+  send.data = std::move(timer.event.data);
   send.is_content = timer.is_content;
   send.delay = timer.delay;
   send.span = chart_.span(timer.place);
@@ -152,7 +160,7 @@ OutgoingSend Interpreter::outgoing(const Timer& timer) const {
 
 // The time of the event has come. Errors found here are error.communication: the target was legal, but is not there.
 void Interpreter::dispatch(Timer&& timer) {
-  if (!is_scxml_processor(timer.type)) return send_outside(std::move(timer));
+  if (!is_scxml_processor(timer.type)) return send_outside(outgoing(std::move(timer)));
   Event event = std::move(timer.event);
   event.type = EventType::kExternal;
   event.origin = std::string(kSessionTarget) + session_.id();
@@ -178,7 +186,7 @@ void Interpreter::dispatch(Timer&& timer) {
     if (run_.host.knows_session && run_.host.knows_session(id)) {
       timer.event = std::move(event);
       timer.type = kScxmlProcessor;
-      return send_outside(std::move(timer));
+      return send_outside(outgoing(std::move(timer)));
     }
     return raise_error("error.communication", fmt::format("there is no session \"{}\"", id), std::move(event.sendid));
   }
@@ -203,11 +211,10 @@ void Interpreter::send_to_session(Session& target, Event&& event) {
   target.external_.push(std::move(event));
 }
 
-void Interpreter::send_outside(Timer&& timer) {
-  if (is_basic_http(timer.type) && timer.target.empty()) {
-    return raise_error("error.communication", "a <send> over HTTP needs a target", std::move(timer.event.sendid));
+void Interpreter::send_outside(OutgoingSend&& send) {
+  if (is_basic_http(send.type) && send.target.empty()) {
+    return raise_error("error.communication", "a <send> over HTTP needs a target", std::move(send.sendid));
   }
-  OutgoingSend send = outgoing(timer);
   send.delay = Duration(0);
   run_.effects.emplace_back(std::move(send));
   run_.sent = true;

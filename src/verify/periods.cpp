@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "sentree/base/encoder.h"
 #include "sentree/project/intervention.h"
 #include "sentree/verify/detail/growth.h"
 #include "sentree/verify/detail/period.h"
@@ -265,6 +266,20 @@ void Periods::observed(const Message& message) {
   if (options_.tells_what_is_said) say(all_of(message), message.time);
 }
 
+// What monitors and gates look at, and what coverage is told by.
+bool Periods::is_heard(mission::ObservationName& name) {
+  using Heard = mission::ObservationName::Heard;
+  if (name.heard == Heard::kUnknown) {
+    const monitor::Dispatch::Route& route = dispatch_.route(name.text);
+    const bool heard = !gates_.empty() || options_.tells_what_is_said || leaf_of_.contains(name.text) ||
+                       !route.any.monitors.empty() || !route.by_source.empty();
+    // The first reply of each method.
+    if (!heard && name.text.ends_with(".reply") && !replies_.contains(name.text)) return true;
+    name.heard = heard ? Heard::kYes : Heard::kNo;
+  }
+  return name.heard == Heard::kYes;
+}
+
 void Periods::observed(std::uint32_t number, TimePoint now, const Message& message) {
   if (!gates_.empty()) gates_.observed(message, now);
   while (heard_.size() <= number) heard_.push_back(kUnheard);
@@ -399,27 +414,36 @@ std::uint32_t Periods::hear(const Message& message) {
   if (targets.monitors.empty()) return kNobody;
   // Numbers and times would make each period another one.
   Value looked_at = targets.projection.data(message);
-  Message seen;
-  seen.kind = message.kind;
-  seen.source = message.source;
-  seen.target = message.target;
-  seen.name = message.name;
-  Map data;
-  if (Map* members = looked_at.as_map()) {
-    for (auto& [name, value] : *members) {
+  const auto is_data = [](std::string_view member) { return member != "source" && member != "target"; };
+  form_.clear();
+  Encoder to(form_);
+  to.byte(static_cast<std::uint8_t>(message.kind));
+  for (const std::string* text : {&message.source, &message.target, &message.name}) to.text(*text);
+  if (const Map* const members = looked_at.as_map()) {
+    for (const auto& [name, value] : *members) {
       if (counts_in(message, name)) {
         refuse_clock(message, name);
         return kNobody;
       }
-      if (name != "source" && name != "target") data.append(name, std::move(value));
+      if (!is_data(name)) continue;
+      to.text(name);
+      to.value(value);
     }
   }
-  seen.data = std::move(data);
-  std::string key = std::to_string(static_cast<int>(seen.kind)) + '|' + seen.source + '|' + seen.target + '|' +
-                    seen.name + '|' + to_json(seen.data);
-  const auto [found, is_new] =
-      observation_of_.emplace(std::move(key), static_cast<std::uint32_t>(graph_.observations.size()));
-  if (is_new) graph_.observations.push_back(std::move(seen));
+  const auto [found, is_new] = observation_of_.emplace(form_, static_cast<std::uint32_t>(graph_.observations.size()));
+  if (is_new) {
+    Map data;
+    if (Map* const members = looked_at.as_map()) {
+      for (auto& [name, value] : *members) {
+        if (is_data(name)) data.append(name, std::move(value));
+      }
+    }
+    graph_.observations.push_back({.kind = message.kind,
+                                   .source = message.source,
+                                   .target = message.target,
+                                   .name = message.name,
+                                   .data = Value(std::move(data))});
+  }
   return found->second;
 }
 

@@ -165,6 +165,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
 
   // Surroundings of a run that is executed,
   void observed(const Message& message) override;
+  bool is_heard(mission::ObservationName& name) override;
   std::optional<std::uint64_t> choose(const mission::Choice& choice) override;
   std::size_t order(std::uint64_t number, std::span<const mission::Delivery* const> due) override;
   // and of one that is remembered,

@@ -32,8 +32,6 @@ struct Snapshot {
   [[nodiscard]] static Result<std::string> save(const Tree& tree, const State& state);
   [[nodiscard]] static Result<State> restore(const Tree& tree, std::string_view bytes);
   [[nodiscard]] static Loaded<Carried> carry(const Tree& before, const State& state, const Tree& after);
-  /// A state that goes on as this one does, with everything that no future depends on taken out: for comparing only.
-  [[nodiscard]] static State canonical(const Tree& tree, const State& state, TimePoint now);
   [[nodiscard]] static Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out);
   /// Every index of the state leads somewhere, so that a damaged one cannot make a step read what is not there.
   [[nodiscard]] static bool consistent(const Model& model, const State& state);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,15 +39,18 @@ class EcmaScriptModel final : public DataModel, private NativeScope, private Scr
   const Event* event() override { return event_; }
   std::string_view system(SystemVariable variable) override;
   bool in(std::string_view state_id) override;
+  bool call(std::string_view function, List&& arguments, Value& result) override;
   // ScriptWorld
   bool script_in(std::string_view state_id) override { return in(state_id); }
   double script_now_ms() override;
   double script_random() override { return session_.rng_.uniform(); }
   const std::vector<NativeFunction>& script_functions() override;
+  Result<Value> script_call(std::size_t function, std::span<const Value> arguments) override;
   const std::vector<NativeValue>& script_values() override;
 
-  /// Primitive results only; false: the interpreter must evaluate.
-  bool evaluate_here(ExpressionId id, ScriptValue& value);
+  /// False: the interpreter must evaluate.
+  /// @param objects  The result may be one.
+  bool evaluate_here(ExpressionId id, ScriptValue& value, bool objects = false);
   void store(std::uint32_t slot, std::optional<Value> value);
   /// A heap that holds this session's data and event. `changes`: what is called next may change data.
   Result<ScriptHeap*> heap(ExpressionId id, bool changes);
@@ -61,6 +65,11 @@ class EcmaScriptModel final : public DataModel, private NativeScope, private Scr
   const Model& model_;
   const Event* event_ = nullptr;
   std::shared_ptr<ScriptHeap> heap_;
+  // What functions of the embedding program gave while the expression was evaluated here: if the interpreter has to
+  // evaluate it again, it is given the same. So many of them it has been given.
+  std::vector<Result<Value>> called_;
+  std::size_t given_ = 0;
+  ExpressionId here_ = kNoExpression;     // that is evaluated so
   bool event_current_ = false;            // the heap has the present event
   bool heap_newer_ = false;               // the heap's data may be newer than the session's
   std::vector<std::uint32_t> unwritten_;  // variables that are newer in the session than in the heap

@@ -142,10 +142,10 @@ class Interpreter {
   Result<void> prepare_send(const Send& send, Timer& timer);
   void dispatch(Timer&& timer);
   void send_to_session(Session& target, Event&& event);
-  void send_outside(Timer&& timer);
+  void send_outside(OutgoingSend&& send);
   void raise(Event event);
   void raise_error(std::string_view name, std::string message, std::string sendid = {});
-  [[nodiscard]] OutgoingSend outgoing(const Timer& timer) const;
+  [[nodiscard]] OutgoingSend outgoing(Timer timer) const;
   [[nodiscard]] std::string make_id(std::string_view prefix);
 
   // Invoking (invoke.cpp).

@@ -32,6 +32,9 @@ class ScriptWorld {
   virtual double script_now_ms() = 0;
   virtual double script_random() = 0;
   virtual const std::vector<NativeFunction>& script_functions() = 0;
+  virtual Result<Value> script_call(std::size_t function, std::span<const Value> arguments) {
+    return script_functions()[function].call(arguments);
+  }
   virtual const std::vector<NativeValue>& script_values() = 0;
 };
 
