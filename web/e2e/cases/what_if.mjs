@@ -44,7 +44,7 @@ test("a run without models says so", async () => {
   const { page, close } = await open_page(program.url);
   await page.getByRole("button", { name: "Run again" }).click();
   await page.getByRole("menuitem", { name: /What if a model/ }).click();
-  await page.getByText("No model of this run has chosen anything").waitFor();
+  await page.getByText("No model has chosen anything").waitFor();
   await page.keyboard.press("Escape");
   await until(async () => (await page.getByRole("dialog").count()) === 0, "it closes");
   await close();

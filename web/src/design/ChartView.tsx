@@ -216,7 +216,9 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   const next_state = (step: number) => {
     const ids = chart.states.map(({ id }) => id).filter((id) => id !== "");
     const at = ids.indexOf(chosen ?? chosen_edge?.source ?? "");
-    choose_state(ids.at((at + (at < 0 && step < 0 ? 0 : step)) % ids.length) ?? null);
+    const next = ids.at((at + (at < 0 && step < 0 ? 0 : step)) % ids.length) ?? null;
+    choose_state(next);
+    show_line(chart.states.find(({ id }) => id === next)?.line ?? 0);
   };
   /** Of the chosen state, or of all. */
   const next_transition = (step: number) => {

@@ -85,12 +85,12 @@ export default function DesignView() {
 /** Without the token of the printed address. */
 function OnlyLooks() {
   return (
-    <div className="empty nothing" role="status" data-testid="only-looks">
-      <p>This page may only look. The project is edited with the address that the program has printed, the one with #token=… at its end.</p>
+    <main className="empty nothing" data-testid="only-looks">
+      <p role="status">This page may only look. The project is edited with the address that the program has printed, the one with #token=… at its end.</p>
       <button className="button primary" onClick={() => useMode.setState({ mode: "run" })}>
         Look at its run
       </button>
-    </div>
+    </main>
   );
 }
 

@@ -16,6 +16,12 @@ export function csv_of(rows: readonly Row[]): string {
   return ["time_s,status", ...rows.map(([time, status]) => `${Number((time / kSecond_ns).toFixed(9))},${status}`)].join("\n") + "\n";
 }
 
+/** What a condition says anew each tick, once where it changes. */
+export function answers_of(rows: readonly Row[]): Row[] {
+  const said = rows.filter(([, status]) => status !== "IDLE");
+  return said.filter(([, status], i) => status !== said[i - 1]?.[1]);
+}
+
 /** What became of a node when, up to the newest. */
 export function Transitions({ node }: { node: TreeNode }) {
   const index = useStudio((studio) => studio.index);
@@ -31,16 +37,18 @@ export function Transitions({ node }: { node: TreeNode }) {
       gone = true;
     };
   }, [node.id, index, second]);
-  const { rows, left_out } = known;
+  const { left_out } = known;
+  const is_condition = node.kind === "condition";
+  const rows = is_condition ? answers_of(known.rows) : known.rows;
   const now = rows.findLastIndex(([since]) => since <= time);
   const first = Math.max(0, Math.min(now - kShownMax / 2, rows.length - kShownMax));
   const shown = rows.slice(first, first + kShownMax);
   return (
     <section className="values transitions" aria-label="Transitions">
       <h3>
-        Transitions <span className="muted number">{rows.length + left_out}</span>
+        {is_condition ? "Answers that changed" : "Transitions"} <span className="muted number">{rows.length + (is_condition ? 0 : left_out)}</span>
         {rows.length > 0 && (
-          <button className="button small" title={left_out > 0 ? `The newest ${rows.length}` : undefined} onClick={() => download(csv_of(rows), file_name([node.name, "transitions"], "csv"), "text/csv")}>
+          <button className="button small" title={`${left_out > 0 ? "The newest" : "All"} ${known.rows.length} transitions`} onClick={() => download(csv_of(known.rows), file_name([node.name, "transitions"], "csv"), "text/csv")}>
             Save as CSV
           </button>
         )}

@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { Rect, TreeNode } from "../../protocol/types";
 import { ancestors, descendants, neighbour, running, scope_of, search, shown, uncover, visible_for } from "./tree";
+import { answers_of } from "./Transitions";
 
 function node(id: number, parent: number | null, name: string, ports: TreeNode["ports"] = []): TreeNode {
   return { id, parent, path: `Main.${name}`, name, type: id === 0 ? "ReactiveSequence" : "GoTo", kind: "action", symbol: "", leaf: null, message_name: null, ports };
@@ -107,4 +108,9 @@ describe("the blackboard that a node sees", () => {
     expect(scope_of(nodes, 5, scopes)).toBe("Go::5");
     expect(scope_of(nodes, 5, ["", "Go::15"])).toBe("");
   });
+});
+
+it("a condition's answers are told where they change", () => {
+  expect(answers_of([[0, "SUCCESS"], [0, "IDLE"], [1, "SUCCESS"], [1, "IDLE"], [2, "FAILURE"], [2, "IDLE"]])).toEqual([[0, "SUCCESS"], [2, "FAILURE"]]);
+  expect(answers_of([[0, "IDLE"]])).toEqual([]);
 });
