@@ -24,8 +24,7 @@ export default function Plot() {
   const signals = usePlot((plot) => plot.signals);
   return (
     <div className="plot">
-      <Chooser full={signals.length >= kSignalsMax} />
-      {signals.length === 0 ? <p className="empty">Choose a number of a message, a chart, a robot or the blackboard.</p> : <Curves signals={signals} />}
+      <Curves signals={signals} />
     </div>
   );
 }
@@ -205,26 +204,32 @@ function Curves({ signals }: { signals: readonly Signal[] }) {
   const at = cursor ?? time;
   return (
     <>
-      <ul className="plot-legend" aria-label={`Values at ${clock_text(at)}`}>
-        <li className="mono muted" data-testid="plot-time">
-          {clock_text(at)}
-        </li>
-        {signals.map((signal, i) => (
-          <li key={title_of(signal)} data-signal={title_of(signal)}>
-            <span className="plot-ink" style={{ background: inks[i] }} aria-hidden="true" />
-            <span className="ellipsis" title={why_not[i] || title_of(signal)}>
-              <bdi dir="ltr">{title_of(signal)}</bdi>
-            </span>
-            <strong className="number" data-testid="plot-value">
-              {why_not[i] ? "?" : points[i]?.length === 0 ? "no number here" : value_text(points[i] ?? [], at)}
-            </strong>
-            <button className="icon-button small" aria-label={`Take ${title_of(signal)} away`} onClick={() => remove_signal(signal)}>
-              <Icon name="close" />
-            </button>
-          </li>
-        ))}
-      </ul>
-      <div ref={place} className="plot-place" data-testid="plot" data-points={points.map((one) => one.length).join(" ")} />
+      <div className="plot-head">
+        <ul className="plot-legend" aria-label={`Values at ${clock_text(at)}`}>
+          {signals.length > 0 && (
+            <li className="mono muted" data-testid="plot-time">
+              {clock_text(at)}
+            </li>
+          )}
+          {signals.map((signal, i) => (
+            <li key={title_of(signal)} data-signal={title_of(signal)}>
+              <span className="plot-ink" style={{ background: inks[i] }} aria-hidden="true" />
+              <span className="ellipsis" title={why_not[i] || title_of(signal)}>
+                <bdi dir="ltr">{title_of(signal)}</bdi>
+              </span>
+              <strong className="number" data-testid="plot-value">
+                {why_not[i] ? "?" : points[i]?.length === 0 ? "no number here" : value_text(points[i] ?? [], at)}
+              </strong>
+              <button className="icon-button small" aria-label={`Take ${title_of(signal)} away`} onClick={() => remove_signal(signal)}>
+                <Icon name="close" />
+              </button>
+            </li>
+          ))}
+        </ul>
+        <Chooser full={signals.length >= kSignalsMax} />
+      </div>
+      {signals.length === 0 && <p className="empty">Choose a number of a message, a chart, a robot or the blackboard.</p>}
+      <div ref={place} className="plot-place" hidden={signals.length === 0} data-testid="plot" data-points={points.map((one) => one.length).join(" ")} />
     </>
   );
 }
