@@ -350,8 +350,8 @@ TEST(Native, FunctionsAreCalledOnceForEachCall) {
         "<assign location='d' expr=\"" +
             expression + "\"/><assign location='m' expr=\"'' + m\"/><log expr='[]'/></onentry></state>",
         host);
-    const Value* const data = ran.session.data(ran.chart).find("d");
-    return to_json(*data) + (ran.events.empty() ? "" : " and an error") + ", calls: " + std::to_string(calls);
+    const Map data = ran.session.data(ran.chart);
+    return to_json(*data.find("d")) + (ran.events.empty() ? "" : " and an error") + ", calls: " + std::to_string(calls);
   };
   EXPECT_EQ(counted("count(1)"), "1, calls: 1");
   EXPECT_EQ(counted("count(1) + 10 * count('x')"), "21, calls: 2");
