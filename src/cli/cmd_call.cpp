@@ -59,8 +59,8 @@ int finish(bool ok, const std::string& result, const std::string& kind, const st
 
 // What the network says of the address: the interface of ROS that is there; empty: it does not say.
 std::string interface_there(const rpc::Address& address) {
-  constexpr std::chrono::seconds kPatience{1};
-  const auto listed = rpc::middleware_of(address).list(address, kPatience);
+  constexpr std::chrono::seconds kDiscovery{1};
+  const auto listed = rpc::middleware_of(address).list(address, kDiscovery);
   if (!listed) return {};
   const std::string name = address.path.substr(0, address.path.find('?'));
   for (const rpc::NetworkEntry& entry : *listed) {
