@@ -13,16 +13,23 @@ namespace sentree::bt {
 
 namespace {
 
+/// A node's `child_done`, which may ask for the child.
 template <class T>
-constexpr bool kHasChildren =
-    requires(Machine& m, const Node& n, NodeId id, Status status) { T::child_done(m, n, id, status); } ||
-    requires(Machine& m, const Node& n, NodeId id, Status status) { T::child_done(m, n, id, id, status); };
+concept TakesStatus = requires(Machine& m, const Node& n, NodeId id, Status status) {
+  T::child_done(m, n, id, status);
+};
+template <class T>
+concept TakesChild = requires(Machine& m, const Node& n, NodeId id, Status status) {
+  T::child_done(m, n, id, id, status);
+};
+template <class T>
+concept HasChildren = TakesStatus<T> || TakesChild<T>;
 
 template <class T>
 [[gnu::always_inline]] inline Next child_done_as(Machine& m, const Node& n, NodeId id, NodeId child, Status status) {
-  if constexpr (requires { T::child_done(m, n, id, status); }) {
+  if constexpr (TakesStatus<T>) {
     return T::child_done(m, n, id, status);
-  } else if constexpr (kHasChildren<T>) {
+  } else if constexpr (TakesChild<T>) {
     return T::child_done(m, n, id, child, status);
   } else {
     SENTREE_ASSERT(false && "a leaf has no children");
@@ -115,7 +122,7 @@ void Machine::halt_node(NodeId id) {
   double number = 0;
   Blackboard::Entry* entry = nullptr;
   if (!detail::read_number(blackboard_, conditions.test_cell, entry, number)) return false;
-  holds = detail::test(conditions.test, number, conditions.test_number) == conditions.when;
+  holds = detail::holds(conditions.test, number, conditions.test_number) == conditions.when;
   return true;
 }
 
@@ -183,7 +190,7 @@ Status Machine::tick_as(Machine& m, const Node& n, NodeId id) {
   } else {
     next = T::enter(m, n, id);
   }
-  if constexpr (kHasChildren<T>) {
+  if constexpr (HasChildren<T>) {
     while (next.child != kNoNode) {
       if (m.failed_) [[unlikely]]
         return Status::kIdle;
@@ -196,7 +203,7 @@ Status Machine::tick_as(Machine& m, const Node& n, NodeId id) {
   return m.leave(n, id, next.status);
 }
 
-constexpr std::array<Machine::Tick, Node::kByKind + kKinds> Machine::kTicks = {
+constexpr std::array<Machine::TickFunction, Node::kByKind + kKinds> Machine::kTicks = {
     &Machine::tick_walked, &Machine::tick_plain, &Machine::tick_conditional,
 #define SENTREE_BT_NODE(name) &Machine::tick_as<nodes::name>,
     SENTREE_BT_NODES(SENTREE_BT_NODE)
@@ -207,7 +214,7 @@ Status Machine::tick_plain(Machine& m, const Node& n, NodeId id) {
   return nodes::User::tick_plain<Status::kSuccess>(m, n, id);
 }
 
-// What follows are calls that end this one: it needs no room of its own.
+// Whatever it calls ends it: it needs no room of its own.
 Status Machine::tick_conditional(Machine& m, const Node& n, NodeId id) {
   const Conditions& conditions = m.model_.conditions[n.conditions];
   bool holds = false;
@@ -245,7 +252,7 @@ Machine::Outcome Machine::walk_as(NodeId id, bool entered, Status status, NodeId
     }
     NodeId child = id;
     if (next.child < kSuspend) {
-      // Down. What answers at once need not be entered.
+      // Down. What answers at once is called.
       child = children[n->first_child + next.child];
       if (failed_) [[unlikely]]
         return {false, Status::kIdle};

@@ -156,6 +156,7 @@ StepResult Machine::leaf_halted(NodeId leaf) {
   if (state_.waiting_ != kNoNode) return {};
   if (!state_.timers_.empty()) fire_timers();
   if (failed_) return finish(Outcome{false, Status::kIdle});
+  if (answers_at_once(0)) return finish(Outcome{false, tick_at_once(nodes_[0], 0)});
   return finish(walk(0, false, Status::kIdle, 0));
 }
 

@@ -3,11 +3,15 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sentree/base/rng.h"
 #include "sentree/bt/detail/test_random_tree.h"
+#include "sentree/bt/detail/test_support.h"
+#include "sentree/bt/encode.h"
+#include "sentree/bt/hooks.h"
 #include "sentree/bt/load.h"
 #include "sentree/bt/registry.h"
 #include "sentree/bt/state.h"
@@ -168,6 +172,9 @@ struct Answering {
     static_cast<void>(self.output("out", static_cast<std::int64_t>(play->asked[self.id()])));
     return status;
   }
+  // What it remembers is not the tree's.
+  [[nodiscard]] Value save() const { return {}; }
+  [[nodiscard]] bool restore(const Value& /*saved*/) { return true; }
   Play* play = nullptr;
   std::vector<NodeId>* asked = nullptr;
 };
@@ -233,6 +240,102 @@ TEST(Property, LeavesInCppAndLeavesThatAreWaitedForGiveTheSame) {
       ASSERT_TRUE(std::equal(state.statuses().begin(), state.statuses().end(), play.state.statuses().begin()));
       ASSERT_EQ(to_json(export_blackboard(direct, state)), to_json(export_blackboard(waiting, play.state)));
     }
+  }
+}
+
+/// Everything that it is told, as text.
+class Log final : public Observer {
+ public:
+  void status_changed(NodeId node, Status from, Status to, TimePoint /*time*/) override {
+    text += std::to_string(node) + ": " + std::string(to_string(from)) + " > " + std::string(to_string(to)) + "\n";
+  }
+  void skipped(NodeId node, TimePoint /*time*/) override { text += std::to_string(node) + " skipped\n"; }
+  std::string text;
+};
+
+TEST(Property, NodesThatAreCalledDoWhatTheyDoWhenTheyAreWalkedTo) {
+  for (std::uint64_t seed = 1; seed <= kTrees; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const RandomTree::Parts parts{.branches = true};
+    const Tree external = random_tree(seed, parts);
+    struct Side {
+      explicit Side(const Tree& of) : answers(of, 0) {}
+      Play answers;
+      std::vector<NodeId> asked;
+      std::optional<Tree> tree;
+      State state;
+      Effects effects;
+      Log log;
+    };
+    Side called(external);
+    Side walked(external);
+    for (Side* side : {&called, &walked}) {
+      side->answers.seed = seed;
+      Registry registry;
+      AnsweringAction action;
+      AnsweringCondition condition;
+      action.play = condition.play = &side->answers;
+      action.asked = condition.asked = &side->asked;
+      registry.add<AnsweringAction>("Do", action);
+      registry.add<AnsweringCondition>("Ask", Category::kCondition, condition);
+      side->tree.emplace(random_tree(seed, parts, &registry));
+      side->state = State(*side->tree);
+    }
+    // Every other tree is observed, too: what changes is told in the same order.
+    if (seed % 2 == 0) {
+      called.effects.observer = &called.log;
+      walked.effects.observer = &walked.log;
+    }
+    // Whoever hooks into ticks is told of each, and nothing is called past him.
+    TickHooks hooks;
+    walked.effects.hooks = &hooks;
+    for (int tick = 0; tick < kTicks; ++tick) {
+      const StepResult result = step(*called.tree, called.state, Input::tick(), at_tick(tick), called.effects);
+      const StepResult same = step(*walked.tree, walked.state, Input::tick(), at_tick(tick), walked.effects);
+      ASSERT_EQ(result.kind, same.kind);
+      ASSERT_EQ(result.status, same.status);
+      ASSERT_EQ(called.effects.wake, walked.effects.wake);
+      ASSERT_EQ(called.effects.next_timer, walked.effects.next_timer);
+      ASSERT_EQ(called.asked, walked.asked);
+      ASSERT_EQ(called.log.text, walked.log.text);
+      if (result.kind == StepResult::Kind::kFailed) {
+        ASSERT_EQ(called.effects.error->message, walked.effects.error->message);
+        for (Side* side : {&called, &walked}) {
+          step(*side->tree, side->state, Input::halt(), at_tick(tick), side->effects);
+        }
+      }
+      std::string one;
+      std::string other;
+      ASSERT_TRUE(encode(*called.tree, called.state, at_tick(tick), one).has_value());
+      ASSERT_TRUE(encode(*walked.tree, walked.state, at_tick(tick), other).has_value());
+      ASSERT_EQ(one, other);
+    }
+  }
+}
+
+TEST(Property, ADeepTreeIsTickedAsAFlatOne) {
+  const auto ticked = [](int levels, const std::string& leaf) {
+    std::string xml = leaf;
+    for (int i = 0; i < levels; ++i) {
+      const std::string tag = i % 3 == 0 ? "Inverter" : i % 3 == 1 ? "Sequence" : "Fallback";
+      xml = "<" + tag + ">" + xml + "</" + tag + ">";
+    }
+    auto loaded = load(in_tree(xml));
+    EXPECT_TRUE(loaded.ok());
+    State state(*loaded.value);
+    Effects effects;
+    const StepResult result = step(*loaded.value, state, Input::tick(), at_tick(0), effects);
+    EXPECT_TRUE(result.done());
+    for (const Status status : state.statuses())
+      EXPECT_TRUE(status == Status::kIdle || result.status == Status::kRunning);
+    return result.status;
+  };
+  for (const int levels : {0, 1, 99, 100, 101, 102, 150, 300, 900}) {
+    SCOPED_TRACE(levels);
+    const bool inverted = (levels + 2) / 3 % 2 == 1;
+    EXPECT_EQ(ticked(levels, "<AlwaysSuccess/>"), inverted ? Status::kFailure : Status::kSuccess);
+    EXPECT_EQ(ticked(levels, "<AlwaysFailure/>"), inverted ? Status::kSuccess : Status::kFailure);
+    EXPECT_EQ(ticked(levels, "<Sleep msec=\"5\"/>"), Status::kRunning);
   }
 }
 

@@ -4,6 +4,15 @@
 
 namespace sentree::bt {
 
+namespace {
+
+const Input& a_tick() {
+  static const Input kTick = Input::tick();
+  return kTick;
+}
+
+}  // namespace
+
 Runner::Runner(Tree tree, const Clock* clock) : tree_(std::move(tree)), state_(tree_), clock_(clock) {}
 
 [[gnu::always_inline]] inline Status Runner::run(const Input& input, TimePoint now) {
@@ -38,11 +47,8 @@ Status Runner::settle(StepResult result, TimePoint now) {
   return result.status;
 }
 
-Status Runner::tick() { return tick(clock_ != nullptr ? clock_->now() : now_); }
-Status Runner::tick(TimePoint now) {
-  static const Input kTick = Input::tick();
-  return run(kTick, now);
-}
+Status Runner::tick() { return run(a_tick(), clock_ != nullptr ? clock_->now() : now_); }
+Status Runner::tick(TimePoint now) { return run(a_tick(), now); }
 
 Status Runner::tick_until_waiting(int ticks_max) {
   Status status = tick();

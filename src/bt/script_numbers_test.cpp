@@ -36,15 +36,14 @@ std::string escaped(const std::string& script) {
   return out;
 }
 
-/// Status, error and entries after three ticks.
-std::string after(const std::string& leaf, const std::string& script, bool at_once) {
+/// Status, error and entries after three ticks of a leaf, beside which the script is the text of an entry.
+std::string after(const std::string& leaf, const std::string& script) {
   const Registry registry = with_entries(script);
-  const std::string code = at_once ? escaped(script) : "{code}";
   auto loaded = load(
       in_tree(
           "<Sequence><Script code=\"made := 1\"/><RunOnce then_skip=\"false\"><Begin real=\"{real}\" whole=\"{whole}\" "
-          "truth=\"{truth}\" text=\"{text}\" code=\"{code}\"/></RunOnce><" +
-          leaf + " code=\"" + code + "\"/></Sequence>"),
+          "truth=\"{truth}\" text=\"{text}\" code=\"{code}\"/></RunOnce>" +
+          leaf + "</Sequence>"),
       {.registry = &registry});
   if (!loaded.ok()) return "refused";
   Runner runner(std::move(*loaded.value));
@@ -91,12 +90,33 @@ TEST(ScriptNumbers, GiveWhatTheLongWayGives) {
     const bool assigns = rng.below(3) == 0;
     if (assigns) script = kEntries[rng.below(6)] + std::string(" ") + kAssignments[rng.below(6)] + " " + script;
     const std::string leaf = assigns ? "Script" : "ScriptCondition";
-    const std::string at_once = after(leaf, script, true);
+    const std::string at_once = after("<" + leaf + " code=\"" + escaped(script) + "\"/>", script);
     if (at_once == "refused") continue;
-    ASSERT_EQ(at_once, after(leaf, script, false)) << leaf << ": " << script << "\nseed " << kSeed << ", script " << i;
+    ASSERT_EQ(at_once, after("<" + leaf + " code=\"{code}\"/>", script))
+        << leaf << ": " << script << "\nseed " << kSeed << ", script " << i;
     if (at_once.find("bt.script") == std::string::npos) ++through;
   }
   EXPECT_GT(through, 2'000);
+}
+
+TEST(ScriptNumbers, DecideInPreconditionsWhatTheyDecideInALeaf) {
+  constexpr std::uint64_t kSeed = 23;
+  Rng rng(kSeed);
+  int through = 0;
+  for (int i = 0; i < 3'000; ++i) {
+    const std::string script = expression(rng, static_cast<int>(rng.below(3)));
+    // Each makes the sequence succeed where the script holds.
+    static const char* const kLeaves[] = {"<AlwaysFailure _skipIf=\"%\"/>", "<AlwaysFailure _successIf=\"%\"/>",
+                                          "<Fallback><AlwaysSuccess _while=\"%\"/><AlwaysFailure/></Fallback>"};
+    std::string leaf = kLeaves[rng.below(3)];
+    leaf.replace(leaf.find('%'), 1, escaped(script));
+    const std::string there = after(leaf, script);
+    if (there == "refused") continue;
+    ASSERT_EQ(there, after("<ScriptCondition code=\"{code}\"/>", script))
+        << leaf << "\nseed " << kSeed << ", script " << i;
+    if (there.find("bt.script") == std::string::npos) ++through;
+  }
+  EXPECT_GT(through, 1'500);
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ class Blackboard {
     const std::uint32_t link = links_[cell];
     if (link == State::kNoEntry) return nullptr;
     Entry* const entry = &state_.entries_[link];
-    if (entry == nullptr) __builtin_unreachable();
+    if (entry == nullptr) __builtin_unreachable();  // Callers compare with null what is a link of none.
     return entry;
   }
   /// The entry, made where it does not exist. Null, with `error` set, where it exists with another strong type.

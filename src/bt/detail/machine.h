@@ -24,7 +24,8 @@ inline constexpr std::uint32_t kCyclesMax = 1'000'000;
 ///
 /// A tick walks the tree without recursion: a node is entered and says "tick that child" or "done"; when a child is
 /// done its parent is asked again. What a node must know to go on is in the state's memory, so a tick can stop at an
-/// external leaf and go on in a later step.
+/// external leaf and go on in a later step. Nodes below which none can stop are called by their parent instead, if
+/// they are not too high (`Node::Tick`), unless somebody has hooked into ticks.
 class Machine {
  public:
   Machine(const Tree& tree, State& state, TimePoint now, Effects& effects)
@@ -213,9 +214,9 @@ class Machine {
   static constexpr std::uint32_t kSuspend = kNoNode - 1;  ///< `Next::child`: wait for the leaf's answer.
 
  private:
-  using Tick = Status (*)(Machine&, const Node&, NodeId);
+  using TickFunction = Status (*)(Machine&, const Node&, NodeId);
   /// By `Node::tick`.
-  static const std::array<Tick, Node::kByKind + kKinds> kTicks;
+  static const std::array<TickFunction, Node::kByKind + kKinds> kTicks;
   static Status tick_walked(Machine& /*m*/, const Node& /*n*/, NodeId /*id*/) { return Status::kIdle; }
   static Status tick_plain(Machine& m, const Node& n, NodeId id);
   static Status tick_conditional(Machine& m, const Node& n, NodeId id);
@@ -290,7 +291,7 @@ class Machine {
   bool unusual_;
   bool halting_tree_ = false;
   std::uint32_t cycles_ = 0;
-  int nested_ = 0;    ///< Inside tick_now.
+  int nested_ = 0;  ///< Inside tick_now.
 };
 
 }  // namespace sentree::bt

@@ -53,7 +53,7 @@ inline constexpr double kExact = 9'007'199'254'740'992.0;
 }
 
 /// `applied` as a condition; what conditions mostly are comes first.
-[[gnu::always_inline]] inline bool test(Instruction::Op op, double a, double b) {
+[[gnu::always_inline]] inline bool holds(Instruction::Op op, double a, double b) {
   using Op = Instruction::Op;
   if (op == Op::kGreater) return a > b;
   if (op == Op::kLess) return a < b;

@@ -20,6 +20,7 @@ namespace sentree::bt::nodes {
 /// and, by need,
 ///   child_done(m, n, id, [child,] status)  a child that it has ticked has returned
 ///   fire(m, n, id)                       its timer is due (`kStartsTimers`)
+///   tick(m, n, id)                       `enter` where its children answer at once, if there is a shorter way then
 struct AnyNode {
   /// Its words in State::memory_, which its functions index; IDLE, all are 0. `more_words` follow.
   static constexpr std::array<Word, 0> kWords{};
