@@ -74,17 +74,21 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
   const bool at_once = timer.delay <= Duration(0);
   if (outside) {
     if (timer.event.sendid.empty()) timer.event.sendid = make_id(session_.id() + ".send");
-    if (at_once || run_.host.on_send) {
-      OutgoingSend leaving = outgoing(at_once ? std::move(timer) : Timer(timer));
-      const auto allowed = run_.host.on_send ? run_.host.on_send(leaving) : Result<void>();
-      if (!allowed) {
-        raise_error("error.execution", allowed.error().message, std::move(leaving.sendid));
-        return false;
-      }
-      if (at_once) {
-        send_outside(std::move(leaving));
-        return true;
-      }
+    const auto is_allowed = [this](OutgoingSend& leaving) {
+      if (!run_.host.on_send) return true;
+      const auto allowed = run_.host.on_send(leaving);
+      if (!allowed) raise_error("error.execution", allowed.error().message, std::move(leaving.sendid));
+      return allowed.has_value();
+    };
+    if (at_once) {
+      OutgoingSend leaving = outgoing(std::move(timer));
+      if (!is_allowed(leaving)) return false;
+      send_outside(std::move(leaving));
+      return true;
+    }
+    if (run_.host.on_send) {
+      OutgoingSend leaving = outgoing(timer);
+      if (!is_allowed(leaving)) return false;
     }
   } else if (at_once) {
     dispatch(std::move(timer));
