@@ -136,10 +136,11 @@ set_up
 stub ctest 'exit 8'
 run 8 "$work/repo/test"
 
-# A ctest whose first run fails the given tests.
+# A ctest whose first run fails the given tests; A.wall has a label of those with deadlines of the wall clock.
 stub_failing_ctest() {
   stub ctest 'failed='"$work"'/repo/build/release/Testing/Temporary/LastTestsFailed.log
 [[ " $* " == *" --rerun-failed "* ]] && exit '"$1"'
+[[ " $* " == *" -N -L "* ]] && { echo "  Test #7: A.wall"; exit 0; }
 mkdir -p "${failed%/*}" && printf "'"$2"'" >"$failed"; exit 8'
 }
 
@@ -158,8 +159,10 @@ expect_output 'Passed alone, but not beside other tests, which should be looked 
 
 name="forgives what misses deadlines of the wall clock, also where CI is set"
 set_up
-stub_failing_ctest 0 '7:Processes.SurviveKills\n9:soak.a_minute\n'
+stub_failing_ctest 0 '7:A.wall\n9:soak.a_minute\n'
 run 0 env CI=true "$work/repo/test"
+stub_failing_ctest 0 '7:A.wall\n9:A.wallet\n'
+run 8 env CI=true "$work/repo/test"
 
 name="fails when a test fails alone too"
 set_up
