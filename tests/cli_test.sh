@@ -698,6 +698,26 @@ expect 0 'robot chooses starts_at = 3 .robot#1, not 2; models/robot.scxml:11' \
 expect 124 'monitor never_empty: undecided' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot#1=2
 expect 3 'no choice of model "robot" has the alternative 99; there are 3, 2' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot#1=99
 expect 1 '! --choose robot#3000: the run never came to that choice; there were robot#1 .starts_at at models/robot.scxml:11., robot#2 .starts_with at ' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot#3000=true
+# What a scenario decides and the run never comes to is told with its place.
+cat >"$work/verified/scenarios/unasked.yaml" <<'END'
+clock: virtual
+override:
+  services: {battery: {at: model}, navigation: {at: model}}
+choices:
+  - {model: robot, number: 1, name: starts_at, value: 2}
+  - {model: robot, number: 400, name: plugs_in, value: true, tick: 9}
+  - {model: robot, number: 300, name: plugs_in, value: true}
+orders:
+  - {number: 900000, first: mission, tick: 12}
+duration: 3 s
+END
+expect 0 "unasked.yaml:7:.*: warning: choice 'plugs_in' .robot#300. was never asked for, nor was one behind it: robot chose [2-9] times in this run" \
+  "$sentree" test "$work/verified/scenarios/unasked.yaml"
+expect 0 'unasked.yaml:9:.*: warning: order 900000 .mission first. of tick 12 was never asked for: [0-9]+ times in this run something was due' \
+  "$sentree" test "$work/verified/scenarios/unasked.yaml"
+expect 1 'was never asked for' "$sentree" test --strict "$work/verified/scenarios/unasked.yaml"
+expect 0 'nothing is told of what was asked for' \
+  bash -c "'$sentree' test '$work/verified/verify/never_empty.yaml' | grep 'never asked' || echo nothing is told of what was asked for"
 expect 2 'no model "robt"; did you mean "robot"' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robt#1=2
 expect 2 'is not MODEL#NUMBER=VALUE' "$sentree" run "$work/verified/verify/never_empty.yaml" --choose robot=2
 expect 0 'turns_to_station +holds ' "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --exact

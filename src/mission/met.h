@@ -11,10 +11,11 @@ struct Met {
     kSkillState,       ///< The chart of a leaf's skill enters a state.
     kModelState,       ///< The chart of a model enters a state,
     kModelTransition,  ///< or takes a transition.
+    kAnswer,           ///< A leaf answers a tick with a status.
   };
   Kind kind = Kind::kNode;
   std::uint32_t of = 0;    ///< Which node, leaf or model of the plan.
-  std::uint32_t what = 0;  ///< The status, or the index in the chart.
+  std::uint32_t what = 0;  ///< The status (`bt::Status`), or the index in the chart.
 };
 
 }  // namespace sentree::mission

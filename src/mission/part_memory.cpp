@@ -487,7 +487,7 @@ bool PartMemory::fails(Failing how, std::string_view call) {
   return answer({.kind = Query::Kind::kFails, .a = intern_text(call), .b = static_cast<std::uint32_t>(how)}) != 0;
 }
 
-std::optional<Veto> PartMemory::judge(const Message& request) {
+std::optional<Veto> PartMemory::judge(Message& request) {
   if (!tables_->gates) return std::nullopt;
   const std::int64_t veto =
       is_told() ? script_[replayed_++] : answer({.kind = Query::Kind::kJudge, .a = intern(Message(request))});

@@ -272,7 +272,7 @@ class PartMemory final : private Ground {
   Duration delay_of(std::string_view message) override;
   void falsify(std::string_view call, const idl::Method& method, Value& result) override;
   bool fails(Failing how, std::string_view call) override;
-  std::optional<Veto> judge(const Message& request) override;
+  std::optional<Veto> judge(Message& request) override;
   std::optional<std::uint64_t> choose(const Choice& choice) override;
 
   [[nodiscard]] bool is_told() const { return replayed_ < script_.size(); }

@@ -71,6 +71,9 @@ class Parts::TreeSide final : public TreeHost {
   void changed(bt::NodeId node, bt::Status to) override {
     ground->met({Met::Kind::kNode, static_cast<std::uint32_t>(node), static_cast<std::uint32_t>(to)});
   }
+  void has_answered(std::size_t leaf, bt::Status status) override {
+    ground->met({Met::Kind::kAnswer, static_cast<std::uint32_t>(leaf), static_cast<std::uint32_t>(status)});
+  }
   void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {
     ground->tell_skill(leaf, "tick", TickSkill{tick, started, inputs});
   }

@@ -65,7 +65,8 @@ class Ground {
   virtual void falsify(std::string_view call, const idl::Method& method, Value& result) = 0;
   [[nodiscard]] virtual bool fails(Failing how, std::string_view call) = 0;
   /// Why a request is refused; nothing: it goes out.
-  [[nodiscard]] virtual std::optional<Veto> judge(const Message& request) = 0;
+  /// @param request  Is given the members that the ground knows.
+  [[nodiscard]] virtual std::optional<Veto> judge(Message& request) = 0;
   [[nodiscard]] virtual std::optional<std::uint64_t> choose(const Choice& choice) = 0;
 };
 

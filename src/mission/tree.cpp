@@ -141,6 +141,7 @@ class TreeMachine::Step {
     leaf.lateness_told.reset();
     const bt::Status truth = answered.status;
     const bool forced = force(plan, leaf, answered);
+    host_.has_answered(answered.leaf, answered.status);
     if (ObservationName& name = machine_.names_[answered.leaf].reply; host_.is_heard(name)) {
       Map data = entry("status", to_string(answered.status));
       if (forced) data.append("forced", true);
@@ -238,7 +239,7 @@ class TreeMachine::Step {
     const bool failed = answered.status == bt::Status::kFailure;
     if (failed && reason != nullptr)
       state_.reason = fmt::format("{}: {}", leaf, reason->text());
-    else if (failed || state_.reason.starts_with(leaf + ": "))
+    else if (failed || (!state_.reason.empty() && state_.reason.starts_with(leaf + ": ")))
       state_.reason.clear();
   }
 

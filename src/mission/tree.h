@@ -122,6 +122,8 @@ class TreeHost {
   virtual void pass() {}
   /// A node of the tree has another status now.
   virtual void changed(bt::NodeId /*node*/, bt::Status /*to*/) {}
+  /// A leaf has answered a tick so.
+  virtual void has_answered(std::size_t /*leaf*/, bt::Status /*status*/) {}
   [[nodiscard]] virtual std::uint64_t next_call() = 0;
   /// The number of a leaf's next tick: at least 1, and that of none of its ticks and answers that are on their way.
   /// @param next  Where they are counted.

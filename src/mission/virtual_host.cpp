@@ -72,11 +72,10 @@ void VirtualHost::publish(Message message) {
   if (!parts_.subscriptions().empty()) deliver_topic(message);
 }
 
-std::optional<Veto> VirtualHost::judge(const Message& request) {
-  Message message = request;
-  message.time = state_->now;
-  message.tick = state_->tick;
-  return surroundings_->judge(message);
+std::optional<Veto> VirtualHost::judge(Message& request) {
+  request.time = state_->now;
+  request.tick = state_->tick;
+  return surroundings_->judge(request);
 }
 
 // A call of a one-way method reaches whoever subscribes to it; a delayed one holds back the later ones.

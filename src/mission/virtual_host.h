@@ -121,7 +121,7 @@ class VirtualHost final : private Ground {
     state_->faults.falsify(call, method, result);
   }
   bool fails(Failing how, std::string_view call) override { return state_->faults.fails(how, call); }
-  std::optional<Veto> judge(const Message& request) override;
+  std::optional<Veto> judge(Message& request) override;
   std::optional<std::uint64_t> choose(const Choice& choice) override { return surroundings_->choose(choice); }
   void deliver_topic(const Message& message);
 

@@ -170,6 +170,7 @@ void write_out(Scenario& scenario) {
         if (range == nullptr || !is_in(*range, one.number)) continue;
         one.number += round * (range->last - range->first + 1);
         if (one.tick > 0) one.tick += round * ticks;
+        one.span = {};  // it stands nowhere
         list.push_back(std::move(one));
       }
     }

@@ -192,6 +192,7 @@ void Run::Impl::fill(RunReport& report) {
     report.problems.push_back(
         fmt::format("{} observations were lost: monitors and recorder did not keep up", stream_.lost()));
   }
+  tell_unasked(report);
   const std::vector<std::string> of_mission = mission_->problems();
   report.problems.insert(report.problems.end(), of_mission.begin(), of_mission.end());
 }

@@ -1,10 +1,12 @@
 #include "sentree/runtime/detail/run_impl.h"
 
 #include <algorithm>
+#include <type_traits>
 
 #include <fmt/format.h>
 
 #include "sentree/base/assert.h"
+#include "sentree/base/diagnostic.h"
 #include "sentree/mission/effect.h"
 
 namespace sentree::runtime {
@@ -103,6 +105,7 @@ void Run::Impl::make_durable() {
 void Run::Impl::follow_orders() {
   if (scenario_.orders.empty()) return;
   const auto decide = [this](std::uint64_t number, std::span<const mission::Delivery* const> due) {
+    orders_ = number;
     const auto first = mission::scripted(plan_, number, due);
     if (!first) problem(fmt::format("order {} of the scenario: nothing is due for the part that it names", number));
     return first.value_or(0);
@@ -144,6 +147,52 @@ std::optional<std::uint64_t> Run::Impl::chosen(const mission::Choice& choice) {
   const auto told = mission::scripted(scenario_, choice);
   if (!told && scenario_.choices) problem(mission::no_such_alternative(scenario_, choice));
   return told;
+}
+
+void Run::Impl::tell_unasked(RunReport& report) const {
+  if (interrupted_ || !report.error.empty()) return;
+  // Of those behind the last one that was asked for, the first; what comes from the command line has no place.
+  const auto tell = [&report](const auto& entries, std::uint64_t last, const auto& is_meant, const auto& name,
+                              const std::string& asked) {
+    std::size_t count = 0;
+    const auto* first = static_cast<const std::decay_t<decltype(entries.front())>*>(nullptr);
+    for (const auto& entry : entries) {
+      if (entry.span.line == 0 || !is_meant(entry) || entry.number <= last) continue;
+      ++count;
+      if (first == nullptr || entry.number < first->number) first = &entry;
+    }
+    if (first == nullptr) return;
+    const std::string tick = first->tick > 0 ? fmt::format(" of tick {}", first->tick) : "";
+    const std::string others = count < 2    ? ""
+                               : count == 2 ? ", nor was one behind it"
+                                            : fmt::format(", nor were {} behind it", count - 1);
+    report.problems.push_back(to_string(Diagnostic{
+        Severity::kWarning, "run.unasked",
+        fmt::format("{}{} was never asked for{}: {}", name(*first), tick, others, asked), first->span}));
+  };
+  for (std::size_t i = 0; i < plan_.models.size() && scenario_.choices; ++i) {
+    const project::ModelPlan& model = plan_.models[i];
+    // One that serves nothing here is not there.
+    const bool serves = std::any_of(model.serves.begin(), model.serves.end(), [this](const std::string& service) {
+      const auto known = services_.find(service);
+      return known != services_.end() && known->second.at == "model";
+    });
+    if (!serves && !model.serves.empty()) continue;
+    const std::uint64_t made = models_[i]->state().choices;
+    tell(
+        *scenario_.choices, made, [&](const project::ScenarioChoice& one) { return one.model == model.name; },
+        [](const project::ScenarioChoice& one) {
+          return one.name.empty() ? fmt::format("choice {}#{}", one.model, one.number)
+                                  : fmt::format("choice '{}' ({}#{})", one.name, one.model, one.number);
+        },
+        fmt::format("{} chose {} time{} in this run", model.name, made, made == 1 ? "" : "s"));
+  }
+  if (!scheduler_->is_virtual()) return;
+  tell(
+      scenario_.orders, orders_, [](const project::ScenarioOrder&) { return true; },
+      [](const project::ScenarioOrder& one) { return fmt::format("order {} ({} first)", one.number, one.first); },
+      fmt::format("{} time{} in this run something was due for several parts at once", orders_,
+                  orders_ == 1 ? "" : "s"));
 }
 
 ModelActor* Run::Impl::model_of(const std::string& service) const {

@@ -57,7 +57,6 @@ Periods::Periods(const project::Plan& plan, const Options& options)
     graph_.statuses.emplace_back(3);
     graph_.entered.emplace_back(leaf.chart->states().size());
     graph_.guards.emplace_back(leaf.chart->transitions().size());
-    leaf_of_.emplace(leaf.name + ".tick.reply", graph_.statuses.size() - 1);
     graph_.parts.push_back(leaf.name);
     leaf_of_chart_.emplace(&leaf.chart->model(), graph_.statuses.size() - 1);
   }
@@ -271,8 +270,8 @@ bool Periods::is_heard(mission::ObservationName& name) {
   using Heard = mission::ObservationName::Heard;
   if (name.heard == Heard::kUnknown) {
     const monitor::Dispatch::Route& route = dispatch_.route(name.text);
-    const bool heard = !gates_.empty() || options_.tells_what_is_said || leaf_of_.contains(name.text) ||
-                       !route.any.monitors.empty() || !route.by_source.empty();
+    const bool heard =
+        !gates_.empty() || options_.tells_what_is_said || !route.any.monitors.empty() || !route.by_source.empty();
     // The first reply of each method.
     if (!heard && name.text.ends_with(".reply") && !replies_.contains(name.text)) return true;
     name.heard = heard ? Heard::kYes : Heard::kNo;
@@ -360,6 +359,11 @@ void Periods::met(const mission::Met& what) {
     case Kind::kSkillState: graph_.entered[what.of][what.what] = true; return;
     case Kind::kModelState: graph_.models_entered[what.of][what.what] = true; return;
     case Kind::kModelTransition: graph_.models_taken[what.of][what.what] = true; return;
+    case Kind::kAnswer: {
+      const auto status = static_cast<bt::Status>(what.what);
+      graph_.statuses[what.of][status == bt::Status::kRunning ? 0 : status == bt::Status::kSuccess ? 1 : 2] = true;
+      return;
+    }
   }
 }
 
@@ -405,10 +409,6 @@ void Periods::say(const Hash128& what, TimePoint now) {
 
 // What of it somebody looks at: the number of an observation, or nothing.
 std::uint32_t Periods::hear(const Message& message) {
-  if (const auto leaf = leaf_of_.find(message.name); leaf != leaf_of_.end() && message.kind == MessageKind::kReply) {
-    const std::string_view status = message.data.find("status")->text();
-    graph_.statuses[leaf->second][status == "RUNNING" ? 0 : status == "SUCCESS" ? 1 : 2] = true;
-  }
   note_call(message);
   const auto& targets = dispatch_.route(message.name).of(message.source);
   if (targets.monitors.empty()) return kNobody;

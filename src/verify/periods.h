@@ -216,7 +216,6 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   Orders orders_;
   bool tells_orders_ = false;
   std::vector<std::uint64_t> hearers_;  // by the numbers of the memory, as `Orders` wants them
-  std::unordered_map<std::string, std::size_t> leaf_of_;
   std::unordered_map<const scxml::Model*, std::size_t> leaf_of_chart_;  // the first
   std::set<std::string> told_;
   std::unordered_set<std::string> replies_;  // by name

@@ -103,6 +103,8 @@ class Run::Impl final : public RunView, private RunInside {
   std::optional<std::uint64_t> chosen(const mission::Choice& choice);
   // In a replay when the recording was.
   void stop_mission();
+  // What the scenario decides and the run never came to.
+  void tell_unasked(RunReport& report) const;
   void pass(std::size_t leaf, RunOptions::LeafMessage what, Scheduler::Task task);
 
   // run_calls.cpp: calls and topics.
@@ -200,6 +202,7 @@ class Run::Impl final : public RunView, private RunInside {
   /// What the timeline says up to there has happened. Of the director.
   TimePoint timeline_to_ = TimePoint::min();
   std::atomic<bool> interrupted_ = false;
+  std::uint64_t orders_ = 0;  // the last instant at which the scenario was asked who comes first
 };
 
 }  // namespace sentree::runtime

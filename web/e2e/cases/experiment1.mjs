@@ -42,6 +42,10 @@ test("a battery forced to 10 % is a violation that no one can miss", async () =>
   const active = state.charts["monitor:battery"].active.map((index) => chart.states[index].id);
   assert.ok(active.includes("failure"), `active: ${active}`);
 
+  await page.keyboard.press("Escape");
+  await page.getByTestId("violation-story").waitFor({ state: "detached" });
+  assert.equal(await banner.count(), 1, "Escape puts the story away, not the strip");
+
   const before = await shown_time(page);
   await page.keyboard.press("l");
   await page.getByTestId("past-strip").waitFor({ state: "detached" });

@@ -21,6 +21,7 @@ export function ViolationStrip() {
   useEffect(() => useViolations.setState({ chosen: null, story: false }), [boot]);
   useCommand(
     { id: "violation.story", title: "Violations: story and witness", group: "Page", keys: ["V"], run: () => useViolations.setState({ shown: true, story: !story }) },
+    ...(story ? [{ id: "violation.hide", title: "Violations: hide the story", group: "Page", keys: ["Escape"], run: () => useViolations.setState({ story: false }) }] : []),
     { id: "violation.away", title: "Violations: put the strip away", group: "Page", run: () => useViolations.setState({ shown: false, story: false }) },
   );
   const violation = useViolation();
