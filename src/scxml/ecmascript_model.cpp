@@ -327,6 +327,10 @@ void EcmaScriptModel::finish() {
       session_.heap_.unsaveable.edit() = read.error();
       return;
     }
+  } else if (session_.heap_.pinned) {
+    // What could not be read before still cannot.
+    heap_->attach(nullptr);
+    return;
   }
   session_.heap_.pinned.reset();
   session_.heap_.unsaveable.reset();

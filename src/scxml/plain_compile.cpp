@@ -136,7 +136,10 @@ class PlainCompiler {
       target = model_.transitions[initial].targets.front();
     }
     for (const StateIndex s : path) {
-      if (event.onentry[s].end == 0 && !blocks(model_.state_code[s].onentry, event.onentry[s])) return false;
+      if (event.onentry[s].end != 0 || blocks(model_.state_code[s].onentry, event.onentry[s])) continue;
+      // Where another transition leads there too, it is found out again.
+      event.onentry[s] = {};
+      return false;
     }
     for (StateIndex s = c.domain + 1; s < model_.states[c.domain].end; ++s) {
       if (event.onexit[s].end == 0 && !blocks(model_.state_code[s].onexit, event.onexit[s]))

@@ -1,5 +1,6 @@
 #include "sentree/scxml/session.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -118,6 +119,38 @@ TEST(Snapshot, DataWithoutAValueFormWorkButAreARefusalToSave) {
   EXPECT_EQ(copy.status(), SessionStatus::kFailed);
   step(chart, running.session, {.name = "drop"}, {}, running.effects);
   EXPECT_TRUE(save(chart, running.session));
+}
+
+// Also past steps that only look, and until another value takes its place.
+TEST(Snapshot, DataWithoutAValueFormStayAsTheyAre) {
+  const auto chart = load(R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+    <datamodel><data id="r"/><data id="d" expr="({k: 1})"/></datamodel>
+    <state>
+      <transition event="alias"><assign location="r" expr="d"/></transition>
+      <transition event="look"><log expr="d"/></transition>
+      <transition event="change"><assign location="r.k" expr="r.k + 1"/></transition>
+      <transition event="part"><assign location="r" expr="5"/></transition>
+      <transition event="nothing"><log expr="'nothing'"/></transition>
+    </state></scxml>)xml");
+  ASSERT_TRUE(chart.ok()) << to_string(chart.diagnostics.front());
+  Running running;
+  start(*chart.value, running.session, {}, {}, running.effects);
+  const auto look = [&] {
+    advance(*chart.value, running, {.name = "look"}, {}, {});
+    const auto* const line = running.effects.empty() ? nullptr : std::get_if<LogLine>(&running.effects.front());
+    return line != nullptr ? line->text : "nothing";
+  };
+  advance(*chart.value, running, {.name = "alias"}, {}, {});
+  for (int i = 2; i < 4; ++i) {
+    advance(*chart.value, running, {.name = "nothing"}, {}, {});
+    EXPECT_EQ(look(), fmt::format("{{\"k\":{}}}", i - 1));
+    advance(*chart.value, running, {.name = "change"}, {}, {});
+    EXPECT_EQ(look(), fmt::format("{{\"k\":{}}}", i)) << "one object in two places";
+    EXPECT_FALSE(save(*chart.value, running.session));
+  }
+  advance(*chart.value, running, {.name = "part"}, {}, {});
+  EXPECT_EQ(look(), "{\"k\":3}");
+  EXPECT_TRUE(save(*chart.value, running.session));
 }
 
 TEST(Invocation, SendsAndForwardsBothWays) {

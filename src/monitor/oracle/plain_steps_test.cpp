@@ -1,4 +1,5 @@
 // Plain steps beside the algorithm of the recommendation.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -163,6 +164,62 @@ TEST(PlainSteps, LeaveWhatTheAlgorithmLeavesInChartsThatAreDrawn) {
     }
     EXPECT_GT(counts.plain, 0) << inside;
   }
+}
+
+// Content that is plain and content that is not, on ways that meet: states that several transitions enter and leave.
+std::string random_ways(Rng& rng) {
+  const auto action = [&]() -> std::string {
+    switch (rng.below(7)) {
+      case 0: return "<send event=\"bad\"/>";  // not plain: it comes at once
+      case 1: return "<raise event=\"noted\"/>";
+      case 2: return "<send event=\"late\" delay=\"50ms\"/>";
+      case 3: return "<log expr=\"n\"/>";
+      default: return "<assign location=\"n\" expr=\"(n + 1) % 5\"/>";
+    }
+  };
+  const auto block = [&](const char* element) {
+    std::string all;
+    for (auto left = rng.below(3); left > 0; --left) all += action();
+    return all.empty() ? all : fmt::format("<{}>{}</{}>", element, all, element);
+  };
+  const auto transition = [&] {
+    static constexpr const char* kEvents[] = {"battery", "s.text.reply", "s.ok s.ask", "s", "bad", "late"};
+    const std::string cond = rng.below(2) == 0 ? "" : fmt::format(" cond=\"n % 2 == {}\"", rng.below(2));
+    return fmt::format("<transition event=\"{}\"{} target=\"s{}\"/>", kEvents[rng.below(std::size(kEvents))], cond,
+                       rng.below(6));
+  };
+  std::string text = "<datamodel><data id=\"n\" expr=\"0\"/></datamodel>";
+  for (int i = 0; i < 6; ++i) {
+    if (i % 3 == 0) text += fmt::format("<state id=\"w{}\">{}{}", i, block("onentry"), block("onexit"));
+    text += fmt::format("<state id=\"s{}\">{}{}", i, block("onentry"), block("onexit"));
+    for (auto left = rng.below(3); left > 0; --left) text += transition();
+    text += "</state>";
+    if (i % 3 != 2) continue;
+    text += transition() + "<transition event=\"noted\"><assign location=\"n\" expr=\"n * 2\"/></transition></state>";
+  }
+  return text;
+}
+
+TEST(PlainSteps, LeaveWhatTheAlgorithmLeavesWhereWaysMeet) {
+  const std::uint64_t seed = given_seed();
+  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+  Rng rng(seed);
+  Counts counts;
+  for (int i = 0; i < 500; ++i) {
+    const std::string inside = random_ways(rng);
+    auto chart =
+        scxml::load("<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">" +
+                        inside + "<final id=\"violated\"/></scxml>",
+                    "ways.scxml");
+    ASSERT_TRUE(chart.ok()) << inside << to_string(chart.diagnostics.front());
+    const auto model = Model::make({.name = "ways", .chart = *std::move(chart.value)});
+    ASSERT_TRUE(model.ok()) << to_string(model.diagnostics.front());
+    for (int t = 0; t < 4; ++t) {
+      const std::vector<Message> trace = drawn_trace(rng);
+      ASSERT_TRUE(steps_alike(*model.value, trace, counts)) << inside << "\n" << show(trace);
+    }
+  }
+  EXPECT_GT(counts.plain, counts.observed / 50);
 }
 
 // A set steps each of its monitors as that one alone, whatever the others read of the same observation.
