@@ -122,6 +122,115 @@ Manifest Loader::unknown_manifest(const XmlElement& element, std::string_view id
   return made;
 }
 
+const Manifest* Loader::known_manifest(std::string_view tag, std::string_view id, Manifest& made) {
+  if (const Manifest* builtin = find_builtin(id, model_->format)) return builtin;
+  if (options_.registry != nullptr) {
+    if (const Registry::Entry* entry = options_.registry->find(id)) {
+      made.id = entry->id;
+      made.category = entry->category;
+      made.kind = entry->loop ? Kind::kLoop : Kind::kUser;
+      made.synchronous = entry->synchronous;
+      made.ports = entry->ports;
+      made.description = entry->description;
+      made.behaviour = entry->behaviour;
+      made.children_min = entry->category == Category::kControl || entry->category == Category::kDecorator ? 1 : 0;
+      made.children_max = entry->category == Category::kControl ? 0xFFFFFFFFU : made.children_min;
+      return &made;
+    }
+  }
+  auto declared = declared_.find(id);
+  if (declared == declared_.end() && options_.palette != nullptr) {
+    if (const NodeModel* model = options_.palette->find(id)) {
+      // From now on the same as if the file had declared it.
+      declared = declared_.try_emplace(model->id).first;
+      Manifest& fresh = declared->second;
+      fresh.id = model->id;
+      fresh.category = model->category;
+      fresh.ports = model->ports;
+      for (PortInfo& port : fresh.ports) settle_port(port);
+      fresh.external = model->category == Category::kAction || model->category == Category::kCondition;
+      fresh.kind = model->category == Category::kCondition ? Kind::kExternalCondition : Kind::kExternalAction;
+    }
+  }
+  if (declared != declared_.end() && declared->second.external) {
+    made = declared->second;
+    return &made;
+  }
+  if (tag != "Action" && tag != "Condition") return nullptr;
+  made.id = std::string(id);
+  made.category = tag == "Action" ? Category::kAction : Category::kCondition;
+  made.kind = tag == "Action" ? Kind::kExternalAction : Kind::kExternalCondition;
+  made.external = true;
+  made.declared = false;
+  return &made;
+}
+
+const Manifest* Loader::guessed_manifest(const XmlElement& element, std::string_view id, bool is_explicit,
+                                         Manifest& made) {
+  const SourceSpan place = is_explicit ? element.attribute_value_span("ID") : element.span();
+  const bool is_tree = definition_index_.contains(id);
+  if (!is_explicit && is_tree && (model_->format == 3 || options_.partial)) {
+    // Format 3 lets a SubTree be written as a node of its ID.
+    if (model_->format != 3) {
+      warn("bt.unknown-node", fmt::format("\"{}\" is a BehaviorTree; write <SubTree ID=\"{}\"/>", id, id), place);
+    }
+    return find_builtin("SubTree", model_->format);
+  }
+  std::optional<Category> kind;
+  // Who writes an ID besides means the tag to be a kind: <Aciton ID="Go"/>.
+  if (options_.skill_kind && !declared_.contains(id) && (is_explicit || !element.attribute("ID")))
+    kind = options_.skill_kind(id, element.attribute("name").value_or(id));
+  if (kind) {
+    made.id = std::string(id);
+    made.category = kind.value();
+    made.kind = made.category == Category::kCondition ? Kind::kExternalCondition : Kind::kExternalAction;
+    made.external = true;
+    made.declared = false;
+    return &made;
+  }
+  if (!options_.partial) {
+    tell_unknown(element, id, place);
+    return nullptr;
+  }
+  if (const Manifest* const other = find_builtin(id, 7 - model_->format)) {
+    warn("bt.other-format",
+         fmt::format("\"{}\" is a node of format {}, and the file is of format {}{}", id, 7 - model_->format,
+                     model_->format, model_->format == 3 ? "; write BTCPP_format=\"4\"" : ""),
+         place);
+    return other;
+  }
+  made = unknown_manifest(element, id, place);
+  return &made;
+}
+
+void Loader::tell_unknown(const XmlElement& element, std::string_view id, const SourceSpan& place) {
+  const auto declared = declared_.find(id);
+  if (definition_index_.contains(id)) {
+    error("bt.unknown-node", fmt::format("\"{}\" is a BehaviorTree; write <SubTree ID=\"{}\"/>", id, id), place);
+  } else if (declared != declared_.end()) {
+    error("bt.unknown-node",
+          fmt::format("\"{}\" is declared as {}, and no C++ node of that ID is registered", id,
+                      to_string(declared->second.category)),
+          place);
+  } else if (options_.has_skill && options_.has_skill(id, element.attribute("name").value_or(id))) {
+    error(
+        "bt.undeclared-kind",
+        fmt::format("is \"{}\" an action or a condition? Write <Action ID=\"{}\"/> or declare it in the TreeNodesModel",
+                    id, id),
+        place);
+  } else {
+    const std::string meant = hint(id, known_ids());
+    const bool is_elsewhere = find_builtin(id, 7 - model_->format) != nullptr;
+    const bool is_skill_missing = options_.skill_kind && !is_elsewhere && element.children().empty() && meant.empty();
+    error("bt.unknown-node",
+          fmt::format(
+              "there is no node \"{}\"{}{}{}", id, meant,
+              is_elsewhere ? fmt::format(" (it exists in format {})", 7 - model_->format) : "",
+              is_skill_missing ? fmt::format("; a skill of that name makes it a leaf, <Action ID=\"{}\"/>", id) : ""),
+          place);
+  }
+}
+
 std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit) {
   const std::string_view tag = element.name();
   if (tag == last_tag_ && last_manifest_ != kNone) {
@@ -148,106 +257,10 @@ std::uint32_t Loader::find_manifest(const XmlElement& element, bool& is_explicit
       return known->second;
     }
   }
-  const Manifest* found = find_builtin(id, model_->format);
   Manifest made;
-  if (found == nullptr && options_.registry != nullptr) {
-    if (const Registry::Entry* entry = options_.registry->find(id)) {
-      made.id = entry->id;
-      made.category = entry->category;
-      made.kind = entry->loop ? Kind::kLoop : Kind::kUser;
-      made.synchronous = entry->synchronous;
-      made.ports = entry->ports;
-      made.description = entry->description;
-      made.behaviour = entry->behaviour;
-      made.children_min = entry->category == Category::kControl || entry->category == Category::kDecorator ? 1 : 0;
-      made.children_max = entry->category == Category::kControl ? 0xFFFFFFFFU : made.children_min;
-      found = &made;
-    }
-  }
-  const auto declared = declared_.find(id);
-  if (found == nullptr && declared != declared_.end() && declared->second.external) {
-    made = declared->second;
-    found = &made;
-  }
-  if (found == nullptr && declared == declared_.end() && options_.palette != nullptr) {
-    if (const NodeModel* model = options_.palette->find(id)) {
-      // From now on the same as if the file had declared it.
-      Manifest& fresh = declared_[model->id];
-      fresh.id = model->id;
-      fresh.category = model->category;
-      fresh.ports = model->ports;
-      for (PortInfo& port : fresh.ports) settle_port(port);
-      fresh.external = model->category == Category::kAction || model->category == Category::kCondition;
-      fresh.kind = model->category == Category::kCondition ? Kind::kExternalCondition : Kind::kExternalAction;
-      return find_manifest(element, is_explicit);
-    }
-  }
-  if (found == nullptr && (tag == "Action" || tag == "Condition")) {
-    made.id = std::string(id);
-    made.category = tag == "Action" ? Category::kAction : Category::kCondition;
-    made.kind = tag == "Action" ? Kind::kExternalAction : Kind::kExternalCondition;
-    made.external = true;
-    made.declared = false;
-    found = &made;
-  }
-  if (found == nullptr) {
-    const SourceSpan place = is_explicit ? element.attribute_value_span("ID") : element.span();
-    const std::string shown(id);
-    const Manifest* const other = find_builtin(id, 7 - model_->format);
-    std::optional<Category> kind;
-    // Who writes an ID besides means the tag to be a kind: <Aciton ID="Go"/>.
-    if (options_.skill_kind && declared == declared_.end() && (is_explicit || !element.attribute("ID")))
-      kind = options_.skill_kind(id, element.attribute("name").value_or(id));
-    if (!is_explicit && definition_index_.contains(id) && (model_->format == 3 || options_.partial)) {
-      // Format 3 lets a SubTree be written as a node of its ID.
-      if (model_->format != 3) {
-        warn("bt.unknown-node", fmt::format("\"{}\" is a BehaviorTree; write <SubTree ID=\"{}\"/>", shown, shown),
-             place);
-      }
-      found = find_builtin("SubTree", model_->format);
-    } else if (kind) {
-      made.id = shown;
-      made.category = kind.value();
-      made.kind = made.category == Category::kCondition ? Kind::kExternalCondition : Kind::kExternalAction;
-      made.external = true;
-      made.declared = false;
-      found = &made;
-    } else if (options_.partial && other != nullptr) {
-      warn("bt.other-format",
-           fmt::format("\"{}\" is a node of format {}, and the file is of format {}{}", shown, 7 - model_->format,
-                       model_->format, model_->format == 3 ? "; write BTCPP_format=\"4\"" : ""),
-           place);
-      found = other;
-    } else if (options_.partial) {
-      made = unknown_manifest(element, id, place);
-      found = &made;
-    } else if (definition_index_.contains(id)) {
-      error("bt.unknown-node", fmt::format("\"{}\" is a BehaviorTree; write <SubTree ID=\"{}\"/>", shown, shown),
-            place);
-    } else if (declared != declared_.end()) {
-      error("bt.unknown-node",
-            fmt::format("\"{}\" is declared as {}, and no C++ node of that ID is registered", shown,
-                        to_string(declared->second.category)),
-            place);
-    } else if (options_.has_skill && options_.has_skill(id, element.attribute("name").value_or(id))) {
-      error("bt.undeclared-kind",
-            fmt::format(
-                "is \"{}\" an action or a condition? Write <Action ID=\"{}\"/> or declare it in the TreeNodesModel",
-                shown, shown),
-            place);
-    } else {
-      const bool is_skill_missing =
-          options_.skill_kind && other == nullptr && element.children().empty() && hint(id, known_ids()).empty();
-      error("bt.unknown-node",
-            fmt::format("there is no node \"{}\"{}{}{}", shown, hint(id, known_ids()),
-                        other != nullptr ? fmt::format(" (it exists in format {})", 7 - model_->format) : "",
-                        is_skill_missing
-                            ? fmt::format("; a skill of that name makes it a leaf, <Action ID=\"{}\"/>", shown)
-                            : ""),
-            place);
-    }
-    if (found == nullptr) return kNone;
-  }
+  const Manifest* found = known_manifest(tag, id, made);
+  if (found == nullptr) found = guessed_manifest(element, id, is_explicit, made);
+  if (found == nullptr) return kNone;
   if (found->external || is_explicit || found->id != id) {
     // Look for the same one again, of the same kind.
     const auto same = same_manifest_.find(std::tuple(found->id, found->kind, found->category));

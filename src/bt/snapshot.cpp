@@ -374,7 +374,81 @@ std::vector<NodeId> paired(const Tree& before, const Tree& after) {
   return node_of;
 }
 
+// A node's memory, with the places that its children have now.
+// @param matters  Whether what it remembers of them would be missed.
+// @return  What cannot be carried, each as the end of a sentence about the node.
+std::vector<std::string_view> carry_memory(const Tree& before, const std::vector<std::int32_t>& memory, NodeId id,
+                                           const Tree& after, std::vector<std::int32_t>& next, NodeId to,
+                                           const std::vector<NodeId>& node_of, bool matters) {
+  const Node& was = before.model().nodes[id];
+  std::vector<std::string_view> refused;
+  const auto theirs = after.children(to);
+  const auto children = before.children(id);
+  const auto place_of = [&](std::int32_t child) {
+    const auto found = std::find(theirs.begin(), theirs.end(), node_of[children[static_cast<std::size_t>(child)]]);
+    return static_cast<std::int32_t>(found - theirs.begin());
+  };
+  const auto count = static_cast<std::int32_t>(children.size());
+  const auto their_count = static_cast<std::int32_t>(theirs.size());
+  bool same_children = children.size() == theirs.size();
+  for (std::int32_t i = 0; same_children && i < count; ++i) same_children = place_of(i) == i;
+  const std::int32_t* from = memory.data() + was.memory;
+  std::int32_t* into = next.data() + after.model().nodes[to].memory;
+  for (const Word& word : words(was.kind)) {
+    const std::int32_t value = *from++;
+    std::int32_t& kept = *into++;
+    const bool counts = word.range == Word::Range::kChild || word.range == Word::Range::kChildOrEnd ||
+                        word.range == Word::Range::kCounted || word.range == Word::Range::kChosen;
+    if (!counts || same_children) {
+      kept = value;
+    } else if (value == kept || (!matters && word.lives != Word::Lives::kAlways)) {
+      continue;
+    } else if (word.range == Word::Range::kChild || word.range == Word::Range::kChildOrEnd) {
+      kept = value < count ? place_of(value) : their_count;
+      if (value < count && kept == their_count) refused.push_back("is at a child that is gone");
+    } else {
+      refused.push_back("counts its children, which are others now");
+    }
+  }
+  const std::size_t bits = memory_words(was.kind, 0) == memory_words(was.kind, 1) ? 0 : children.size();
+  for (std::size_t i = 0; i < bits; ++i) {
+    const std::int32_t place = place_of(static_cast<std::int32_t>(i));
+    const bool set = (static_cast<std::uint32_t>(from[i / 32]) >> (i % 32) & 1U) != 0;
+    if (set && place < their_count)
+      into[place / 32] = static_cast<std::int32_t>(static_cast<std::uint32_t>(into[place / 32]) | 1U << (place % 32));
+  }
+  return refused;
+}
+
 }  // namespace
+
+void Snapshot::carry_blackboard(const Tree& before, const State& state, const Tree& after, Carried& carried,
+                                Diagnostics& diagnostics) {
+  const Model& is = after.model();
+  for (const EntryFact& fact : blackboard(before, state)) {
+    if (fact.value->is_null()) continue;
+    NodeId subtree = kNoNode;
+    if (!fact.scope.empty()) {
+      // That of a SubTree at work goes where the SubTree has gone, whatever it is called there.
+      const NodeId own = find_scope(before, fact.scope);
+      subtree =
+          own != kNoNode && carried.node_of[own] != kNoNode ? carried.node_of[own] : find_scope(after, fact.scope);
+      if (subtree == kNoNode) continue;
+    }
+    if (const auto set = set_entry(after, carried.state, fact.name, *fact.value, fact.stamp, subtree); !set) {
+      diagnostics.push_back({Severity::kError, "bt.cannot-carry", set.error().message, before.span(0)});
+      continue;
+    }
+    std::uint32_t scope = 0;
+    while (scope + 1 < is.scopes.size() && is.scopes[scope].subtree != subtree) ++scope;
+    Blackboard entries(is, carried.state, fact.stamp);
+    if (auto* held = entries.find(entries.cell(scope, fact.name))) {
+      held->sequence = fact.sequence;
+      held->stamp = fact.stamp;
+      if (held->type == nullptr && !fact.type.empty()) held->type = find_type(is, fact.type);
+    }
+  }
+}
 
 Loaded<Carried> Snapshot::carry(const Tree& before, const State& state, const Tree& after) {
   const Model& was = before.model();
@@ -413,43 +487,10 @@ Loaded<Carried> Snapshot::carry(const Tree& before, const State& state, const Tr
       continue;
     }
     next.status_[to] = state.status_[id];
-    const auto theirs = after.children(to);
-    const auto children = before.children(id);
-    const auto place_of = [&](std::int32_t child) {
-      const auto found = std::find(theirs.begin(), theirs.end(), node_of[children[static_cast<std::size_t>(child)]]);
-      return static_cast<std::int32_t>(found - theirs.begin());
-    };
-    const auto count = static_cast<std::int32_t>(children.size());
-    const auto their_count = static_cast<std::int32_t>(theirs.size());
-    bool same_children = children.size() == theirs.size();
-    for (std::int32_t i = 0; same_children && i < count; ++i) same_children = place_of(i) == i;
-    const std::int32_t* from = state.memory_.data() + was.nodes[id].memory;
-    std::int32_t* into = next.memory_.data() + is.nodes[to].memory;
     const bool matters = at_work[id] || state.status_[id] != Status::kIdle;
-    for (const Word& word : words(was.nodes[id].kind)) {
-      const std::int32_t value = *from++;
-      std::int32_t& kept = *into++;
-      const bool counts = word.range == Word::Range::kChild || word.range == Word::Range::kChildOrEnd ||
-                          word.range == Word::Range::kCounted || word.range == Word::Range::kChosen;
-      if (!counts || same_children) {
-        kept = value;
-      } else if (value == kept || (!matters && word.lives != Word::Lives::kAlways)) {
-        continue;
-      } else if (word.range == Word::Range::kChild || word.range == Word::Range::kChildOrEnd) {
-        kept = value < count ? place_of(value) : their_count;
-        if (value < count && kept == their_count) refuse(id, "is at a child that is gone");
-      } else {
-        refuse(id, "counts its children, which are others now");
-      }
-    }
-    const std::size_t bits =
-        memory_words(was.nodes[id].kind, 0) == memory_words(was.nodes[id].kind, 1) ? 0 : children.size();
-    for (std::size_t i = 0; i < bits; ++i) {
-      const std::int32_t place = place_of(static_cast<std::int32_t>(i));
-      const bool set = (static_cast<std::uint32_t>(from[i / 32]) >> (i % 32) & 1U) != 0;
-      if (set && place < their_count)
-        into[place / 32] = static_cast<std::int32_t>(static_cast<std::uint32_t>(into[place / 32]) | 1U << (place % 32));
-    }
+    for (const std::string_view what :
+         carry_memory(before, state.memory_, id, after, next.memory_, to, node_of, matters))
+      refuse(id, std::string(what));
     if (was.nodes[id].kind == Kind::kUser) {
       const std::uint32_t object = was.users[was.nodes[id].data].object;
       const std::uint32_t their_object = is.users[is.nodes[to].data].object;
@@ -461,28 +502,7 @@ Loaded<Carried> Snapshot::carry(const Tree& before, const State& state, const Tr
   for (const NodeId leaf : state.halting_) next.halting_.push_back(carry_over(leaf));
   next.waiting_ = state.waiting_ == kNoNode ? kNoNode : carry_over(state.waiting_);
 
-  for (const EntryFact& fact : blackboard(before, state)) {
-    if (fact.value->is_null()) continue;
-    NodeId subtree = kNoNode;
-    if (!fact.scope.empty()) {
-      // That of a SubTree at work goes where the SubTree has gone, whatever it is called there.
-      const NodeId own = find_scope(before, fact.scope);
-      subtree = own != kNoNode && node_of[own] != kNoNode ? node_of[own] : find_scope(after, fact.scope);
-      if (subtree == kNoNode) continue;
-    }
-    if (const auto set = set_entry(after, next, fact.name, *fact.value, fact.stamp, subtree); !set) {
-      out.diagnostics.push_back({Severity::kError, "bt.cannot-carry", set.error().message, before.span(0)});
-      continue;
-    }
-    std::uint32_t scope = 0;
-    while (scope + 1 < is.scopes.size() && is.scopes[scope].subtree != subtree) ++scope;
-    Blackboard entries(is, next, fact.stamp);
-    if (auto* held = entries.find(entries.cell(scope, fact.name))) {
-      held->sequence = fact.sequence;
-      held->stamp = fact.stamp;
-      if (held->type == nullptr && !fact.type.empty()) held->type = find_type(is, fact.type);
-    }
-  }
+  carry_blackboard(before, state, after, carried, out.diagnostics);
   if (out.diagnostics.empty() && !consistent(is, next)) refuse(0, "and what is below it do not fit the new tree");
   if (out.diagnostics.empty()) out.value = std::move(carried);
   return out;

@@ -192,134 +192,191 @@ Result<Settings> read_settings(const std::filesystem::path& folder) {
   return out;
 }
 
-Result<Summary> run_campaign(Runner& runner, const Settings& settings, const CampaignOptions& options) {
-  const std::filesystem::path file = options.folder / kTableName;
-  const std::string header = header_of(runner);
-  const Shard shard = settings.shard;
-  Summary summary = empty_summary(runner, settings.asked);
-  std::uint64_t next_row = first_of(shard);
-  Progress progress;
-  progress.of = settings.asked.runs < shard.index ? 0 : (settings.asked.runs - shard.index) / shard.count + 1;
-  progress.summary = &summary;
-  // A shard's runs are not in the order of all, so it does not judge by them when to end.
-  const bool judges = shard.count == 1;
-  // Whether it is the first of its kind: the one that is shown as the least of them.
-  const auto is_first = [&](std::uint64_t run) {
-    return summary.failing().first_run == run ||
-           std::any_of(summary.requirements().begin(), summary.requirements().end(),
-                       [&](const auto& requirement) { return requirement.first_run == run; });
-  };
-  Search* const search = options.search;
-  const Coverage* const things = search != nullptr ? &search->coverage() : options.coverage;
-  const auto seeds_of = [&](std::uint64_t run, std::uint64_t seed) {
-    return search != nullptr ? search->seeds(run) : runner.drawing().seeds(seed);
-  };
-  const auto take = [&](const Row& row) {
-    if (judges || !summary.done()) summary.add(row, runner.drawing().levels(seeds_of(row.run, row.seed)));
-    if (search != nullptr && is_first(row.run)) search->keep(row.run);
-    ++progress.done;
-    next_row += shard.count;
-  };
-  bool begins = true;
-  if (options.resume && std::filesystem::exists(file)) {
-    const auto before = read_settings(options.folder);
-    if (!before) return tl::unexpected(before.error());
-    if (!same_campaign(*before, settings))
-      return tl::unexpected(changed(options.folder, "project, what is varied or seed are not those of the runs there"));
-    if (before->shard.index != shard.index || before->shard.count != shard.count)
-      return tl::unexpected(changed(options.folder, "the runs there are of another shard"));
-    Table table(file, header, runner.requirements().size());
-    if (!table.is_good()) return tl::unexpected(changed(options.folder, "the table there has other columns"));
-    while (next_row <= settings.asked.runs) {
-      auto row = table.next();
-      if (!row) return tl::unexpected(row.error());
-      if (!*row) break;
-      if ((*row)->run != next_row)
-        return fail("campaign.table", fmt::format("{}: run {} is missing", file.string(), next_row));
-      take(**row);
-      if (judges && summary.done()) break;
-    }
-    std::error_code error;
-    std::filesystem::resize_file(file, table.size(), error);
-    begins = error || table.size() == 0;
-  } else if (const auto before = read_settings(options.folder);
-             before && same_campaign(*before, settings) && before->shard.count > 1 &&
-             (before->shard.index != shard.index || before->shard.count != shard.count)) {
-    return fail(
-        "campaign.other-shard",
-        fmt::format("{} has the runs of shard {}/{} of this campaign, which would be lost; name a folder of its "
-                    "own for each shard, or remove that one",
-                    options.folder.string(), before->shard.index, before->shard.count));
+namespace {
+
+// A campaign that runs: its rows come as they are done and are taken in the order of the runs.
+class CampaignRun {
+ public:
+  CampaignRun(Runner& runner, const Settings& settings, const CampaignOptions& options)
+      : runner_(runner),
+        settings_(settings),
+        options_(options),
+        things_(options.search != nullptr ? &options.search->coverage() : options.coverage),
+        summary_(empty_summary(runner, settings.asked)),
+        next_row_(first_of(settings.shard)) {
+    const Shard& shard = settings.shard;
+    progress_.of = settings.asked.runs < shard.index ? 0 : (settings.asked.runs - shard.index) / shard.count + 1;
+    progress_.summary = &summary_;
   }
-  if (auto written = text::write_file(options.folder / kSettingsName, to_json(to_value(settings)) + "\n"); !written)
-    return tl::unexpected(written.error());
-  std::ofstream out(file, begins ? std::ios::binary | std::ios::trunc : std::ios::binary | std::ios::app);
-  if (begins) out << header;
+
+  Result<Summary> run() {
+    std::error_code error;
+    if (options_.resume && std::filesystem::exists(file_, error)) {
+      if (auto resumed = resume(); !resumed) return tl::unexpected(resumed.error());
+    } else if (auto free = look_for_other_shard(); !free) {
+      return tl::unexpected(free.error());
+    }
+    if (auto written = text::write_file(options_.folder / kSettingsName, to_json(to_value(settings_)) + "\n"); !written)
+      return tl::unexpected(written.error());
+    out_.open(file_, begins_ ? std::ios::binary | std::ios::trunc : std::ios::binary | std::ios::app);
+    if (begins_) out_ << header_;
+    next_run_ = next_row_;
+    generation_end_ = settings_.asked.runs + 1;
+    Search* const search = options_.search;
+    PoolTask task = make_task();
+    do {
+      if (search != nullptr) generation_end_ = std::min(next_row_ + Search::kGeneration, settings_.asked.runs + 1);
+      if (auto ran = run_pool(task); !ran) return tl::unexpected(ran.error());
+      if (search != nullptr) search->end_generation();
+    } while (search != nullptr && out_ && !finished() && !is_interrupted());
+    out_.flush();
+    if (!out_) return fail("file.unwritable", file_.string() + " cannot be written; the runs before are kept");
+    if (options_.on_progress) options_.on_progress(progress_);
+    return std::move(summary_);
+  }
+
+ private:
   struct Early {
     std::string line;
     std::vector<std::uint32_t> reached;
   };
-  std::map<std::uint64_t, Early> early;  // by run
-  std::uint64_t next_run = next_row;
-  std::uint64_t generation_end = settings.asked.runs + 1;  // the first run behind it
-  const auto finished = [&] { return (judges && summary.done()) || next_row > settings.asked.runs; };
-  const auto put = [&](std::uint64_t run, Early what) -> void {
-    early.emplace(run, std::move(what));
-    for (auto at = early.find(next_row); at != early.end() && !finished(); at = early.find(next_row)) {
+
+  // Takes the rows that are there.
+  Result<void> resume() {
+    const Shard& shard = settings_.shard;
+    const auto before = read_settings(options_.folder);
+    if (!before) return tl::unexpected(before.error());
+    if (!same_campaign(*before, settings_)) {
+      return tl::unexpected(
+          changed(options_.folder, "project, what is varied or seed are not those of the runs there"));
+    }
+    if (before->shard.index != shard.index || before->shard.count != shard.count)
+      return tl::unexpected(changed(options_.folder, "the runs there are of another shard"));
+    Table table(file_, header_, runner_.requirements().size());
+    if (!table.is_good()) return tl::unexpected(changed(options_.folder, "the table there has other columns"));
+    while (next_row_ <= settings_.asked.runs) {
+      auto row = table.next();
+      if (!row) return tl::unexpected(row.error());
+      if (!*row) break;
+      if ((*row)->run != next_row_)
+        return fail("campaign.table", fmt::format("{}: run {} is missing", file_.string(), next_row_));
+      take(**row);
+      if (judges_ && summary_.done()) break;
+    }
+    std::error_code error;
+    std::filesystem::resize_file(file_, table.size(), error);
+    begins_ = error || table.size() == 0;
+    return {};
+  }
+
+  // Whose runs would be overwritten.
+  [[nodiscard]] Result<void> look_for_other_shard() const {
+    const Shard& shard = settings_.shard;
+    const auto before = read_settings(options_.folder);
+    if (!before || !same_campaign(*before, settings_) || before->shard.count <= 1) return {};
+    if (before->shard.index == shard.index && before->shard.count == shard.count) return {};
+    return fail(
+        "campaign.other-shard",
+        fmt::format("{} has the runs of shard {}/{} of this campaign, which would be lost; name a folder of its "
+                    "own for each shard, or remove that one",
+                    options_.folder.string(), before->shard.index, before->shard.count));
+  }
+
+  // What the processes of the pool do, and what becomes of it here.
+  PoolTask make_task() {
+    PoolTask task;
+    task.jobs = options_.jobs;
+    task.next = [this]() -> std::optional<std::uint64_t> {
+      const std::uint64_t apart = settings_.shard.count;
+      if (finished() || next_run_ >= generation_end_ || next_run_ - next_row_ > kRowsAheadMax * apart)
+        return std::nullopt;
+      return std::exchange(next_run_, next_run_ + apart);
+    };
+    task.work = [this](std::uint64_t run) {
+      const std::uint64_t seed = seed_of(settings_.asked.seed, run);
+      const Seeds seeds = seeds_of(run, seed);
+      const Runner::Executed executed = runner_.execute(runner_.drawing().draw(seeds), things_);
+      return (things_ != nullptr ? reached_text(executed.reached) : std::string()) +
+             csv_line(runner_.row(run, seed, executed), texts(runner_.drawing().levels(seeds)));
+    };
+    task.spoilt = [this] { return runner_.spoilt(); };
+    task.done = [this](std::uint64_t run, std::string text) {
+      auto reached = things_ != nullptr ? take_reached(text) : std::vector<std::uint32_t>();
+      put(run, {std::move(text), std::move(reached)});
+    };
+    task.lost = [this](std::uint64_t run, const std::string& why) {
+      Row row;
+      row.run = run;
+      row.seed = seed_of(settings_.asked.seed, run);
+      row.reason = why;
+      row.requirements.resize(runner_.requirements().size());
+      put(run, {csv_line(row, texts(runner_.drawing().levels(seeds_of(run, row.seed)))), {}});
+    };
+    task.goes_on = [this] {
+      out_.flush();
+      if (options_.on_progress) options_.on_progress(progress_);
+      return static_cast<bool>(out_) && !finished() && !is_interrupted();
+    };
+    return task;
+  }
+
+  void put(std::uint64_t run, Early what) {
+    early_.emplace(run, std::move(what));
+    for (auto at = early_.find(next_row_); at != early_.end() && !finished(); at = early_.find(next_row_)) {
       Early& next = at->second;
       std::string_view text = next.line;
       text.remove_suffix(1);
-      const auto row = parse_csv_line(text, runner.requirements().size());
-      out << next.line;
-      ++progress.fresh;
-      take(row ? *row : Row{.run = at->first, .seed = seed_of(settings.asked.seed, at->first)});
-      if (options.coverage != nullptr) options.coverage->reach(next.reached);
-      if (search != nullptr) search->take(at->first, std::move(next.reached));
-      early.erase(at);
+      const auto row = parse_csv_line(text, runner_.requirements().size());
+      out_ << next.line;
+      ++progress_.fresh;
+      take(row ? *row : Row{.run = at->first, .seed = seed_of(settings_.asked.seed, at->first)});
+      if (options_.coverage != nullptr) options_.coverage->reach(next.reached);
+      if (options_.search != nullptr) options_.search->take(at->first, std::move(next.reached));
+      early_.erase(at);
     }
-  };
-  PoolTask task;
-  task.jobs = options.jobs;
-  task.next = [&]() -> std::optional<std::uint64_t> {
-    if (finished() || next_run >= generation_end || next_run - next_row > kRowsAheadMax * shard.count)
-      return std::nullopt;
-    return std::exchange(next_run, next_run + shard.count);
-  };
-  task.work = [&](std::uint64_t run) {
-    const std::uint64_t seed = seed_of(settings.asked.seed, run);
-    const Seeds seeds = seeds_of(run, seed);
-    const Runner::Executed executed = runner.execute(runner.drawing().draw(seeds), things);
-    return (things != nullptr ? reached_text(executed.reached) : std::string()) +
-           csv_line(runner.row(run, seed, executed), texts(runner.drawing().levels(seeds)));
-  };
-  task.spoilt = [&] { return runner.spoilt(); };
-  task.done = [&](std::uint64_t run, std::string text) {
-    auto reached = things != nullptr ? take_reached(text) : std::vector<std::uint32_t>();
-    put(run, {std::move(text), std::move(reached)});
-  };
-  task.lost = [&](std::uint64_t run, const std::string& why) {
-    Row row;
-    row.run = run;
-    row.seed = seed_of(settings.asked.seed, run);
-    row.reason = why;
-    row.requirements.resize(runner.requirements().size());
-    put(run, {csv_line(row, texts(runner.drawing().levels(seeds_of(run, row.seed)))), {}});
-  };
-  const auto is_interrupted = [&] { return options.is_interrupted && options.is_interrupted(); };
-  task.goes_on = [&] {
-    out.flush();
-    if (options.on_progress) options.on_progress(progress);
-    return static_cast<bool>(out) && !finished() && !is_interrupted();
-  };
-  do {
-    if (search != nullptr) generation_end = std::min(next_row + Search::kGeneration, settings.asked.runs + 1);
-    if (auto ran = run_pool(task); !ran) return tl::unexpected(ran.error());
-    if (search != nullptr) search->end_generation();
-  } while (search != nullptr && out && !finished() && !is_interrupted());
-  out.flush();
-  if (!out) return fail("file.unwritable", file.string() + " cannot be written; the runs before are kept");
-  if (options.on_progress) options.on_progress(progress);
-  return summary;
+  }
+
+  void take(const Row& row) {
+    if (judges_ || !summary_.done()) summary_.add(row, runner_.drawing().levels(seeds_of(row.run, row.seed)));
+    if (options_.search != nullptr && is_first(row.run)) options_.search->keep(row.run);
+    ++progress_.done;
+    next_row_ += settings_.shard.count;
+  }
+
+  // Of its kind: the one that is shown as the least of them.
+  [[nodiscard]] bool is_first(std::uint64_t run) const {
+    return summary_.failing().first_run == run ||
+           std::any_of(summary_.requirements().begin(), summary_.requirements().end(),
+                       [&](const auto& requirement) { return requirement.first_run == run; });
+  }
+  [[nodiscard]] Seeds seeds_of(std::uint64_t run, std::uint64_t seed) const {
+    return options_.search != nullptr ? options_.search->seeds(run) : runner_.drawing().seeds(seed);
+  }
+  [[nodiscard]] bool finished() const { return (judges_ && summary_.done()) || next_row_ > settings_.asked.runs; }
+  [[nodiscard]] bool is_interrupted() const { return options_.is_interrupted && options_.is_interrupted(); }
+
+  Runner& runner_;
+  const Settings& settings_;
+  const CampaignOptions& options_;
+  const std::filesystem::path file_ = options_.folder / kTableName;
+  const std::string header_ = header_of(runner_);
+  const Coverage* const things_;
+  // A shard's runs are not in the order of all, so it does not judge by them when to end.
+  const bool judges_ = settings_.shard.count == 1;
+  Summary summary_;
+  Progress progress_;
+  std::ofstream out_;
+  bool begins_ = true;                    // the table
+  std::map<std::uint64_t, Early> early_;  // by run
+  std::uint64_t next_row_;
+  std::uint64_t next_run_ = 0;
+  std::uint64_t generation_end_ = 0;  // the first run behind it
+};
+
+}  // namespace
+
+Result<Summary> run_campaign(Runner& runner, const Settings& settings, const CampaignOptions& options) {
+  return CampaignRun(runner, settings, options).run();
 }
 
 Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,

@@ -300,143 +300,197 @@ int tell(campaign::Runner& runner, const campaign::Settings& settings, const cam
   return code_of(summary);
 }
 
+// What the options say, each by itself; told where one cannot be.
+struct Given {
+  campaign::AskedAgain asked;
+  campaign::Shard shard;
+  std::optional<Rank> rank;
+};
+
+std::optional<campaign::Shard> parse_shard(const std::string& text) {
+  campaign::Shard shard;
+  char slash = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lu%c%lu%c", &shard.index, &slash, &shard.count, &rest) == 3 && slash == '/' &&
+      shard.index >= 1 && shard.index <= shard.count)
+    return shard;
+  say(fmt::format("--shard {}: I/N, the I-th of N parts, such as 2/4", text));
+  return std::nullopt;
+}
+
+std::optional<Given> given_by(const CampaignCommand& command) {
+  Given given;
+  given.asked = {
+      .seed = command.seed, .runs = command.runs, .confidence = {}, .precision = {}, .expectations = command.expect};
+  if (!command.confidence.empty()) {
+    given.asked.confidence = share("--confidence", command.confidence);
+    if (!given.asked.confidence) return std::nullopt;
+  }
+  if (!command.precision.empty()) {
+    given.asked.precision = share("--precision", command.precision);
+    if (!given.asked.precision) return std::nullopt;
+  }
+  if (command.seed.value_or(0) > campaign::kCampaignSeedMax) {
+    say(fmt::format("--seed {}: at most {}", *command.seed, campaign::kCampaignSeedMax));
+    return std::nullopt;
+  }
+  if (!command.shard.empty()) {
+    const auto shard = parse_shard(command.shard);
+    if (!shard) return std::nullopt;
+    given.shard = *shard;
+  }
+  if (command.mpi) {
+    given.rank = rank_of_launcher();
+    if (!given.rank) {
+      say("--mpi: no launcher has started this; mpirun sentree campaign … --mpi does");
+      return std::nullopt;
+    }
+    given.shard = {given.rank->index + 1, given.rank->count};
+  }
+  return given;
+}
+
+fs::path folder_for(const CampaignCommand& command, const Given& given) {
+  const fs::path where = !command.out.empty() ? fs::path(command.out)
+                                              : folder_of(command.project) / (command.search ? "search" : "campaign");
+  if (given.rank) return rank_folder(where, given.rank->index, given.rank->count);
+  if (!command.out.empty() || given.shard.count == 1) return where;
+  return where / fmt::format("shard-{}-of-{}", given.shard.index, given.shard.count);
+}
+
+// A campaign from its options to its result.
+class CampaignSession {
+ public:
+  CampaignSession(const CampaignCommand& command, Given given)
+      : command_(command), given_(std::move(given)), where_(folder_for(command, given_)) {}
+
+  int run() {
+    if (const int code = settle(); code != kOk) return code;
+    const auto folder = made_folder(where_);
+    if (!folder) return kEnvironment;
+    const Interrupts interruptible;
+    if (given_.rank) {
+      std::error_code error;
+      // Nobody merges the runs of an earlier campaign.
+      if (!command_.resume) fs::remove(*folder / campaign::kTableName, error);
+      note_rank(*given_.rank, *folder, false);
+    }
+    prepare(*folder);
+    const auto summary = campaign::run_campaign(*runner_, settings_, options_);
+    show_status("");
+    if (!summary) {
+      say(to_string(summary.error()));
+      return summary.error().code == "campaign.process" ? kEnvironment : kInvalidInput;
+    }
+    was_interrupted_ = take_interrupt();
+    say(fmt::format("{} runs in {}, {:.1f} runs/s with {} process{}{}", last_.fresh, about(meter_.wall_s()),
+                    meter_.rate(last_), options_.jobs, options_.jobs == 1 ? "" : "es",
+                    was_interrupted_ ? "; interrupted: --resume goes on behind them" : ""));
+    if (given_.rank) return end_rank(*given_.rank, *folder);
+    if (settings_.shard.count == 1) return tell_of(*summary);
+    say(fmt::format("shard {} of {} in {}; sentree campaign merge has the result", settings_.shard.index,
+                    settings_.shard.count, folder->string()));
+    return was_interrupted_ ? kInterrupted : kOk;
+  }
+
+ private:
+  // What is asked for: by the options, by who ran there before, by the file that varies.
+  int settle() {
+    settings_.project = command_.project;
+    settings_.vary = command_.vary.empty() ? default_vary(command_.project) : command_.vary;
+    settings_.shard = given_.shard;
+    campaign::Asked& asked = settings_.asked;
+    std::vector<std::string> expected = command_.expect;
+    const auto before =
+        command_.resume ? settings_before(where_, given_.rank) : Result<std::optional<campaign::Settings>>();
+    if (!before) {
+      say(to_string(before.error()));
+      return kInvalidInput;
+    }
+    if (*before) {
+      auto again = campaign::ask_again((*before)->asked, given_.asked, where_);
+      if (!again) {
+        say(to_string(again.error()));
+        return kInvalidInput;
+      }
+      asked = std::move(*again);
+      expected.clear();
+      for (const auto& expectation : asked.expectations) expected.push_back(expectation.text);
+      if (command_.vary.empty()) settings_.vary = (*before)->vary;
+      if (command_.shard.empty() && !given_.rank) settings_.shard = (*before)->shard;
+    } else {
+      asked.seed = given_.asked.seed.value_or(asked.seed);
+      asked.confidence = given_.asked.confidence.value_or(asked.confidence);
+      asked.precision = given_.asked.precision;
+    }
+    runner_ = load_runner(command_.project, settings_.vary);
+    if (!runner_) return kInvalidInput;
+    if (!parse_expectations(expected, *runner_, asked)) return kUsage;
+    const bool may_end = asked.precision || !asked.expectations.empty();
+    if (!*before) asked.runs = given_.asked.runs.value_or(runner_->vary().runs.value_or(may_end ? kRunsOpen : kRuns));
+    if (asked.runs < 1 || asked.runs > campaign::kRunsMax) {
+      say(fmt::format("--runs {}: from 1 to {}", asked.runs, campaign::kRunsMax));
+      return kUsage;
+    }
+    // Nobody takes a search's runs for drawn ones.
+    settings_.identity = command_.search ? hash_combine(runner_->identity(), 1) : runner_->identity();
+    return kOk;
+  }
+
+  void prepare(const fs::path& folder) {
+    meter_ = Meter();
+    options_.jobs = command_.jobs.value_or(given_.rank ? 1U : std::max(1U, std::thread::hardware_concurrency()));
+    options_.folder = folder;
+    options_.resume = command_.resume;
+    options_.is_interrupted = is_interrupted;
+    options_.on_progress = [this](const campaign::Progress& progress) {
+      last_ = progress;
+      if (!given_.rank || given_.rank->index == 0) meter_.show(progress);
+    };
+    if (command_.coverage || command_.search) coverage_.add(runner_->plan());
+    if (command_.search)
+      options_.search = &search_.emplace(runner_->drawing(), std::move(coverage_), settings_.asked.seed);
+    else if (command_.coverage)
+      options_.coverage = &coverage_;
+  }
+
+  // The first merges what all have done.
+  int end_rank(const Rank& rank, const fs::path& folder) {
+    note_rank(rank, folder, true);
+    if (rank.index != 0) return was_interrupted_ ? kInterrupted : kOk;
+    options_.folder = where_.parent_path();
+    const auto folders = await_ranks(rank, options_.folder);
+    settings_.shard = {};
+    const auto merged = campaign::merge_campaign(*runner_, settings_, folders, options_.folder);
+    if (merged) return tell_of(*merged);
+    say(to_string(merged.error()));
+    return kInvalidInput;
+  }
+
+  int tell_of(const campaign::Summary& summary) {
+    const int code =
+        tell(*runner_, settings_, summary, options_, !command_.no_shrink && !was_interrupted_, command_.json);
+    return was_interrupted_ ? kInterrupted : code;
+  }
+
+  const CampaignCommand& command_;
+  const Given given_;
+  const fs::path where_;
+  campaign::Settings settings_;
+  std::unique_ptr<campaign::Runner> runner_;
+  campaign::CampaignOptions options_;
+  campaign::Coverage coverage_;
+  std::optional<campaign::Search> search_;
+  Meter meter_;
+  campaign::Progress last_;
+  bool was_interrupted_ = false;
+};
+
 }  // namespace
 
 int campaign(const CampaignCommand& command) {
-  campaign::Settings settings;
-  settings.project = command.project;
-  settings.vary = command.vary.empty() ? default_vary(command.project) : command.vary;
-  campaign::Asked& asked = settings.asked;
-  campaign::AskedAgain given{
-      .seed = command.seed, .runs = command.runs, .confidence = {}, .precision = {}, .expectations = command.expect};
-  if (!command.confidence.empty()) {
-    given.confidence = share("--confidence", command.confidence);
-    if (!given.confidence) return kUsage;
-  }
-  if (!command.precision.empty()) {
-    given.precision = share("--precision", command.precision);
-    if (!given.precision) return kUsage;
-  }
-  if (given.seed.value_or(0) > campaign::kCampaignSeedMax) {
-    say(fmt::format("--seed {}: at most {}", *given.seed, campaign::kCampaignSeedMax));
-    return kUsage;
-  }
-  if (!command.shard.empty()) {
-    char slash = 0;
-    char rest = 0;
-    if (std::sscanf(command.shard.c_str(), "%lu%c%lu%c", &settings.shard.index, &slash, &settings.shard.count, &rest) !=
-            3 ||
-        slash != '/' || settings.shard.index < 1 || settings.shard.index > settings.shard.count) {
-      say(fmt::format("--shard {}: I/N, the I-th of N parts, such as 2/4", command.shard));
-      return kUsage;
-    }
-  }
-  std::optional<Rank> rank;
-  if (command.mpi) {
-    rank = rank_of_launcher();
-    if (!rank) {
-      say("--mpi: no launcher has started this; mpirun sentree campaign … --mpi does");
-      return kUsage;
-    }
-    settings.shard = {rank->index + 1, rank->count};
-  }
-  fs::path where = command.out;
-  if (command.out.empty()) where = folder_of(command.project) / (command.search ? "search" : "campaign");
-  if (rank)
-    where = rank_folder(where, rank->index, rank->count);
-  else if (command.out.empty() && settings.shard.count > 1)
-    where /= fmt::format("shard-{}-of-{}", settings.shard.index, settings.shard.count);
-  std::vector<std::string> expected = command.expect;
-  const auto before = command.resume ? settings_before(where, rank) : Result<std::optional<campaign::Settings>>();
-  if (!before) {
-    say(to_string(before.error()));
-    return kInvalidInput;
-  }
-  if (*before) {
-    auto again = campaign::ask_again((*before)->asked, given, where);
-    if (!again) {
-      say(to_string(again.error()));
-      return kInvalidInput;
-    }
-    asked = std::move(*again);
-    expected.clear();
-    for (const auto& expectation : asked.expectations) expected.push_back(expectation.text);
-    if (command.vary.empty()) settings.vary = (*before)->vary;
-    if (command.shard.empty() && !rank) settings.shard = (*before)->shard;
-  } else {
-    asked.seed = given.seed.value_or(asked.seed);
-    asked.confidence = given.confidence.value_or(asked.confidence);
-    asked.precision = given.precision;
-  }
-  const auto runner = load_runner(command.project, settings.vary);
-  if (!runner) return kInvalidInput;
-  if (!parse_expectations(expected, *runner, asked)) return kUsage;
-  const bool may_end = asked.precision || !asked.expectations.empty();
-  if (!*before) asked.runs = given.runs.value_or(runner->vary().runs.value_or(may_end ? kRunsOpen : kRuns));
-  if (asked.runs < 1 || asked.runs > campaign::kRunsMax) {
-    say(fmt::format("--runs {}: from 1 to {}", asked.runs, campaign::kRunsMax));
-    return kUsage;
-  }
-  // Nobody takes a search's runs for drawn ones.
-  settings.identity = command.search ? hash_combine(runner->identity(), 1) : runner->identity();
-  const auto folder = made_folder(where);
-  if (!folder) return kEnvironment;
-  const Interrupts interruptible;
-  Meter meter;
-  campaign::Progress last;
-  campaign::CampaignOptions options;
-  if (rank) {
-    std::error_code error;
-    // Nobody merges the runs of an earlier campaign.
-    if (!command.resume) fs::remove(*folder / campaign::kTableName, error);
-    note_rank(*rank, *folder, false);
-  }
-  options.jobs = command.jobs.value_or(rank ? 1U : std::max(1U, std::thread::hardware_concurrency()));
-  options.folder = *folder;
-  options.resume = command.resume;
-  options.is_interrupted = is_interrupted;
-  options.on_progress = [&](const campaign::Progress& progress) {
-    last = progress;
-    if (!rank || rank->index == 0) meter.show(progress);
-  };
-  campaign::Coverage coverage;
-  std::optional<campaign::Search> search;
-  if (command.coverage || command.search) coverage.add(runner->plan());
-  if (command.search)
-    options.search = &search.emplace(runner->drawing(), std::move(coverage), asked.seed);
-  else if (command.coverage)
-    options.coverage = &coverage;
-  const auto summary = campaign::run_campaign(*runner, settings, options);
-  show_status("");
-  if (!summary) {
-    say(to_string(summary.error()));
-    return summary.error().code == "campaign.process" ? kEnvironment : kInvalidInput;
-  }
-  const bool was_interrupted = take_interrupt();
-  say(fmt::format("{} runs in {}, {:.1f} runs/s with {} process{}{}", last.fresh, about(meter.wall_s()),
-                  meter.rate(last), options.jobs, options.jobs == 1 ? "" : "es",
-                  was_interrupted ? "; interrupted: --resume goes on behind them" : ""));
-  if (rank) {
-    note_rank(*rank, *folder, true);
-    if (rank->index != 0) return was_interrupted ? kInterrupted : kOk;
-    options.folder = where.parent_path();
-    const auto folders = await_ranks(*rank, options.folder);
-    settings.shard = {};
-    const auto merged = campaign::merge_campaign(*runner, settings, folders, options.folder);
-    if (!merged) {
-      say(to_string(merged.error()));
-      return kInvalidInput;
-    }
-    const int code = tell(*runner, settings, *merged, options, !command.no_shrink && !was_interrupted, command.json);
-    return was_interrupted ? kInterrupted : code;
-  }
-  if (settings.shard.count > 1) {
-    say(fmt::format("shard {} of {} in {}; sentree campaign merge has the result", settings.shard.index,
-                    settings.shard.count, folder->string()));
-    return was_interrupted ? kInterrupted : kOk;
-  }
-  const int code = tell(*runner, settings, *summary, options, !command.no_shrink && !was_interrupted, command.json);
-  return was_interrupted ? kInterrupted : code;
+  auto given = given_by(command);
+  return given ? CampaignSession(command, std::move(*given)).run() : kUsage;
 }
 
 int campaign_merge(const CampaignCommand& command) {

@@ -223,6 +223,72 @@ int watch(processes::SimServer& server, const sim::World& world, Tour tour, cons
   return code;
 }
 
+// Where a simulated robot is to be found: addresses, ports of YARP, topics of ROS.
+class Served {
+ public:
+  int begin(processes::SimServer& server, const sim::World& world, const SimCommand& command,
+            const std::optional<rpc::Address>& address) {
+    std::vector<rpc::Address> addresses;
+    if (address) addresses.push_back(*address);
+    if (command.yarp || (address && asks_configured_names(*address))) {
+      auto there = ensure_name_server("", command.insecure);
+      if (!there) {
+        say(to_string(there.error()));
+        return kEnvironment;
+      }
+      names_ = std::move(*there);
+    }
+    // What --at says of a network is said of it once.
+    const auto also = [&](const char* where) {
+      const rpc::Address all = *rpc::Address::parse(where);
+      if (!address || address->scheme != all.scheme) addresses.push_back(all);
+    };
+    if (command.yarp) also("yarp:/");
+    if (command.ros) also("ros:/");
+    for (const rpc::Address& each : addresses) {
+      rpc::ServerOptions options;
+      options.insecure = command.insecure;
+      options.on_peer_error = [](const std::string& what) { say("! " + what); };
+      auto started = rpc::serve(each, server.services(), std::move(options));
+      if (!started) {
+        say(to_string(started.error()));
+        return kEnvironment;
+      }
+      served_.push_back(std::move(*started));
+      const std::string at = served_.back()->address();
+      say("listening on " + at);
+      for (const rpc::NamedService& service : server.services())
+        server.tell_address(service.name, address_of(at, service.name));
+    }
+    for (const rpc::Address& each : addresses) {
+      // Ports for data are found by their names.
+      if (each.scheme != "yarp" || !yarp::PortAddress::parse(each.path)->direct.host.empty()) continue;
+      auto started = YarpRobot::start(server, world, each);
+      if (!started) {
+        say(to_string(started.error()));
+        return kEnvironment;
+      }
+      in_yarp_.push_back(std::move(*started));
+    }
+    if (command.ros) {
+      auto started = RosRobot::start(server, world, [](const std::string& what) { say("! " + what); });
+      if (!started) {
+        say(to_string(started.error()));
+        return kEnvironment;
+      }
+      robot_ = std::move(*started);
+      say("publishing as a robot of ROS 2");
+    }
+    return kOk;
+  }
+
+ private:
+  std::unique_ptr<yarp::NameServer> names_;
+  std::vector<std::unique_ptr<rpc::Opened>> served_;
+  std::vector<std::unique_ptr<YarpRobot>> in_yarp_;
+  std::unique_ptr<RosRobot> robot_;
+};
+
 }  // namespace
 
 int sim(const SimCommand& command) {
@@ -272,61 +338,8 @@ int sim(const SimCommand& command) {
   processes::SimServer server(std::move(*component.value), command.seed, command.speed);
   const auto control = processes::start_control(server.control(command.world));
   if (!control) say(fmt::format("no control socket: {}", to_string(control.error())));
-  std::unique_ptr<yarp::NameServer> names;
-  std::vector<rpc::Address> addresses;
-  if (address) addresses.push_back(*address);
-  if (command.yarp || (address && asks_configured_names(*address))) {
-    auto there = ensure_name_server("", command.insecure);
-    if (!there) {
-      say(to_string(there.error()));
-      return kEnvironment;
-    }
-    names = std::move(*there);
-  }
-  // What --at says of a network is said of it once.
-  const auto also = [&](const char* where) {
-    const rpc::Address all = *rpc::Address::parse(where);
-    if (!address || address->scheme != all.scheme) addresses.push_back(all);
-  };
-  if (command.yarp) also("yarp:/");
-  if (command.ros) also("ros:/");
-  std::vector<std::unique_ptr<rpc::Opened>> served;
-  for (const rpc::Address& each : addresses) {
-    rpc::ServerOptions options;
-    options.insecure = command.insecure;
-    options.on_peer_error = [](const std::string& what) { say("! " + what); };
-    auto started = rpc::serve(each, server.services(), std::move(options));
-    if (!started) {
-      say(to_string(started.error()));
-      return kEnvironment;
-    }
-    served.push_back(std::move(*started));
-    const std::string at = served.back()->address();
-    say("listening on " + at);
-    for (const rpc::NamedService& service : server.services())
-      server.tell_address(service.name, address_of(at, service.name));
-  }
-  std::vector<std::unique_ptr<YarpRobot>> in_yarp;
-  for (const rpc::Address& each : addresses) {
-    // Ports for data are found by their names.
-    if (each.scheme != "yarp" || !yarp::PortAddress::parse(each.path)->direct.host.empty()) continue;
-    auto started = YarpRobot::start(server, *world, each);
-    if (!started) {
-      say(to_string(started.error()));
-      return kEnvironment;
-    }
-    in_yarp.push_back(std::move(*started));
-  }
-  std::unique_ptr<RosRobot> robot;
-  if (command.ros) {
-    auto started = RosRobot::start(server, *world, [](const std::string& what) { say("! " + what); });
-    if (!started) {
-      say(to_string(started.error()));
-      return kEnvironment;
-    }
-    robot = std::move(*started);
-    say("publishing as a robot of ROS 2");
-  }
+  Served served;
+  if (const int code = served.begin(server, *world, command, address); code != kOk) return code;
   return watch(server, *world, *std::move(tour), command, duration, signals);
 }
 

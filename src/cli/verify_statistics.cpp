@@ -21,6 +21,99 @@ namespace {
 // Runs of a sequential test that has not decided: then nothing is said.
 constexpr std::uint64_t kDecidingRunsMax = 1'000'000;
 
+// What came of the runs, requirement by requirement, and what is said of it.
+class TallyOfRuns {
+ public:
+  /// @param rate  What each is tested for; nothing: runs are counted only.
+  TallyOfRuns(const VerifyCommand& command, const project::Plan& plan, const Sampled& sampled,
+              std::optional<double> rate)
+      : command_(command), plan_(plan), sampled_(sampled), asked_(sampled.monitors) {
+    if (rate) tests_.assign(asked_.size(), verify::AtLeast(*rate, sampled.confidence));
+    for (const std::size_t i : asked_) width_ = std::max(width_, plan.monitors[i].name().size());
+  }
+
+  [[nodiscard]] bool is_tested() const { return !tests_.empty(); }
+
+  /// @return  Whether more runs are wanted.
+  bool add(const std::vector<verify::Came>& of_run) {
+    if (++done_ % 256 == 0) show_status(fmt::format("{} runs", done_));
+    bool open = tests_.empty();
+    for (std::size_t k = 0; k < asked_.size(); ++k) {
+      const verify::Came came = of_run[asked_[k]];
+      violated_[k] += came == verify::Came::kViolated ? 1U : 0U;
+      owed_[k] += came == verify::Came::kStillOwed ? 1U : 0U;
+      if (tests_.empty()) continue;
+      tests_[k].add(came == verify::Came::kViolated    ? verify::AtLeast::Run::kViolated
+                    : came == verify::Came::kStillOwed ? verify::AtLeast::Run::kUnknown
+                                                       : verify::AtLeast::Run::kKept);
+      open = open || tests_[k].state() == verify::AtLeast::State::kOpen;
+    }
+    return open;
+  }
+
+  /// Of all runs, as text and as the list of --json.
+  void tell(std::uint64_t runs, std::string& out, List& requirements) const {
+    for (std::size_t k = 0; k < asked_.size(); ++k) {
+      requirements.emplace_back(tell_one(k, runs, out));
+      out += "\n";
+    }
+  }
+
+  [[nodiscard]] int code() const {
+    bool open = false;
+    for (std::size_t k = 0; k < asked_.size(); ++k) {
+      const bool refuted = is_tested() ? tests_[k].state() == verify::AtLeast::State::kRefuted : violated_[k] > 0;
+      if (refuted) return kFindings;
+      open = open || (is_tested() && tests_[k].state() == verify::AtLeast::State::kOpen);
+    }
+    if (is_interrupted()) return kInterrupted;
+    return open ? kTimeLimit : kOk;
+  }
+
+ private:
+  Map tell_one(std::size_t k, std::uint64_t runs, std::string& out) const {
+    const campaign::Interval in = campaign::clopper_pearson(violated_[k], runs, sampled_.confidence);
+    const std::string& name = plan_.monitors[asked_[k]].name();
+    out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({} %)", name, width_, violated_[k], runs,
+                       in.low * 100, in.high * 100, as_percent(sampled_.confidence));
+    if (owed_[k] > 0) out += fmt::format(", still owed at the end of {}", owed_[k]);
+    Map one{{"name", name},
+            {"verdict", violated_[k] > 0 ? "refuted" : "unknown"},
+            {"vacuous", false},
+            {"complete", false},
+            {"fair", List()},
+            {"first_violation", Value()},
+            {"counterexample", Value()},
+            {"violated", static_cast<std::int64_t>(violated_[k])},
+            {"still_owed", static_cast<std::int64_t>(owed_[k])},
+            {"probability", Map{{"low", in.low},
+                                {"high", in.high},
+                                {"method", "Clopper-Pearson"},
+                                {"confidence", sampled_.confidence},
+                                {"runs", static_cast<std::int64_t>(runs)}}}};
+    if (!is_tested()) return one;
+    const auto state = tests_[k].state();
+    out += fmt::format("   at least {}: {}", command_.at_least, verify::to_string(state));
+    one["at_least"] = verify::to_string(state);
+    if (state == verify::AtLeast::State::kOpen) {
+      const auto [low, high] = tests_[k].indifference();
+      out += fmt::format(", so many runs do not tell {:.4g}–{:.4g} % apart", low * 100, high * 100);
+      one["indifference"] = Map{{"low", low}, {"high", high}};
+    }
+    return one;
+  }
+
+  const VerifyCommand& command_;
+  const project::Plan& plan_;
+  const Sampled& sampled_;
+  const std::vector<std::size_t>& asked_;
+  std::vector<verify::AtLeast> tests_;
+  std::vector<std::uint64_t> violated_ = std::vector<std::uint64_t>(asked_.size());
+  std::vector<std::uint64_t> owed_ = violated_;
+  std::uint64_t done_ = 0;
+  std::size_t width_ = 0;
+};
+
 }  // namespace
 
 int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
@@ -28,19 +121,15 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   if (const int* code = std::get_if<int>(&read)) return *code;
   const Sampled& sampled = std::get<Sampled>(read);
   if (!command.split.empty()) return verify_rare(command, plan, sampled);
-  const auto& asked = sampled.monitors;
-  std::vector<verify::AtLeast> tests;
+  std::optional<double> rate;
   if (!command.at_least.empty()) {
-    const auto rate = share("--at-least", command.at_least);
+    rate = share("--at-least", command.at_least);
     if (!rate) return kUsage;
-    tests.assign(asked.size(), verify::AtLeast(*rate, sampled.confidence));
   }
+  TallyOfRuns tally(command, plan, sampled, rate);
   const Interrupts interrupts;
-  std::vector<std::uint64_t> violated(asked.size());
-  std::vector<std::uint64_t> owed(asked.size());
-  std::uint64_t done = 0;
   verify::Sampling sampling;
-  sampling.runs = command.runs ? *command.runs : tests.empty() ? sampling.runs : kDecidingRunsMax;
+  sampling.runs = command.runs ? *command.runs : tally.is_tested() ? kDecidingRunsMax : sampling.runs;
   sampling.seed = command.seed;
   sampling.order = command.order == "any" ? verify::Order::kAny : verify::Order::kVirtual;
   sampling.length = sampled.length;
@@ -49,21 +138,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   sampling.workers = command.threads;
   sampling.each = in_threads(command.threads);
   sampling.interrupted = is_interrupted;
-  sampling.told = [&](const std::vector<verify::Came>& of_run) {
-    if (++done % 256 == 0) show_status(fmt::format("{} runs", done));
-    bool open = tests.empty();
-    for (std::size_t k = 0; k < asked.size(); ++k) {
-      const verify::Came came = of_run[asked[k]];
-      violated[k] += came == verify::Came::kViolated ? 1U : 0U;
-      owed[k] += came == verify::Came::kStillOwed ? 1U : 0U;
-      if (tests.empty()) continue;
-      tests[k].add(came == verify::Came::kViolated    ? verify::AtLeast::Run::kViolated
-                   : came == verify::Came::kStillOwed ? verify::AtLeast::Run::kUnknown
-                                                      : verify::AtLeast::Run::kKept);
-      open = open || tests[k].state() == verify::AtLeast::State::kOpen;
-    }
-    return open;
-  };
+  sampling.told = [&](const std::vector<verify::Came>& of_run) { return tally.add(of_run); };
   const auto began = std::chrono::steady_clock::now();
   const auto runs = verify::sample(plan, sampling);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -77,47 +152,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
       shortest_decimal(seconds(sampling.length)), sampling.seed);
   out += sampled.left_out();
   List requirements;
-  bool any = false;
-  bool open = false;
-  std::size_t width = 0;
-  for (const std::size_t i : asked) width = std::max(width, plan.monitors[i].name().size());
-  for (std::size_t k = 0; k < asked.size(); ++k) {
-    const campaign::Interval in = campaign::clopper_pearson(violated[k], *runs, sampled.confidence);
-    const std::string& name = plan.monitors[asked[k]].name();
-    out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({} %)", name, width, violated[k], *runs,
-                       in.low * 100, in.high * 100, as_percent(sampled.confidence));
-    if (owed[k] > 0) out += fmt::format(", still owed at the end of {}", owed[k]);
-    Map one{{"name", name},
-            {"verdict", violated[k] > 0 ? "refuted" : "unknown"},
-            {"vacuous", false},
-            {"complete", false},
-            {"fair", List()},
-            {"first_violation", Value()},
-            {"counterexample", Value()},
-            {"violated", static_cast<std::int64_t>(violated[k])},
-            {"still_owed", static_cast<std::int64_t>(owed[k])},
-            {"probability", Map{{"low", in.low},
-                                {"high", in.high},
-                                {"method", "Clopper-Pearson"},
-                                {"confidence", sampled.confidence},
-                                {"runs", static_cast<std::int64_t>(*runs)}}}};
-    if (!tests.empty()) {
-      const auto state = tests[k].state();
-      out += fmt::format("   at least {}: {}", command.at_least, verify::to_string(state));
-      one["at_least"] = verify::to_string(state);
-      if (state == verify::AtLeast::State::kOpen) {
-        const auto [low, high] = tests[k].indifference();
-        out += fmt::format(", so many runs do not tell {:.4g}–{:.4g} % apart", low * 100, high * 100);
-        one["indifference"] = Map{{"low", low}, {"high", high}};
-      }
-      any = any || state == verify::AtLeast::State::kRefuted;
-      open = open || state == verify::AtLeast::State::kOpen;
-    } else {
-      any = any || violated[k] > 0;
-    }
-    out += "\n";
-    requirements.emplace_back(std::move(one));
-  }
+  tally.tell(*runs, out, requirements);
   if (command.json) {
     out = to_json(Value(Map{{"tool", "sentree verify"},
                             {"version", SENTREE_VERSION},
@@ -133,9 +168,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
           "\n";
   }
   print(out);
-  if (any) return kFindings;
-  if (is_interrupted()) return kInterrupted;
-  return open ? kTimeLimit : kOk;
+  return tally.code();
 }
 
 }  // namespace sentree::cli

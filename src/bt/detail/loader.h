@@ -132,6 +132,13 @@ class Loader {
   /// Format 3 loads leaves with children, unless the tag says that they are leaves.
   [[nodiscard]] bool keeps_no_children(const Manifest& manifest, bool is_explicit) const;
   [[nodiscard]] std::uint32_t find_manifest(const text::XmlElement& element, bool& is_explicit);
+  /// What the standard, the registry, the file or a palette says of an ID; nothing: none of them knows it.
+  /// @param made  Where it is put together, if it has to be.
+  [[nodiscard]] const Manifest* known_manifest(std::string_view tag, std::string_view id, Manifest& made);
+  /// What an ID that they do not know is taken for; nothing: it is told why that is an error.
+  [[nodiscard]] const Manifest* guessed_manifest(const text::XmlElement& element, std::string_view id, bool is_explicit,
+                                                 Manifest& made);
+  void tell_unknown(const text::XmlElement& element, std::string_view id, const SourceSpan& place);
   /// A node that nobody declares, as far as its element tells what it is.
   [[nodiscard]] Manifest unknown_manifest(const text::XmlElement& element, std::string_view id,
                                           const SourceSpan& place);

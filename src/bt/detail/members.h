@@ -32,6 +32,9 @@ struct Snapshot {
   [[nodiscard]] static Result<std::string> save(const Tree& tree, const State& state);
   [[nodiscard]] static Result<State> restore(const Tree& tree, std::string_view bytes);
   [[nodiscard]] static Loaded<Carried> carry(const Tree& before, const State& state, const Tree& after);
+  /// Entries go where the SubTrees of their scopes have gone.
+  static void carry_blackboard(const Tree& before, const State& state, const Tree& after, Carried& carried,
+                               Diagnostics& diagnostics);
   [[nodiscard]] static Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out);
   /// Every index of the state leads somewhere, so that a damaged one cannot make a step read what is not there.
   [[nodiscard]] static bool consistent(const Model& model, const State& state);
