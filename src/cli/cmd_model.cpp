@@ -9,6 +9,7 @@
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/skill_models.h"
 #include "sentree/text/file.h"
+#include "sentree/text/xml.h"
 
 namespace sentree::cli {
 
@@ -45,6 +46,14 @@ std::optional<project::Project> project_of(const ModelCommand& command) {
   alone.file = (alone.folder / "sentree.yaml").lexically_normal().string();
   for (const GivenFile& given : files) {
     const auto source = text::read_file(given.path);
+    if (given.named && given.path.extension() != ".scxml") {
+      const auto document = source ? text::XmlDocument::parse(*source, given.path.string(), {.lenient = true})
+                                   : tl::unexpected(source.error());
+      if (!document || document_kind(*source) != "tree") {
+        say(document ? given.path.string() + ": no behavior tree" : to_string(document.error()));
+        return std::nullopt;
+      }
+    }
     if (given.path.extension() == ".scxml" || (!given.named && (!source || document_kind(*source) != "tree"))) continue;
     alone.mission_files.push_back({std::filesystem::proximate(given.path, alone.folder, error).string(), {}});
   }

@@ -487,7 +487,7 @@ class OneRun {
     interrupts.run_is_over();
     progress.reset();
     const bool was_live = std::exchange(view_, nullptr) != nullptr;
-    if (recording_) recording_->finish(report);
+    const bool is_recorded = !recording_ || recording_->finish(report);
     run.forget();
     page_->ended(report);
     if (command_.json) {
@@ -503,7 +503,8 @@ class OneRun {
       say(fmt::format("the run is over; its page stays at {} until Ctrl-C", page_->server().url()));
       interrupts.wait_for_one();
     }
-    return exit_code(plan_.value->scenario, report);
+    const int code = exit_code(plan_.value->scenario, report);
+    return code == kOk && !is_recorded ? kEnvironment : code;
   }
 
   const RunCommand& command_;

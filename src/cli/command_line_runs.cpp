@@ -16,6 +16,9 @@ namespace sentree::cli {
 
 namespace {
 
+// Of a variable of the shell that is not set.
+std::string not_empty(const std::string& moment) { return moment.empty() ? "is empty; write for example '52 s'" : ""; }
+
 void add_run(CLI::App& app, Commands& commands) {
   struct Wanted {
     RunCommand run;
@@ -38,7 +41,8 @@ void add_run(CLI::App& app, Commands& commands) {
       "4 environment (port taken), 124 time limit, 130 interrupted.");
   auto* project = sub->add_option("project", command.project, "Folder with a sentree.yaml, or a scenario file");
   project->capture_default_str();
-  auto* scenario = sub->add_option("--scenario", command.scenario, "Name of a file in the project's scenarios/");
+  auto* scenario =
+      sub->add_option("--scenario", command.scenario, "Name of a file in the project's scenarios/, or the file");
   sub->add_option("--vary", kept->vary, "The run of that campaign with this --seed, as a scenario file in campaign/")
       ->excludes(scenario);
   sub->add_option_function<std::string>(
@@ -159,7 +163,8 @@ void add_verify(CLI::App& app, Commands& commands) {
       "be\n"
       "explored, 124 not everything was tried and nothing is refuted, 130 interrupted. See docs/verification.md.");
   sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
-  sub->add_option("--scenario", command.scenario, "A scenario whose overrides and timeline apply");
+  sub->add_option("--scenario", command.scenario,
+                  "A scenario whose overrides and timeline apply: its file, or its name in scenarios/");
   sub->add_option("--only", command.only, "Only this requirement or monitor; several: again for each")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -181,7 +186,8 @@ void add_verify(CLI::App& app, Commands& commands) {
   CLI::Option* const runs =
       sub->add_option("--runs", command.runs, "Statistics: so many runs, drawn, instead of every behaviour")
           ->check(whole_number(1));
-  sub->add_option("--confidence", command.confidence, "Of intervals and decisions")->capture_default_str();
+  CLI::Option* const confidence =
+      sub->add_option("--confidence", command.confidence, "Of intervals and decisions")->capture_default_str();
   CLI::Option* const at_least = sub->add_option(
       "--at-least", command.at_least,
       "Statistics: decide, in as few runs as will do, whether it holds in that share of them, e.g. 99%");
@@ -191,7 +197,14 @@ void add_verify(CLI::App& app, Commands& commands) {
              "Statistics of what is rare: runs in which MODEL.DATA is greatest are split (or \"owed\": in which "
              "a bound is nearest); --runs are those that begin")
           ->excludes(at_least);
-  sub->add_option("--seed", command.seed, "Of the runs")->check(whole_number(0))->capture_default_str();
+  CLI::Option* const seed =
+      sub->add_option("--seed", command.seed, "Of the runs")->check(whole_number(0))->capture_default_str();
+  sub->parse_complete_callback([=] {
+    if (runs->count() + at_least->count() + split->count() > 0) return;
+    for (const CLI::Option* const one : {confidence, seed}) {
+      if (one->count() > 0) throw CLI::RequiresError(one->get_name(), "--runs, --at-least or --split");
+    }
+  });
   sub->add_option("--threads", command.threads,
                   "Explore, judge requirements or make runs in so many threads; the result is the same")
       ->check(CLI::Range(1, 256))
@@ -378,8 +391,10 @@ void add_replay(CLI::App& app, Commands& commands) {
   sub->add_option("--project", command.project, "Run this project instead of the recorded one");
   auto* go_on =
       sub->add_flag("--continue", command.go_on, "Go on in the simulator at the first request that was not recorded");
-  auto* from = sub->add_option("--from", command.from, "Go on in the simulator from this moment of the run");
+  auto* from =
+      sub->add_option("--from", command.from, "Go on in the simulator from this moment of the run")->check(not_empty);
   sub->add_option("--at", command.at, "Print tree, skills, monitors and world as they were at this moment of the run")
+      ->check(not_empty)
       ->excludes(go_on)
       ->excludes(from);
   sub->add_flag("--verbose,-v", command.verbose, "Print every observation");

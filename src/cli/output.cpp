@@ -194,7 +194,9 @@ Loaded<project::Scenario> read(const std::filesystem::path& file) {
 }  // namespace
 
 Loaded<project::Scenario> load(const std::string& project, const std::string& scenario) {
-  if (scenario.empty()) return read(project);
+  std::error_code error;
+  if (scenario.empty() || std::filesystem::is_regular_file(scenario, error))
+    return read(scenario.empty() ? project : scenario);
   auto loaded = project::load_project(project);
   if (!loaded.ok()) return {.value = std::nullopt, .diagnostics = std::move(loaded.diagnostics)};
   std::vector<std::string> names;

@@ -73,11 +73,12 @@ Result<void> RunRecording::open(studio::Live& page, const studio::ServerOptions&
   return page.open(options, *recorder_, path_.string());
 }
 
-void RunRecording::finish(const runtime::RunReport& report) {
+bool RunRecording::finish(const runtime::RunReport& report) {
   const record::RecorderReport written = recorder_->finish(report);
-  if (path_.empty()) return;
+  if (path_.empty()) return true;
   if (written.lost > 0) say(fmt::format("! the disk was too slow: {} messages are not in the recording", written.lost));
   say((written.failed ? "recorded in part: " : "recorded: ") + path_.string());
+  return !written.failed;
 }
 
 }  // namespace sentree::cli

@@ -39,7 +39,8 @@ class RunRecording {
   /// The file; empty: none.
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   /// Ends it and says where it is, if it is anywhere, and whether something is missing.
-  void finish(const runtime::RunReport& report);
+  /// Whether it was recorded as a whole, if it was to be.
+  bool finish(const runtime::RunReport& report);
 
  private:
   std::filesystem::path path_;  // empty: nothing is written

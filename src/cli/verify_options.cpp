@@ -96,7 +96,7 @@ std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const p
 Loaded<project::Scenario> load_verified(const VerifyCommand& command) {
   Loaded<project::Scenario> loaded;
   if (!command.scenario.empty()) {
-    loaded = project::load_scenario(command.scenario);
+    loaded = load(command.project, command.scenario);
   } else {
     auto project = project::load_project(command.project);
     loaded.diagnostics = std::move(project.diagnostics);

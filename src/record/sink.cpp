@@ -22,8 +22,10 @@ tl::unexpected<Diagnostic> unwritable(const std::string& name) {
 Result<std::unique_ptr<FileSink>> FileSink::create(const std::filesystem::path& path) {
   std::error_code error;
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  // Nobody waits for whom might read a pipe.
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0644);
   if (file < 0) return unwritable(path.string());
+  (void)::fcntl(file, F_SETFL, 0);
   (void)::flock(file, LOCK_EX | LOCK_NB);
   return std::unique_ptr<FileSink>(new FileSink(file, path.string()));
 }

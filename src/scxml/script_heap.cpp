@@ -465,6 +465,10 @@ std::string_view without_semicolon(std::string_view text) {
   return end == std::string_view::npos ? text : text.substr(0, end + 1);
 }
 
+// What closes an expression is not to stand in a comment at its end; else it stands in the expression's last line,
+// which is that of an error in a bare name.
+const char* line_end(std::string_view text) { return text.find("//") == std::string_view::npos ? "" : "\n"; }
+
 void push_source(duk_context* ctx, const Expression& expression) {
   switch (expression.use) {
     case ExpressionUse::kScript: push_text(ctx, expression.text); return;
@@ -474,12 +478,12 @@ void push_source(duk_context* ctx, const Expression& expression) {
       duk_push_string(
           ctx, expression.use == ExpressionUse::kItem ? "(function($value){" : "(function($value){'use strict';");
       push_text(ctx, expression.text);
-      duk_push_string(ctx, "\n=$value})");
+      duk_push_string(ctx, fmt::format("{}=$value}})", line_end(expression.text)).c_str());
       break;
     default:
       duk_push_string(ctx, "(function(){return (");
       push_text(ctx, without_semicolon(expression.text));
-      duk_push_string(ctx, "\n)})");
+      duk_push_string(ctx, fmt::format("{})}})", line_end(expression.text)).c_str());
   }
   duk_concat(ctx, 3);
 }

@@ -1,5 +1,8 @@
 #include "sentree/text/file.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -100,25 +103,48 @@ Result<std::string> read_file(const std::filesystem::path& path, std::string sho
   return content;
 }
 
-Result<void> write_file(const std::filesystem::path& path, std::string_view content) {
+namespace {
+
+// @param file  Is closed. Null: it could not be opened.
+bool write_and_close(std::FILE* file, std::string_view content) {
+  if (file == nullptr) return false;
+  const bool written = std::fwrite(content.data(), 1, content.size(), file) == content.size();
+  // A full disk may show only when the buffer is flushed.
+  return std::fclose(file) == 0 && written;
+}
+
+// Of a device or a pipe, without waiting for who reads it.
+std::FILE* open_to_write_into(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return nullptr;
+  (void)::fcntl(descriptor, F_SETFL, 0);
+  return ::fdopen(descriptor, "wb");
+}
+
+}  // namespace
+
+Result<void> write_file(const std::filesystem::path& given, std::string_view content) {
   const auto unwritable = [&] {
     return fail("file.unwritable", "cannot be written: " + std::generic_category().message(errno),
-                SourceSpan{path.string()});
+                SourceSpan{given.string()});
   };
+  std::error_code error;
+  const auto status = std::filesystem::status(given, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
+      !std::filesystem::is_directory(status)) {
+    if (!write_and_close(open_to_write_into(given), content)) return unwritable();
+    return {};
+  }
+  // Who is named by a link is written, and the link stays.
+  const std::filesystem::path path =
+      std::filesystem::is_symlink(given, error) ? std::filesystem::weakly_canonical(given, error) : given;
   std::filesystem::path temporary = path;
-  temporary += ".part";
-  {
-    std::FILE* file = std::fopen(temporary.c_str(), "wb");
-    if (file == nullptr) return unwritable();
-    const bool written = std::fwrite(content.data(), 1, content.size(), file) == content.size();
-    // A full disk may show only when the buffer is flushed.
-    const bool closed = std::fclose(file) == 0;
-    if (!written || !closed) {
-      const int why = errno;
-      std::remove(temporary.c_str());
-      errno = why;
-      return unwritable();
-    }
+  temporary += "." + std::to_string(::getpid()) + ".part";
+  if (!write_and_close(std::fopen(temporary.c_str(), "wb"), content)) {
+    const int why = errno;
+    std::remove(temporary.c_str());
+    errno = why;
+    return unwritable();
   }
   if (std::rename(temporary.c_str(), path.c_str()) != 0) {
     const int why = errno;
