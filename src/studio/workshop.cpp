@@ -285,59 +285,19 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return Value(Map{{"version", number(workspace.find(file)->version)}});
   }
   if (op == "design_gesture") return edit_by_gesture(asked);
-  if (op == "design_rename")
-    return asked.has("tree") ? rename(lsp::SymbolKind::kTree, asked.text("tree"), asked.text("to"))
-                             : rename(lsp::SymbolKind::kLocation, asked.text("location"), asked.text("to"));
+  if (op == "design_rename") return rename(asked);
   if (op == "design_rename_file") return rename_file(file, asked.text("to"));
   if (op == "design_uses") return uses_of(file);
   if (op == "design_complete" || op == "design_explain")
     return help_with(file, asked.count("byte"), op == "design_complete");
   if (op == "design_reached") return asked.flag("verification") ? verified() : reached(asked.flag("all"));
-  if (op == "design_undo" || op == "design_redo") {
-    const auto reverted = op == "design_undo" ? workspace.undo() : workspace.redo();
-    if (!reverted) {
-      changed({});
-      return tl::unexpected(reverted.error());
-    }
-    std::vector<std::string> told = reverted->files;
-    saved_beside(reverted->saved, told);
-    changed(told);
-    const auto listed = [](const std::vector<std::string>& files) { return List(files.begin(), files.end()); };
-    return Value(
-        Map{{"files", listed(reverted->files)}, {"left", listed(reverted->left)}, {"saved", listed(reverted->saved)}});
-  }
+  if (op == "design_undo") return tell_reverted(workspace.undo());
+  if (op == "design_redo") return tell_reverted(workspace.redo());
   if (op == "design_save") return save(asked);
-  if (op == "design_resolve") {
-    const design::Document* document = workspace.find(file);
-    if (document == nullptr || !document->has_conflict()) return fail("design.bad-edit", file + " has no conflict");
-    const std::string text = asked.text("keep") == "theirs" ? document->theirs.value_or(std::string()) : document->text;
-    if (auto resolved = workspace.resolve(file, text); !resolved) {
-      changed({file});
-      return tl::unexpected(resolved.error());
-    }
-    changed({file});
-    return Value(Map());
-  }
+  if (op == "design_resolve") return resolve(file, asked.text("keep"));
   if (op == "design_add") return add(asked);
-  if (op == "design_init") {
-    if (!workspace.held_by().empty())
-      return fail("design.held", workspace.held_by() + " edits this project; begin it there");
-    if (auto begun = design::begin_project(folder); !begun) return tl::unexpected(begun.error());
-    changed(workspace.refresh({""}));
-    return Value(Map());
-  }
-  if (op == "design_remove") {
-    if (file == "sentree.yaml") return fail("design.bad-edit", "sentree.yaml is the project; it is not deleted here");
-    const auto removed = workspace.remove(file);
-    if (!removed) {
-      changed({file});
-      return tl::unexpected(removed.error());
-    }
-    std::vector<std::string> gone{file};
-    saved_beside(*removed, gone);
-    changed(gone);
-    return Value(Map{{"saved", List(removed->begin(), removed->end())}});
-  }
+  if (op == "design_init") return begin_project();
+  if (op == "design_remove") return remove(file);
   if (op == "design_scenario") {
     const std::string name = asked.text("scenario");
     if (!name.empty() && std::find(scenarios.begin(), scenarios.end(), name) == scenarios.end())
@@ -348,6 +308,50 @@ Result<Value> Workshop::Impl::carry_out(const std::string& op, const Value& requ
     return Value(Map());
   }
   return fail("studio.request", fmt::format("\"{}\" is not known here", op));
+}
+
+Result<Value> Workshop::Impl::tell_reverted(const Result<design::Workspace::Reverted>& reverted) {
+  if (!reverted) {
+    changed({});
+    return tl::unexpected(reverted.error());
+  }
+  std::vector<std::string> told = reverted->files;
+  saved_beside(reverted->saved, told);
+  changed(told);
+  const auto listed = [](const std::vector<std::string>& files) { return List(files.begin(), files.end()); };
+  return Value(
+      Map{{"files", listed(reverted->files)}, {"left", listed(reverted->left)}, {"saved", listed(reverted->saved)}});
+}
+
+Result<Value> Workshop::Impl::resolve(const std::string& file, std::string_view keep) {
+  const design::Document* document = workspace.find(file);
+  if (document == nullptr || !document->has_conflict()) return fail("design.bad-edit", file + " has no conflict");
+  const auto resolved =
+      workspace.resolve(file, keep == "theirs" ? document->theirs.value_or(std::string()) : document->text);
+  changed({file});
+  if (!resolved) return tl::unexpected(resolved.error());
+  return Value(Map());
+}
+
+Result<Value> Workshop::Impl::begin_project() {
+  if (!workspace.held_by().empty())
+    return fail("design.held", workspace.held_by() + " edits this project; begin it there");
+  if (auto begun = design::begin_project(folder); !begun) return tl::unexpected(begun.error());
+  changed(workspace.refresh({""}));
+  return Value(Map());
+}
+
+Result<Value> Workshop::Impl::remove(const std::string& file) {
+  if (file == "sentree.yaml") return fail("design.bad-edit", "sentree.yaml is the project; it is not deleted here");
+  const auto removed = workspace.remove(file);
+  if (!removed) {
+    changed({file});
+    return tl::unexpected(removed.error());
+  }
+  std::vector<std::string> gone{file};
+  saved_beside(*removed, gone);
+  changed(gone);
+  return Value(Map{{"saved", List(removed->begin(), removed->end())}});
 }
 
 Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {

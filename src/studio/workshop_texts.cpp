@@ -127,13 +127,33 @@ Result<Value> Workshop::Impl::rename_file(const std::string& file, const std::st
                    {"saved", List(saved.begin(), saved.end())}});
 }
 
-Result<Value> Workshop::Impl::rename(lsp::SymbolKind kind, const std::string& name, const std::string& to) {
+Result<Value> Workshop::Impl::rename(const AskedEdit& asked) {
   index.refresh(workspace.overlay());
-  const lsp::Symbol symbol{kind, name};
-  if (kind == lsp::SymbolKind::kTree ? index.places_of(symbol).empty() : !index.names().locations.contains(name))
-    return fail("studio.request", kind == lsp::SymbolKind::kTree
-                                      ? fmt::format("there is no tree \"{}\"", name)
-                                      : fmt::format("the world has no location or area \"{}\"", name));
+  const std::string to = asked.text("to");
+  std::string name;
+  lsp::Symbol symbol;
+  const auto is_asked = [&](const char* what, lsp::SymbolKind kind) {
+    if (!asked.has(what)) return false;
+    name = asked.text(what);
+    symbol = {kind, kind == lsp::SymbolKind::kState ? fmt::format("{}#{}", (folder / asked.text("file")).string(), name)
+                                                    : name};
+    return true;
+  };
+  if (is_asked("location", lsp::SymbolKind::kLocation)) {
+    if (!index.names().locations.contains(name))
+      return fail("studio.request", fmt::format("the world has no location or area \"{}\"", name));
+  } else if (is_asked("tree", lsp::SymbolKind::kTree) || is_asked("state", lsp::SymbolKind::kState)) {
+    if (index.places_of(symbol).empty())
+      return fail("studio.request", fmt::format("there is no {} \"{}\"", asked.has("tree") ? "tree" : "state", name));
+  } else if (is_asked("node", lsp::SymbolKind::kNode)) {
+    // One of several that are called so, or one that nobody names, is called otherwise where it stands.
+    const auto places = index.places_of(symbol);
+    const auto defining =
+        std::count_if(places.begin(), places.end(), [](const auto& place) { return place.occurrence->defines; });
+    if (defining != 1 || places.size() == 1) return Value(Map{{"files", List()}, {"places", 0}});
+  } else {
+    return fail("studio.request", "what is to be renamed: a location, tree, node or state?");
+  }
   const auto renaming = lsp::rename(index, symbol, to);
   if (!renaming) return tl::unexpected(renaming.error());
   auto renamed = renamed_texts(*renaming);

@@ -43,10 +43,15 @@ struct Workshop::Impl {
   Result<Value> carry_out(const std::string& op, const Value& request);
   Result<Value> edit_by_gesture(const AskedEdit& asked);
   Result<Value> add(const AskedEdit& asked);
-  /// Of a place of the world, or a tree, wherever it is named, in one step.
-  Result<Value> rename(lsp::SymbolKind kind, const std::string& name, const std::string& to);
+  /// Of a place of the world, a tree, a node of one or a state of a chart, wherever it is named, in one step.
+  Result<Value> rename(const AskedEdit& asked);
   /// Of a file, with what names it, in one step.
   Result<Value> rename_file(const std::string& file, const std::string& to);
+  Result<Value> tell_reverted(const Result<design::Workspace::Reverted>& reverted);
+  /// @param keep  "theirs" or "ours".
+  Result<Value> resolve(const std::string& file, std::string_view keep);
+  Result<Value> begin_project();
+  Result<Value> remove(const std::string& file);
   /// Who names a file, or goes with it.
   Result<Value> uses_of(const std::string& file);
   struct Renamed {

@@ -5,7 +5,7 @@ import { useStudio } from "../store/store";
 import { Actions } from "./Actions";
 import { part_lines } from "./chart_places";
 import { condition_words, event_words, is_history, leads_out, transition_text } from "./chart_words";
-import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, findings_of, focus_field, focus_picture, fresh_id, gesture, gesture_then, useDesign } from "./design";
+import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, findings_of, focus_field, focus_picture, fresh_id, gesture, gesture_then, rename_state, useDesign } from "./design";
 import { Editable } from "./Editable";
 import { Wrong } from "./Inspector";
 import { Options, TextField } from "./TextField";
@@ -72,11 +72,7 @@ function WholePart({ chart }: { chart: EditedChart }) {
 function StatePart({ chart, state }: { chart: EditedChart; state: EditedState }) {
   const { id, kind } = state;
   const states = chart.states.filter((one) => one.id !== "" && one.id !== id);
-  const rename = (name: string) =>
-    void gesture_then({ what: "rename_state", state: id, id: name }, () => {
-      choose_state(name);
-      focus_picture();
-    });
+  const rename = (name: string) => void rename_state(id, name).then((done) => done && focus_picture());
   return (
     <>
       <h2 className="inspector-title">{id}</h2>

@@ -2,7 +2,7 @@ import { useState } from "react";
 
 import type { Finding, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
 import { Icon } from "../widgets/Icon";
-import { add_part, chart_of, default_chart, findings_at, findings_of, fix, gesture, node_of, open_file, rename_tree, show_tree, tree_of, useDesign } from "./design";
+import { add_part, chart_of, default_chart, findings_at, findings_of, fix, gesture, node_of, open_file, rename_node, rename_tree, show_tree, tree_of, useDesign } from "./design";
 import { Editable } from "./Editable";
 import { Options, TextField } from "./TextField";
 
@@ -98,7 +98,7 @@ function NodeForm({ node, tree }: { node: OutlineNode; tree: OutlineTree }) {
       {model?.description && <p className="muted">{model.description}</p>}
       <Editable>
         <Wrong findings={wrong} skill={node.id} />
-        <Field id="design-name" label="name" value={node.name} node={node} attribute="name" hint={node.id} options={[]} />
+        <TextField id="design-name" label="name, here and wherever it is named" value={node.name} hint={node.id} tell={(name) => void rename_node(node, name)} />
         {ports.map((port) => (
           <Field
             key={port.name}

@@ -651,17 +651,29 @@ export async function remove_file(file: string): Promise<void> {
   if (next) await open_file(next.file);
 }
 
-/** Gives a location or an area of the world, or a tree, another name, wherever it is named. */
-async function rename(what: { location: string } | { tree: string }, to: string): Promise<boolean> {
+/** Gives something another name, wherever it is named. In how many places; null: refused, as is said. */
+async function rename(what: { location: string } | { tree: string } | { node: string } | { state: string; file: string }, to: string): Promise<number | null> {
   const done = await attempt(() => request("design_rename", { ...what, to }));
-  if (done) note("info", `${"tree" in what ? what.tree : what.location} is ${to} now: in ${done.places} ${done.places === 1 ? "place" : "places"} of ${done.files.join(", ")}`);
-  return done !== null;
+  if (done && done.places > 0) note("info", `${Object.values(what)[0]} is ${to} now: in ${done.places} ${done.places === 1 ? "place" : "places"} of ${done.files.join(", ")}`);
+  return done?.places ?? null;
 }
-export const rename_place = (location: string, to: string) => rename({ location }, to);
+export const rename_place = async (location: string, to: string) => (await rename({ location }, to)) !== null;
+/** Of the open chart; it stays chosen. */
+export async function rename_state(state: string, to: string): Promise<boolean> {
+  const { file } = useDesign.getState();
+  if (file === null || (await rename({ state, file }, to)) === null) return false;
+  if (useDesign.getState().file === file && useDesign.getState().state === state) choose_state(to);
+  return true;
+}
+/** With what else names it; an empty name takes it away. */
+export async function rename_node(node: OutlineNode, to: string): Promise<void> {
+  const places = node.name !== "" && to !== "" ? await rename({ node: node.name }, to) : 0;
+  if (places === 0) await gesture({ what: "set", node: node.element, name: "name", value: to === "" ? null : to });
+}
 /** Of the open file; the picture stays with it. */
 export async function rename_tree(tree: string, to: string): Promise<boolean> {
   const shown = useDesign.getState().tree;
-  const done = await rename({ tree }, to);
+  const done = (await rename({ tree }, to)) !== null;
   if (done && shown === tree) useDesign.setState({ tree: to });
   return done;
 }
