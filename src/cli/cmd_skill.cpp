@@ -30,10 +30,14 @@ int skill(const SkillCommand& command) {
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
   // What its chart never calls need not be reached.
-  const auto sends = plan.value->chart.sends();
+  const bool is_open = scxml::invokes_unknown(plan.value->chart);
+  const std::vector<scxml::Chart> charts = scxml::with_invoked(plan.value->chart);
   std::erase_if(plan.value->services, [&](const auto& service) {
-    return std::none_of(sends.begin(), sends.end(), [&](const scxml::SendInfo& send) {
+    const auto calls = [&](const scxml::SendInfo& send) {
       return send.type.value_or("thrift") == "thrift" && send.target.value_or(service.first) == service.first;
+    };
+    return !is_open && std::none_of(charts.begin(), charts.end(), [&](const scxml::Chart& chart) {
+      return std::any_of(chart.sends().begin(), chart.sends().end(), calls);
     });
   });
   for (const auto& [name, service] : plan.value->services) {

@@ -110,6 +110,7 @@ class Verifying {
         judgement.path.reset();
       }
     }
+    say_what_is_left();
     const Findings findings{plan_, asked, result_, any_, std::move(shown_)};
     print(command_.json ? to_json(to_value(findings, reached())) + "\n" : to_text(findings));
     return code();
@@ -125,6 +126,16 @@ class Verifying {
     if (judgement.path->loop) shown.loop_ticks = judgement.path->edges.size() - *judgement.path->loop;
     shown_[judgement.requirement] = std::move(shown);
     return {};
+  }
+
+  // Counterexamples of an earlier verification: nobody takes them for this one's.
+  void say_what_is_left() const {
+    std::error_code error;
+    for (const verify::Judgement& judgement : result_.judgements) {
+      const fs::path file = out_folder() / (judgement.requirement + ".yaml");
+      if (judgement.finding == verify::Finding::kHolds && fs::exists(file, error))
+        say(fmt::format("{} is from before: {} holds now", file.string(), judgement.requirement));
+    }
   }
 
   // Where what is found is written.
@@ -216,7 +227,10 @@ class Verifying {
     const auto plan = prepared(example);
     auto sink = record::FileSink::create(shown.recording);
     if (!plan.ok() || !sink) {
-      if (!plan.ok()) say(plan.diagnostics);
+      if (!plan.ok()) {
+        say(plan.diagnostics);
+        fs::remove(file, error);  // nobody takes it for a scenario of the project
+      }
       return tl::unexpected(fmt::format(
           "refuted at {} s, but {}", shortest_decimal(seconds(judgement.at)),
           plan.ok() ? to_string(sink.error()) : file.string() + " cannot be written, or not be read again"));

@@ -89,7 +89,7 @@ class Telling {
                     {"chosen", chosen_value(judgement)},
                     {"orders", static_cast<std::int64_t>(shown.orders)}};
         if (judgement.path->loop) {
-          example["loop"] = Map{{"from", static_cast<std::int64_t>(*judgement.path->loop)},
+          example["loop"] = Map{{"from", static_cast<std::int64_t>(tick_of(*judgement.path))},
                                 {"ticks", static_cast<std::int64_t>(shown.loop_ticks)}};
         }
         one["counterexample"] = std::move(example);
@@ -238,14 +238,15 @@ class Telling {
   }
 
   // The first ones, which will do.
-  static std::string few(const std::vector<std::string>& all) {
+  static std::string few(const std::vector<std::string>& all, std::string_view between = ", ") {
     constexpr std::size_t kShownMax = 8;
-    if (all.size() <= kShownMax) return fmt::format("{}", fmt::join(all, ", "));
-    return fmt::format("{}, … ({} in all)", fmt::join(all.begin(), all.begin() + kShownMax, ", "), all.size());
+    if (all.size() <= kShownMax) return fmt::format("{}", fmt::join(all, between));
+    return fmt::format("{}{}… ({} in all)", fmt::join(all.begin(), all.begin() + kShownMax, between), between,
+                       all.size());
   }
 
   // At which it happens, or with which what comes again for ever begins.
-  static std::size_t tick_of(const verify::Path& path) { return path.loop ? *path.loop : path.edges.size(); }
+  static std::size_t tick_of(const verify::Path& path) { return path.loop ? *path.loop + 1 : path.edges.size(); }
 
   // Of an instant that is none of a tick: on which side of that tick it is.
   std::string_view beside_tick(std::size_t tick, TimePoint at) const {
@@ -275,8 +276,8 @@ class Telling {
                         shown.orders, shown.orders == 1 ? "" : "s");
       }
       if (!judgement.avoided.empty()) {
-        out += "\n  holds if what is offered again and again is taken again and again; the loop avoids " +
-               few(judgement.avoided);
+        out += "\n  holds if what is offered again and again is taken again and again; a loop can avoid " +
+               few(judgement.avoided, " or ");
       }
     } else if (judgement.finding == verify::Finding::kHolds) {
       out = judgement.vacuous.empty() ? "holds" : "holds VACUOUSLY: " + judgement.vacuous;
@@ -292,11 +293,11 @@ class Telling {
     if (judgement.can_stay_open)
       out += fmt::format("\n  can stay open when the mission ends, at tick {}", judgement.can_stay_open->edges.size());
     if (judgement.least) {
-      constexpr double kAlike = 1e-9;
+      const double alike = 1e-9 * judgement.greatest->high;
       out += fmt::format("\n  violated with probability {:.10g}", judgement.least->low);
-      if (judgement.greatest->low - judgement.least->high > kAlike)
+      if (judgement.greatest->low - judgement.least->high > alike)
         out += fmt::format(" to {:.10g}, as what is left open is chosen", judgement.greatest->low);
-      if (judgement.greatest->high - judgement.greatest->low > kAlike)
+      if (judgement.greatest->high - judgement.greatest->low > alike)
         out += fmt::format("; bounds: {:.10g} to {:.10g}", judgement.least->low, judgement.greatest->high);
     }
     return out;

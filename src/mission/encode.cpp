@@ -250,7 +250,8 @@ class Writer {
 bool asks_for_ids(const scxml::Chart& chart) {
   const auto ambient = chart.ambient();
   return std::any_of(ambient.begin(), ambient.end(), [](const scxml::AmbientUse& use) {
-    return use.what == scxml::Ambient::kIds || use.what == scxml::Ambient::kAnything;
+    return use.what == scxml::Ambient::kIds || use.what == scxml::Ambient::kIdText ||
+           use.what == scxml::Ambient::kAnything;
   });
 }
 

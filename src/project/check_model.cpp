@@ -1,7 +1,6 @@
 #include "sentree/project/detail/check_model.h"
 
 #include <algorithm>
-#include <cctype>
 #include <set>
 
 #include <fmt/format.h>
@@ -9,6 +8,7 @@
 #include "sentree/idl/conform.h"
 #include "sentree/project/detail/check_monitor.h"
 #include "sentree/scxml/event.h"
+#include "sentree/scxml/script_syntax.h"
 
 namespace sentree::project {
 
@@ -28,12 +28,16 @@ class ModelCheck {
     }
     check_receivers(chart_, services_, diagnostics_);
     for (const scxml::Transition& transition : chart_.transitions()) {
-      choice(transition);
       for (const std::string& event : transition.events) request(event, transition);
     }
     calls(leaves);
-    const bool sends_nothing = std::none_of(chart_.sends().begin(), chart_.sends().end(),
-                                            [](const auto& send) { return send.type.value_or("thrift") == "thrift"; });
+    const std::vector<scxml::Chart> charts = scxml::with_invoked(chart_);
+    for (const scxml::Chart& chart : charts) choices(chart);
+    const bool sends_nothing =
+        !scxml::invokes_unknown(chart_) && std::none_of(charts.begin(), charts.end(), [](const scxml::Chart& chart) {
+          return std::any_of(chart.sends().begin(), chart.sends().end(),
+                             [](const auto& send) { return send.type.value_or("thrift") == "thrift"; });
+        });
     if (entry_.serves.empty() && entry_.subscribes.topics.empty() && sends_nothing) {
       error("check.model",
             fmt::format("model \"{}\" does nothing for anybody; write \"serves\": the services that it stands for, or "
@@ -152,24 +156,35 @@ class ModelCheck {
           chart_.span(transition.place));
   }
 
-  void choice(const scxml::Transition& transition) {
-    const std::string& condition = transition.condition;
-    const auto is_letter = [&](std::size_t i) {
-      const char c = i < condition.size() ? condition[i] : ' ';
-      return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '$' || c == '.';
-    };
-    for (const std::string_view name : kChoices) {
-      const std::string call = fmt::format("{}(", name);
-      for (std::size_t at = condition.find(call); at != std::string::npos; at = condition.find(call, at + 1)) {
-        if (at > 0 && is_letter(at - 1)) continue;
-        error("check.choice",
-              fmt::format("{}() in the condition of a transition, which is evaluated as often as the engine needs to; "
-                          "choose in an <assign> or an <if> before",
-                          name),
-              chart_.span(transition.place));
-        return;
-      }
+  void choices(const scxml::Chart& chart) {
+    for (const scxml::Transition& transition : chart.transitions()) {
+      const std::string name = choice_in(transition.condition);
+      if (name.empty()) continue;
+      error("check.choice",
+            fmt::format("{}() in the condition of a transition, which is evaluated as often as the engine needs to; "
+                        "choose in an <assign> or an <if> before",
+                        name),
+            chart.span(transition.place));
     }
+  }
+
+  // The function that a condition chooses by; empty: none. What a script's functions do is not looked into.
+  static std::string choice_in(const std::string& condition) {
+    const auto is_choosing = [](const std::string& name) {
+      return std::find(std::begin(kChoices), std::end(kChoices), name) != std::end(kChoices);
+    };
+    if (const auto tree = scxml::parse_script_expression(condition)) {
+      for (const scxml::ScriptNode& node : tree->nodes) {
+        if (node.kind != scxml::ScriptNode::Kind::kCall) continue;
+        const std::string path = tree->path(node.operands[0]);
+        // "choose", "choose.call"
+        if (std::string name = path.substr(0, path.find('.')); is_choosing(name)) return name;
+      }
+      return {};
+    }
+    const std::set<std::string> names = scxml::names_in_script(condition);
+    const auto found = std::find_if(names.begin(), names.end(), is_choosing);
+    return found != names.end() ? *found : "";
   }
 
   // Calls of the skills that no transition takes would all be late.

@@ -90,6 +90,19 @@ TEST(CheckSkills, LooksIntoInvokedCharts) {
       Contains(HasSubstr("\"Gone.scxml\" cannot be invoked")));
 }
 
+// What it calls is called.
+TEST(CheckSkills, KnowsWhatInvokedChartsCall) {
+  const auto messages =
+      told_of("recharge", {{"skills/BatteryLevelAbove.scxml",
+                            "<onentry>\n      <send type=\"thrift\" target=\"battery\" event=\"getBatteryState\"/>\n"
+                            "    </onentry>",
+                            "<invoke src=\"../Child.scxml\" id=\"child\" autoforward=\"true\"/>"},
+                           {"Child.scxml", nullptr,
+                            "<scxml version=\"1.0\"><state id=\"a\"><onentry><send type=\"thrift\" "
+                            "target=\"battery\" event=\"getBatteryState\"/></onentry></state></scxml>"}});
+  EXPECT_THAT(messages, Not(Contains(HasSubstr("never calls battery.getBatteryState"))));
+}
+
 TEST(CheckSkills, TellsOfAnOutcomeThatEndsNothing) {
   EXPECT_THAT(told_of("pick-and-place", {{"skills/Find.scxml", "<final id=\"failure\"/>", "<state id=\"failure\"/>"}}),
               Contains(HasSubstr("state \"failure\" has no way out and ends nothing: write <final id=\"failure\"/>")));

@@ -1,114 +1,16 @@
 #include "sentree/project/detail/check_verify.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <map>
-#include <optional>
-#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sentree/scxml/model.h"
-#include "sentree/scxml/script_syntax.h"
+#include "sentree/project/model_choices.h"
 
 namespace sentree::project {
 
 namespace {
-
-using scxml::ScriptNode;
-using scxml::ScriptTree;
-using Node = ScriptNode::Kind;
-
-// As it is written: 4, not 4.0.
-Value number(double number) {
-  constexpr double kIntegersMax = 1e15;
-  return std::abs(number) < kIntegersMax && number == std::floor(number) ? Value(static_cast<std::int64_t>(number))
-                                                                         : Value(number);
-}
-
-std::optional<Value> constant_of_script(const ScriptTree& tree, std::uint32_t id) {
-  const ScriptNode& n = tree.at(id);
-  switch (n.kind) {
-    case Node::kNumber: return number(n.number);
-    case Node::kText: return Value(n.text);
-    case Node::kTruth: return Value(n.number != 0);
-    case Node::kUnary:
-      if (n.text == "-" && tree.at(n.operands[0]).kind == Node::kNumber) return number(-tree.at(n.operands[0]).number);
-      return std::nullopt;
-    default: return std::nullopt;
-  }
-}
-
-const std::set<std::string> kChoosing{"choose", "pick", "between", "chance", "draw", "fresh"};
-
-/// What a choice can be.
-struct Alternatives {
-  std::vector<Value> values;
-  bool numbers = false;  ///< Or numbers, which are not listed.
-  bool open = false;     ///< Or others, which are computed.
-
-  void add(const ScriptTree& tree, const ScriptNode& call, std::size_t first) {
-    for (std::size_t i = first; i < call.operands.size(); ++i) {
-      if (auto value = constant_of_script(tree, call.operands[i]))
-        values.push_back(std::move(*value));
-      else
-        open = true;
-    }
-  }
-};
-
-/// What is known of the choices that a chart makes.
-struct KnownChoices {
-  std::map<std::string, Alternatives> by_name;  ///< By pick('NAME', …).
-  bool open = false;                            ///< Or others, whose names are computed.
-  Alternatives all;                             ///< Of all together, those without a name too.
-
-  [[nodiscard]] std::vector<std::string> names() const {
-    std::vector<std::string> names;
-    for (const auto& [name, alternatives] : by_name) names.push_back(name);
-    return names;
-  }
-};
-
-KnownChoices choices_of(const scxml::Chart& chart) {
-  KnownChoices found;
-  for (const scxml::Expression& expression : chart.model().expressions) {
-    const auto tree = expression.use == scxml::ExpressionUse::kScript ? std::nullopt
-                                                                      : scxml::parse_script_expression(expression.text);
-    // A function's body is not looked into.
-    const bool is_opaque = !tree || std::any_of(tree->nodes.begin(), tree->nodes.end(),
-                                                [](const ScriptNode& n) { return n.kind == Node::kOpaque; });
-    if (is_opaque) {
-      for (const std::string& name : scxml::names_in_script(expression.text)) {
-        found.open = found.open || name == "pick";
-        found.all.open = found.all.open || kChoosing.contains(name);
-      }
-    }
-    if (!tree) continue;
-    for (const ScriptNode& n : tree->nodes) {
-      if (n.kind != Node::kCall) continue;
-      const std::string function = tree->path(n.operands[0]);
-      if (function == "chance") {
-        found.all.values.insert(found.all.values.end(), {Value(false), Value(true)});
-      } else if (function == "choose") {
-        found.all.add(*tree, n, 1);
-      } else if (function == "between") {
-        found.all.numbers = true;
-      } else if (function == "draw") {
-        found.all.open = true;
-      } else if (function == "pick") {
-        found.all.add(*tree, n, 2);
-        if (n.operands.size() >= 2 && tree->at(n.operands[1]).kind == Node::kText)
-          found.by_name[tree->at(n.operands[1]).text].add(*tree, n, 2);
-        else
-          found.open = true;
-      }
-    }
-  }
-  return found;
-}
 
 bool is_same(const Value& a, const Value& b) {
   if (a.is_number() && b.is_number()) return a.number() == b.number();

@@ -91,7 +91,8 @@ void read_loop(const text::YamlNode& node, Scenario& scenario, Diagnostics& diag
   // Times of ticks are counted in nanoseconds.
   constexpr std::chrono::hours kLongest{24 * 365 * 100};
   if (!from || !to || *from < 1 || *to < *from || *to > kLongest / scenario.project.period) {
-    reader.error(node.span, "scenario.loop", "loop needs \"from\" and \"to\": its first and its last tick, from 1");
+    reader.error(node.span, "scenario.loop",
+                 "loop needs \"from\" and \"to\": its first and its last tick, from 1, the last not before the first");
     return;
   }
   loop.ticks = {static_cast<std::uint64_t>(*from), static_cast<std::uint64_t>(*to)};

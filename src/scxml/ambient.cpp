@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "sentree/scxml/detail/made_up_ids.h"
 #include "sentree/scxml/loader.h"
 
 namespace sentree::scxml {
@@ -166,16 +167,22 @@ void Loader::find_ambient() {
     if (invoke.child) {
       const auto inner = invoke.child->ambient();
       model_->ambient.insert(model_->ambient.end(), inner.begin(), inner.end());
-      // What answers them finds its way back by the session's name.
+      // What answers them finds its way back by the session's name, which is another each time.
       const auto sends_outside = [](const SendInfo& send) { return !send.type || !is_scxml_processor(*send.type); };
-      const auto& sends = invoke.child->sends();
-      if (const auto send = std::find_if(sends.begin(), sends.end(), sends_outside); send != sends.end())
-        model_->ambient.push_back(
-            {Ambient::kSessionId, "answers to a chart that it invokes", invoke.child->span(send->place)});
+      const std::vector<Chart> invoked = with_invoked(*invoke.child);
+      if (invoke.id.empty() && std::any_of(invoked.begin(), invoked.end(), [&](const Chart& one) {
+            return std::any_of(one.sends().begin(), one.sends().end(), sends_outside);
+          }))
+        add(Ambient::kInvokeId, "answers to what an <invoke> without id begins", invoke.place);
     } else if (invoke.src.expr != kNoExpression || invoke.payload.content_expr != kNoExpression ||
                invoke.type.expr != kNoExpression) {
       add(Ambient::kAnything, "<invoke>", invoke.place);
     }
+  }
+  if (std::any_of(model_->ambient.begin(), model_->ambient.end(),
+                  [](const AmbientUse& use) { return use.what == Ambient::kIds; })) {
+    if (const auto place = where_ids_are_spelled(*model_))
+      add(Ambient::kIdText, "how an id is spelled that the engine makes up", *place);
   }
   for (const AmbientUse& use : model_->ambient) model_->ambient_kinds |= 1U << static_cast<unsigned>(use.what);
 }

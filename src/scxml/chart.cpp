@@ -25,6 +25,28 @@ std::span<const AmbientUse> Chart::ambient() const { return model_->ambient; }
 std::uint64_t Chart::fingerprint() const { return model_->fingerprint; }
 const std::optional<Diagnostic>& Chart::obstacle() const { return model_->obstacle; }
 
+std::vector<Chart> with_invoked(const Chart& chart) {
+  std::vector<Chart> all{chart};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Chart outer = all[i];
+    for (const Invoke& invoke : outer.model().invokes) {
+      if (invoke.child) all.push_back(*invoke.child);
+    }
+  }
+  return all;
+}
+
+bool invokes_unknown(const Chart& chart) {
+  const std::vector<Chart> all = with_invoked(chart);
+  return std::any_of(all.begin(), all.end(), [](const Chart& one) {
+    const auto& invokes = one.model().invokes;
+    return std::any_of(invokes.begin(), invokes.end(), [](const Invoke& invoke) {
+      return !invoke.child && (invoke.src.expr != kNoExpression || invoke.payload.content_expr != kNoExpression ||
+                               invoke.type.expr != kNoExpression);
+    });
+  });
+}
+
 std::vector<std::string> Chart::events_handled() const {
   std::vector<std::string> names = model_->descriptors.all();
   std::sort(names.begin(), names.end());

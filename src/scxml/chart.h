@@ -91,10 +91,12 @@ struct SendInfo {
 /// What scripts can ask for that is neither data nor an event. A chart that does behaves differently from one run, or
 /// one session, to the next.
 enum class Ambient : std::uint8_t {
-  kSessionId,  ///< What the session is called: `_sessionid`, `_ioprocessors`; <send>s to services in invoked charts.
+  kSessionId,  ///< What the session is called: `_sessionid`, `_ioprocessors`.
+  kInvokeId,   ///< What the engine calls a chart that is invoked without an id and calls services: they answer by it.
   kClock,      ///< `Date`.
   kRandom,     ///< `Math.random`.
   kIds,        ///< Ids that the engine makes up: idlocation, `_event.sendid`, `.origin`, `.invokeid`, all of `_event`.
+  kIdText,     ///< How such an id is spelled: more is done with it than to keep, compare, cancel and send by it.
   kAnything,   ///< It cannot be told: `eval`, the global object as a whole, charts that are known at run time only.
 };
 
@@ -140,6 +142,12 @@ class Chart {
  private:
   std::shared_ptr<const Model> model_;
 };
+
+/// The chart itself, those that it invokes, and they in turn, as far as their text is known when it is loaded. Who is
+/// invoked in two places is there twice.
+[[nodiscard]] std::vector<Chart> with_invoked(const Chart& chart);
+/// Whether one of them invokes a chart of which the text is known at run time only.
+[[nodiscard]] bool invokes_unknown(const Chart& chart);
 
 /// What `load` accepts at most.
 struct LoadLimits {

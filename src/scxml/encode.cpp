@@ -21,7 +21,7 @@ class SessionEncoder {
   }
 
   void run(const Model& model) {
-    if (asks(Ambient::kSessionId)) out_.text(root_.id());
+    if (asks(Ambient::kSessionId) || asks(Ambient::kInvokeId) || asks(Ambient::kIdText)) out_.text(root_.id());
     if (asks(Ambient::kClock)) out_.word(static_cast<std::uint64_t>(now_.time_since_epoch().count()));
     session(model, root_);
   }
@@ -73,7 +73,7 @@ class SessionEncoder {
     if (model.late_binding) set(*s.initialized_, model);
     if (model.has_history) history(*s.history_);
     if (asks(Ambient::kRandom)) out_.word(s.rng_.state());
-    if (asks(Ambient::kAnything)) out_.number(s.ids_);
+    if (asks(Ambient::kIdText)) out_.number(s.ids_);
     const auto& variables = *s.variables_;
     for (std::size_t slot = 0; slot < variables.size(); ++slot) {
       if (&s != &root_ || slot >= dead_.size() || !dead_[slot]) optional(variables[slot]);
@@ -153,7 +153,7 @@ class SessionEncoder {
   }
 
   void string(std::string_view text) {
-    if (!text.empty() && text.back() >= '0' && text.back() <= '9' && !asks(Ambient::kAnything) && made_up(text)) return;
+    if (!text.empty() && text.back() >= '0' && text.back() <= '9' && !asks(Ambient::kIdText) && made_up(text)) return;
     out_.byte(Encoder::kString);
     out_.text(text);
   }

@@ -156,8 +156,9 @@ std::vector<std::string> asked(std::string_view expression) {
 
 TEST(Ambient, IsFoundByWhatExpressionsName) {
   EXPECT_THAT(asked("Math.random() + new Date().getTime()"), ElementsAre("Math.random", "Date"));
-  EXPECT_THAT(asked("_sessionid + _event.sendid + _event.name"), ElementsAre("_sessionid", "_event.sendid"));
-  EXPECT_THAT(asked("JSON.stringify(_event)"), ElementsAre("_event"));
+  const char* const spelled = "how an id is spelled that the engine makes up";
+  EXPECT_THAT(asked("_sessionid + _event.sendid + _event.name"), ElementsAre("_sessionid", "_event.sendid", spelled));
+  EXPECT_THAT(asked("JSON.stringify(_event)"), ElementsAre("_event", spelled));
   EXPECT_THAT(asked("this.Date"), ElementsAre("Date"));
   EXPECT_THAT(asked("this['Da' + 'te']"), ElementsAre("this"));
   EXPECT_THAT(asked("eval('1') + [].constructor"), ElementsAre("eval", "constructor"));
@@ -180,6 +181,28 @@ TEST(Ambient, IsFoundInIdlocationsAndInInvokedCharts) {
   EXPECT_EQ(chart.ambient()[0].what, Ambient::kIds);
   EXPECT_EQ(chart.ambient()[1].what, Ambient::kRandom);
   EXPECT_EQ(chart.ambient()[1].span.line, 5);
+}
+
+TEST(Ambient, TellsWhereItMattersHowIdsAreSpelled) {
+  const auto is_spelled = [](const std::string& condition) {
+    const Chart chart =
+        encoded_chart(R"(<datamodel><data id="i"/><data id="kept"/><data id="n"/></datamodel><state id="a">
+    <onentry><assign location="kept" expr="i"/><send event="x" delay="1s" idlocation="i"/><cancel sendidexpr="kept"/></onentry>
+    <transition event="x"><send event="y" targetexpr="_event.origin"/></transition>
+    <transition event="z" cond=")" +
+                      condition + "\"/></state>");
+    const auto uses = chart.ambient();
+    return std::any_of(uses.begin(), uses.end(), [](const auto& use) { return use.what == Ambient::kIdText; });
+  };
+  for (const char* const condition :
+       {"_event.sendid == i", "kept === i || !(n &gt; 2)", "i !== null", "_event.name == 'i'",
+        "_event.sendid === 'timer1'", "_event.data.sendid.length &gt; 2 ? i == '' : n == 1"})
+    EXPECT_FALSE(is_spelled(condition)) << condition;
+  for (const char* const condition :
+       {"i.length &gt; 3", "_event.sendid == 'c.send1'", "i &gt; kept", "JSON.stringify(_event) == ''", "i + '' == n",
+        "kept.charAt(0) == 's'", "n == 'c.send' + 1", "(function () { return i; })() == n", "_event['sendid'] == n",
+        "i == n", "[i].join() == n", "/1/.test(kept)"})
+    EXPECT_TRUE(is_spelled(condition)) << condition;
 }
 
 // ---- Equal encodings, equal futures ----

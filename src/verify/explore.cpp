@@ -218,13 +218,19 @@ Diagnostic too_many_alternatives(const mission::Choice& choice) {
 
 Diagnostics obstacles(const project::Plan& plan) {
   Diagnostics out = mission::VirtualHost::obstacles(plan);
+  const auto way_out = [](scxml::Ambient what) {
+    switch (what) {
+      case scxml::Ambient::kInvokeId: return "give it an id";
+      case scxml::Ambient::kIdText: return "compare ids, cancel and send by them, or give what they are of an id";
+      default: return "let a model decide (chance, choose), or wait by delayed <send>s";
+    }
+  };
   const auto look = [&](const scxml::Chart& chart, const std::string& whose) {
     for (const scxml::AmbientUse& use : chart.ambient()) {
       if (use.what == scxml::Ambient::kIds) continue;
       out.push_back({Severity::kError, "verify.clock",
-                     fmt::format("{} asks for {}, so that no state of it ever comes again; let a model decide (chance, "
-                                 "choose), or wait by delayed <send>s",
-                                 whose, use.name),
+                     fmt::format("{} asks for {}, so that no state of it ever comes again; {}", whose, use.name,
+                                 way_out(use.what)),
                      use.span});
     }
   };

@@ -315,16 +315,44 @@ std::vector<Known> known() {
                  "assumed_not: never said = 1 assuming said = 9.\n"
                  "assumed_early: event(request(d.ask)) at most 1 times assuming said = 9.\n"
                  "never_ends: between said = 1 and said = 9, never said = 6.\n"
-                 "precedes_not: said = 1 precedes said = 9.\n",
-                 {{"trigger", "vacuous", {}},     {"unseen", "vacuous", {}},      {"precedes_", "vacuous", {}},
+                 "precedes_not: said = 1 precedes said = 9.\n"
+                 "at_once: whenever said = 1, said <= 6 within 1 s.\n"
+                 "immediate: whenever said = 1, said <= 6 immediately.\n"
+                 "immediate_not: whenever said = 9, said = 1 immediately.\n"
+                 "immediate_after: after said = 6, whenever said = 1, said = 9 immediately.\n"
+                 "within_after: after said = 6, whenever said = 1, said = 9 within 1 s.\n"
+                 "precedes_after: after said = 6, said = 9 precedes said = 1.\n"
+                 "precedes_assuming: said = 9 precedes said = 6 assuming said != 6.\n",
+                 {{"trigger", "vacuous", {}},
+                  {"unseen", "vacuous", {}},
+                  {"precedes_", "vacuous", {}},
                   {"hidden", "vacuous", {}},  // false or unknown is unknown
-                  {"before_", "holds", {}},       {"silent", "holds", {}},        {"after_", "holds", {}},
-                  {"begins", "holds", {}},        {"begins_not", "vacuous", {}},  {"again_not", "vacuous", {}},
-                  {"until_not", "vacuous", {}},   {"while_", "holds", {}},        {"while_not", "vacuous", {}},
-                  {"half", "holds", {}},          {"both", "vacuous", {}},        {"needs", "vacuous", {}},
-                  {"answer", "vacuous", {}},      {"no_event", "holds", {}},      {"assumed_not", "vacuous", {}},
+                  {"before_", "holds", {}},
+                  {"silent", "holds", {}},
+                  {"after_", "holds", {}},
+                  {"begins", "holds", {}},
+                  {"begins_not", "vacuous", {}},
+                  {"again_not", "vacuous", {}},
+                  {"until_not", "vacuous", {}},
+                  {"while_", "holds", {}},
+                  {"while_not", "vacuous", {}},
+                  {"half", "holds", {}},
+                  {"both", "vacuous", {}},
+                  {"needs", "vacuous", {}},
+                  {"answer", "vacuous", {}},
+                  {"no_event", "holds", {}},
+                  {"assumed_not", "vacuous", {}},
                   {"assumed_early", "holds", {}},  // the first one is before anybody says anything
-                  {"never_ends", "vacuous", {}},  {"precedes_not", "vacuous", {}}},
+                  {"never_ends", "vacuous", {}},
+                  {"precedes_not", "vacuous", {}},
+                  {"at_once", "holds", {}},
+                  {"immediate", "holds", {}},
+                  {"immediate_not", "vacuous", {}},
+                  // With 6 the mission ends.
+                  {"immediate_after", "vacuous", {}},
+                  {"within_after", "vacuous", {}},
+                  {"precedes_after", "vacuous", {}},
+                  {"precedes_assuming", "vacuous", {}}},
                  "",
                  false,
                  answers("", "1", "e")});

@@ -32,9 +32,9 @@ class Reaching {
     }
     find_components(open);
     constexpr int kRoundsMax = 1'000'000;
-    constexpr double kEnough = 1e-10;
+    constexpr double kEnough = 1e-10;  // of what it is: what is rare is not rounded away
     bool changed = true;
-    for (int round = 0; round < kRoundsMax && changed && high_[0] - low_[0] > kEnough; ++round) {
+    for (int round = 0; round < kRoundsMax && changed && high_[0] - low_[0] > kEnough * high_[0]; ++round) {
       if (round % 64 == 63 && interrupted && interrupted()) break;
       changed = false;
       for (const std::uint32_t at : open) {

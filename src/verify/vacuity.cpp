@@ -55,17 +55,7 @@ class Looking {
     if (out.why.empty() && of.scope.kind == monitor::Scope::Kind::kBetween && !is_ever(of, of.scope.close))
       out.why = "its scope never ends, and only what is closed counts";
     if (out.why.empty() && !is_ever_assumed(of)) out.why = "what it assumes never holds";
-    if (out.why.empty() && of.pattern == Pattern::kPrecedes && !is_ever(of, of.q)) out.why = "it is never triggered";
-    if (!out.why.empty()) return out;
-    switch (of.pattern) {
-      case Pattern::kRespond:
-      case Pattern::kKeepFor:
-      case Pattern::kKeepUntil:
-      case Pattern::kNotFor:
-      case Pattern::kHoldsFor: break;
-      default: return out;
-    }
-    if (!memory_.ever_owed()) out.why = "it is never triggered, or what it asks for holds then at once";
+    if (out.why.empty() && !is_ever_triggered(of)) out.why = "it is never triggered";
     return out;
   }
 
@@ -193,6 +183,27 @@ class Looking {
         join(Condition::Kind::kOr, {of.assuming, join(Condition::Kind::kNot, {of.assuming})});  // it is known
     early.p = any;
     return !any || is_violated(of, std::move(early));
+  }
+
+  // Where it applies. What has no trigger asks for something from the beginning.
+  [[nodiscard]] bool is_ever_triggered(const Requirement& of) const {
+    Requirement never;
+    switch (of.pattern) {
+      case Pattern::kRespond:
+      case Pattern::kKeepFor:
+      case Pattern::kKeepUntil:
+      case Pattern::kNotFor:
+      case Pattern::kHoldsFor:
+        if (memory_.ever_owed()) return true;
+        never.p = of.p;
+        break;
+      case Pattern::kImmediately: never.p = of.p; break;
+      case Pattern::kPrecedes: never.p = of.q; break;
+      default: return true;
+    }
+    never.scope = of.scope;
+    never.assuming = of.assuming;
+    return is_violated(of, std::move(never));
   }
 
   [[nodiscard]] bool is_ever(const Requirement& of, const monitor::ConditionPtr& condition) const {

@@ -12,6 +12,7 @@
 #include "sentree/project/any_reply.h"
 #include "sentree/project/loop.h"
 #include "sentree/project/mission_tree.h"
+#include "sentree/project/model_choices.h"
 #include "sentree/project/scenario_text.h"
 #include "sentree/scxml/model.h"
 #include "sentree/text/yaml_node_edit.h"
@@ -144,9 +145,16 @@ Verification verify(const project::Plan& plan, const Asked& asked) {
   }
   out.graph = std::move(*graph);
   out.explored_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  const std::vector<std::string> choices = choice_names(out.graph);
+  std::vector<std::string> choices = choice_names(out.graph);
+  // Those too that nothing has come to.
+  bool any = false;
+  for (const project::ModelPlan& model : plan.models) {
+    const project::KnownChoices known = project::choices_of(model.chart);
+    any = any || known.open;
+    for (const std::string& name : known.names()) choices.push_back(fmt::format("{}.{}", model.name, name));
+  }
   for (const std::string& fair : asked.judge.fair) {
-    if (std::find(choices.begin(), choices.end(), fair) != choices.end()) continue;
+    if ((any && !out.graph.complete) || std::find(choices.begin(), choices.end(), fair) != choices.end()) continue;
     out.errors.push_back(error("verify.fair",
                                fmt::format("no model makes a choice called \"{}\"; a choice gets a name by "
                                            "pick('NAME', …), and is called MODEL.NAME{}",

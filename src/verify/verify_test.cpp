@@ -180,6 +180,37 @@ TEST_F(Verify, GivesTheProbabilityOfADie) {
   EXPECT_NEAR(found.judgements.front().greatest->high, 11.0 / 36, 1e-9);
 }
 
+// Of a ten-thousand-millionth, a ten-thousand-millionth.
+TEST_F(Verify, GivesWhatIsRareAsPrecisely) {
+  ask_until_it_is_open();
+  write("models/door.scxml", kHead + R"xml(initial="t">
+  <datamodel><data id="k" expr="0"/><data id="z" expr="1"/></datamodel>
+  <state id="t"><transition event="door.ask.request">
+  <if cond="k === 0"><assign location="k" expr="draw([[0.0000000002, 1], [0.9999999998, 2]])"/>
+  <elseif cond="k === 1"/><assign location="z" expr="draw([[0.98, 1], [0.01, 2], [0.01, 6]])"/>
+  <else/><assign location="z" expr="6"/></if>
+  <send type="thrift" target="door" event="ask.reply"><param name="result" expr="z"/></send></transition></state></scxml>)xml");
+  requirements("two \"Two is never said.\": never said = 2.\n");
+  const Verification found = verify(plan(), {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  ASSERT_TRUE(found.judgements.front().least);
+  EXPECT_NEAR(found.judgements.front().least->low, 1e-10, 1e-19);
+  EXPECT_NEAR(found.judgements.front().greatest->high, 1e-10, 1e-19);
+}
+
+// Nobody has to come to a choice that is said to be fair.
+TEST_F(Verify, TakesFairnessOfWhatIsNeverChosen) {
+  write("models/door.scxml", kHead + R"xml(initial="t"><datamodel><data id="k" expr="0"/></datamodel><state id="t">
+  <transition event="door.ask.request"><send type="thrift" target="door" event="ask.reply">
+  <param name="result" expr="k &gt; 0 ? pick('says', 1, 2) : 6"/></send></transition></state></scxml>)xml");
+  requirements("six \"Six is said.\": eventually said = 6.\n");
+  Asked asked;
+  asked.judge.fair = {"keeper.says"};
+  EXPECT_THAT(verify(plan(), asked).errors, IsEmpty());
+  asked.judge.fair = {"keeper.say"};
+  EXPECT_THAT(verify(plan(), asked).errors.front().message, HasSubstr("did you mean \"keeper.says\"?"));
+}
+
 TEST_F(Verify, EstimatesWhatItCanCompute) {
   model("draw([[5/6, 1], [1/6, 6]])");
   requirements("never_six \"No six.\": always said <= 5.\n");
@@ -369,6 +400,51 @@ TEST_F(Verify, RefusesWhatNeverComesAgain) {
   model("Math.random() &lt; 0.5 ? 1 : 6");
   requirements("small \"It says little.\": always said <= 6.\n");
   EXPECT_THAT(to_string(verify(plan(), {}).errors.front()), HasSubstr("model keeper asks for Math.random"));
+}
+
+// Who is invoked is known by its id, however often it is.
+TEST_F(Verify, FollowsTheCallsOfInvokedCharts) {
+  const auto verified = [&](const std::string& invoke) {
+    write("skills/Ask.scxml", kHead + "initial=\"asking\"><state id=\"asking\">" + invoke + R"(<content><scxml
+  xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="a">
+  <onentry><send type="thrift" target="door" event="ask"/></onentry>
+  <transition event="door.ask.reply" cond="_event.data.result === 6" target="open"/>
+  <transition event="door.ask.reply error" target="end"/></state>
+  <final id="open"><onentry><send target="#_parent" event="opened"/></onentry></final><final id="end"/></scxml></content>
+  </invoke><transition event="opened" target="success"/>
+  <transition event="done.invoke" target="failure"/></state><final id="success"/><final id="failure"/></scxml>)");
+    return verify(plan(), {});
+  };
+  model("pick('says', 1, 2, 6)");
+  requirements("small \"It says little.\": always said <= 5.\n");
+  const Verification named = verified("<invoke type=\"scxml\" id=\"asker\">");
+  ASSERT_THAT(named.errors, IsEmpty());
+  EXPECT_TRUE(named.graph.complete);
+  EXPECT_EQ(named.judgements.front().finding, Finding::kRefuted);
+  EXPECT_EQ(verdict_of(named, plan()), monitor::Verdict::kViolated);
+  const Verification unnamed = verified("<invoke type=\"scxml\">");
+  ASSERT_FALSE(unnamed.errors.empty());
+  EXPECT_THAT(unnamed.errors.front().message, HasSubstr("an <invoke> without id begins, so that no state of it ever "
+                                                        "comes again; give it an id"));
+}
+
+// An id that the engine makes up is never the same again, which matters to who reads it.
+TEST_F(Verify, RefusesToTakeIdsThatAreReadForOthers) {
+  const auto told = [&](const std::string& answer) {
+    write("models/door.scxml", kHead + R"(initial="t"><datamodel><data id="i" expr="''"/></datamodel><state id="t">
+  <transition event="door.ask.request"><send idlocation="i" event="q" delay="10ms"/>
+  <send type="thrift" target="door" event="ask.reply"><param name="result" expr=")" +
+                                   answer + R"("/></send></transition><transition event="q"/></state></scxml>)");
+    const Verification found = verify(plan(), {});
+    return found.errors.empty() ? "" : found.errors.front().message;
+  };
+  ask_until_it_is_open();
+  requirements("small \"It says little.\": always said <= 4.\n");
+  EXPECT_EQ(told("1"), "");
+  EXPECT_EQ(told("i == null ? 6 : 1"), "");
+  EXPECT_THAT(told("Number(i.slice(-1)) === 5 ? 6 : 1"),
+              HasSubstr("asks for how an id is spelled that the engine makes up, so that no state of it ever comes "
+                        "again; compare ids"));
 }
 
 TEST_F(Verify, SaysWhichAnswerIsNone) {
