@@ -183,8 +183,29 @@ class Checker {
     return found;
   }
 
+  Type known_type(const Condition& c) {
+    switch (c.kind) {
+      case Kind::kValue: return value(c, Type::kUnknown).type;
+      case Kind::kMember: return member(c, Type::kUnknown).type;
+      case Kind::kNumber:
+      case Kind::kNegate:
+      case Kind::kAdd:
+      case Kind::kSubtract:
+      case Kind::kMultiply:
+      case Kind::kDivide: return Type::kNumber;
+      case Kind::kText: return Type::kText;
+      case Kind::kName:
+      case Kind::kDefined: return Type::kUnknown;
+      default: return Type::kTruth;
+    }
+  }
+
   Found defined(const Condition& c, Type expected) {
-    Found found = visit(*c.operands[0], expected);
+    // What it is known to be is told where it is used; else it is what it is used as.
+    const Type is = known_type(inside(c));
+    const bool differs = expected != Type::kUnknown && is != Type::kUnknown && is != expected;
+    Found found = visit(*c.operands[0], differs ? Type::kUnknown : expected);
+    if (differs) return want(std::move(found), expected, c);
     if (c.unit.empty()) return found;
     if (!found.unit.empty() && found.unit != c.unit) {
       error(c.span, "requirement.unit",
