@@ -354,6 +354,19 @@ Result<Value> Workshop::Impl::remove(const std::string& file) {
   return Value(Map{{"saved", List(removed->begin(), removed->end())}});
 }
 
+Result<Value> Workshop::Impl::rename(const AskedEdit& asked) {
+  using Kind = lsp::SymbolKind;
+  const std::string to = asked.text("to");
+  for (const auto& [what, kind] : {std::pair("location", Kind::kLocation), std::pair("tree", Kind::kTree),
+                                   std::pair("node", Kind::kNode), std::pair("state", Kind::kState)}) {
+    if (!asked.has(what)) continue;
+    const std::string name = asked.text(what);
+    const std::string file = (folder / asked.text("file")).string();
+    return rename(lsp::Symbol{kind, kind == Kind::kState ? fmt::format("{}#{}", file, name) : name}, name, to);
+  }
+  return fail("studio.request", "what is to be renamed: a location, tree, node or state?");
+}
+
 Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
   const std::string file = asked.text("file");
   const design::Document* document = workspace.find(file);

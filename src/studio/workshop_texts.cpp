@@ -127,32 +127,24 @@ Result<Value> Workshop::Impl::rename_file(const std::string& file, const std::st
                    {"saved", List(saved.begin(), saved.end())}});
 }
 
-Result<Value> Workshop::Impl::rename(const AskedEdit& asked) {
+Result<Value> Workshop::Impl::rename(const lsp::Symbol& symbol, const std::string& name, const std::string& to) {
   index.refresh(workspace.overlay());
-  const std::string to = asked.text("to");
-  std::string name;
-  lsp::Symbol symbol;
-  const auto is_asked = [&](const char* what, lsp::SymbolKind kind) {
-    if (!asked.has(what)) return false;
-    name = asked.text(what);
-    symbol = {kind, kind == lsp::SymbolKind::kState ? fmt::format("{}#{}", (folder / asked.text("file")).string(), name)
-                                                    : name};
-    return true;
-  };
-  if (is_asked("location", lsp::SymbolKind::kLocation)) {
-    if (!index.names().locations.contains(name))
+  const auto places = index.places_of(symbol);
+  switch (symbol.kind) {
+    case lsp::SymbolKind::kLocation:
+      if (index.names().locations.contains(name)) break;
       return fail("studio.request", fmt::format("the world has no location or area \"{}\"", name));
-  } else if (is_asked("tree", lsp::SymbolKind::kTree) || is_asked("state", lsp::SymbolKind::kState)) {
-    if (index.places_of(symbol).empty())
-      return fail("studio.request", fmt::format("there is no {} \"{}\"", asked.has("tree") ? "tree" : "state", name));
-  } else if (is_asked("node", lsp::SymbolKind::kNode)) {
-    // One of several that are called so, or one that nobody names, is called otherwise where it stands.
-    const auto places = index.places_of(symbol);
-    const auto defining =
-        std::count_if(places.begin(), places.end(), [](const auto& place) { return place.occurrence->defines; });
-    if (defining != 1 || places.size() == 1) return Value(Map{{"files", List()}, {"places", 0}});
-  } else {
-    return fail("studio.request", "what is to be renamed: a location, tree, node or state?");
+    case lsp::SymbolKind::kNode: {
+      // One of several that are called so, or one that nobody names, is called otherwise where it stands.
+      const auto defining =
+          std::count_if(places.begin(), places.end(), [](const auto& place) { return place.occurrence->defines; });
+      if (defining == 1 && places.size() > 1) break;
+      return Value(Map{{"files", List()}, {"places", 0}});
+    }
+    default:
+      if (!places.empty()) break;
+      return fail("studio.request",
+                  fmt::format("there is no {} \"{}\"", symbol.kind == lsp::SymbolKind::kTree ? "tree" : "state", name));
   }
   const auto renaming = lsp::rename(index, symbol, to);
   if (!renaming) return tl::unexpected(renaming.error());

@@ -45,6 +45,7 @@ struct Workshop::Impl {
   Result<Value> add(const AskedEdit& asked);
   /// Of a place of the world, a tree, a node of one or a state of a chart, wherever it is named, in one step.
   Result<Value> rename(const AskedEdit& asked);
+  Result<Value> rename(const lsp::Symbol& symbol, const std::string& name, const std::string& to);
   /// Of a file, with what names it, in one step.
   Result<Value> rename_file(const std::string& file, const std::string& to);
   Result<Value> tell_reverted(const Result<design::Workspace::Reverted>& reverted);
