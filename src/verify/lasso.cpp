@@ -166,6 +166,52 @@ class Lassos {
     return {};
   }
 
+  // Ticks that a way takes.
+  [[nodiscard]] std::size_t ticks_of(const std::vector<std::uint32_t>& arcs) const {
+    return static_cast<std::size_t>(std::count_if(
+        arcs.begin(), arcs.end(), [&](std::uint32_t arc) { return of_.arcs[arc].step != Branching::kNone; }));
+  }
+
+  // In how many ticks each place is reached.
+  [[nodiscard]] std::vector<std::uint32_t> depths() const {
+    std::vector<std::uint32_t> depths(of_.places.size(), kNone);
+    std::deque<std::uint32_t> queue{0};
+    depths[0] = 0;
+    while (!queue.empty()) {
+      const std::uint32_t at = queue.front();
+      queue.pop_front();
+      each_arc(at, [&](std::uint32_t arc) {
+        const bool takes_a_tick = of_.arcs[arc].step != Branching::kNone;
+        const std::uint32_t to = of_.arcs[arc].to;
+        if (depths[to] <= depths[at] + (takes_a_tick ? 1 : 0)) return;
+        depths[to] = depths[at] + (takes_a_tick ? 1 : 0);
+        takes_a_tick ? queue.push_back(to) : queue.push_front(to);
+      });
+    }
+    return depths;
+  }
+
+  // The pair with which the fewest ticks begin, of the way there and once round; of the first ones of a great
+  // component.
+  std::uint32_t first_of_shortest(Places component, const std::vector<bool>& inside) const {
+    constexpr std::size_t kTriedMax = 1000;
+    const std::vector<std::uint32_t> depth = depths();
+    std::erase_if(component, [&](std::uint32_t at) { return of_.places[at].pair != at; });
+    std::sort(component.begin(), component.end());
+    if (component.size() > kTriedMax) component.resize(kTriedMax);
+    std::uint32_t best = component.front();
+    std::size_t fewest = SIZE_MAX;
+    for (const std::uint32_t begin : component) {
+      if (depth[begin] >= fewest) continue;
+      const std::size_t ticks =
+          depth[begin] + ticks_of(way(begin, inside, [&](std::uint32_t arc) { return of_.arcs[arc].to == begin; }));
+      if (ticks >= fewest) continue;
+      fewest = ticks;
+      best = begin;
+    }
+    return best;
+  }
+
   // Once round, through an arc for each alternative that is fair or drawn there.
   Lasso round(const Places& component, const Fair& fair) const {
     std::vector<bool> inside(of_.places.size());
@@ -182,6 +228,7 @@ class Lassos {
       });
     }
     Lasso out{.begin = *std::min_element(component.begin(), component.end()), .edges = {}};  // reached first: a pair
+    if (owed.empty()) out.begin = first_of_shortest(component, inside);
     std::uint32_t at = out.begin;
     const auto go = [&](const std::function<bool(std::uint32_t)>& is_last) {
       const auto arcs = way(at, inside, is_last);

@@ -246,6 +246,23 @@ TEST_F(Verify, GivesTheLeastAndTheGreatestProbability) {
   EXPECT_NEAR(judgement.greatest->high, 1 - 0.5 * 0.5, 1e-9);
 }
 
+// The way there counts as much as once round: staying at 1 takes fewer ticks than 0, 1, 2.
+TEST_F(Verify, ShowsALoopOfTheFewestTicks) {
+  ask_until_it_is_open();
+  write("models/door.scxml", kHead + R"xml(initial="t"><datamodel><data id="n" expr="0"/></datamodel><state id="t">
+  <transition event="door.ask.request"><if cond="n === 1"><assign location="n" expr="pick('next', 2, 1)"/>
+  <else/><assign location="n" expr="(n + 1) % 3"/></if>
+  <send type="thrift" target="door" event="ask.reply"><param name="result" expr="n"/></send></transition></state></scxml>)xml");
+  requirements("opens \"It opens.\": eventually said = 6.\n");
+  const Verification found = verify(plan(), {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  const Judgement& judgement = found.judgements.front();
+  ASSERT_EQ(judgement.finding, Finding::kRefuted);
+  ASSERT_TRUE(judgement.path->loop);
+  EXPECT_EQ(judgement.path->edges.size() - *judgement.path->loop, 1U);
+  EXPECT_EQ(verdict_of(found, plan()), monitor::Verdict::kUndecided) << "it owes for ever";
+}
+
 TEST_F(Verify, LeavesALoopOnlyWhereItIsFair) {
   ask_until_it_is_open();
   model("pick('says', 1, 6)");
