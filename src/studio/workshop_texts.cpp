@@ -129,7 +129,7 @@ Result<Value> Workshop::Impl::rename_file(const std::string& file, const std::st
 
 Result<Value> Workshop::Impl::rename(const lsp::Symbol& symbol, const std::string& name, const std::string& to) {
   index.refresh(workspace.overlay());
-  const auto places = index.places_of(symbol);
+  const auto found = index.places_of(symbol);
   switch (symbol.kind) {
     case lsp::SymbolKind::kLocation:
       if (index.names().locations.contains(name)) break;
@@ -137,12 +137,12 @@ Result<Value> Workshop::Impl::rename(const lsp::Symbol& symbol, const std::strin
     case lsp::SymbolKind::kNode: {
       // One of several that are called so, or one that nobody names, is called otherwise where it stands.
       const auto defining =
-          std::count_if(places.begin(), places.end(), [](const auto& place) { return place.occurrence->defines; });
-      if (defining == 1 && places.size() > 1) break;
+          std::count_if(found.begin(), found.end(), [](const auto& place) { return place.occurrence->defines; });
+      if (defining == 1 && found.size() > 1) break;
       return Value(Map{{"files", List()}, {"places", 0}});
     }
     default:
-      if (!places.empty()) break;
+      if (!found.empty()) break;
       return fail("studio.request",
                   fmt::format("there is no {} \"{}\"", symbol.kind == lsp::SymbolKind::kTree ? "tree" : "state", name));
   }
