@@ -166,9 +166,9 @@ void Run::Impl::tell_unasked(RunReport& report) const {
     const std::string others = count < 2    ? ""
                                : count == 2 ? ", nor was one behind it"
                                             : fmt::format(", nor were {} behind it", count - 1);
-    report.problems.push_back(to_string(Diagnostic{
-        Severity::kWarning, "run.unasked",
-        fmt::format("{}{} was never asked for{}: {}", name(*first), tick, others, asked), first->span}));
+    report.problems.push_back(to_string(
+        Diagnostic{Severity::kWarning, "run.unasked",
+                   fmt::format("{}{} was never asked for{}: {}", name(*first), tick, others, asked), first->span}));
   };
   for (std::size_t i = 0; i < plan_.models.size() && scenario_.choices; ++i) {
     const project::ModelPlan& model = plan_.models[i];
