@@ -182,7 +182,7 @@ void Loader::find_ambient() {
   if (std::any_of(model_->ambient.begin(), model_->ambient.end(),
                   [](const AmbientUse& use) { return use.what == Ambient::kIds; })) {
     if (const auto place = where_ids_are_spelled(*model_))
-      add(Ambient::kIdText, "how an id is spelled that the engine makes up", *place);
+      add(Ambient::kIdText, "the spelling of an id that the engine makes up", *place);
   }
   for (const AmbientUse& use : model_->ambient) model_->ambient_kinds |= 1U << static_cast<unsigned>(use.what);
 }

@@ -156,7 +156,7 @@ std::vector<std::string> asked(std::string_view expression) {
 
 TEST(Ambient, IsFoundByWhatExpressionsName) {
   EXPECT_THAT(asked("Math.random() + new Date().getTime()"), ElementsAre("Math.random", "Date"));
-  const char* const spelled = "how an id is spelled that the engine makes up";
+  const char* const spelled = "the spelling of an id that the engine makes up";
   EXPECT_THAT(asked("_sessionid + _event.sendid + _event.name"), ElementsAre("_sessionid", "_event.sendid", spelled));
   EXPECT_THAT(asked("JSON.stringify(_event)"), ElementsAre("_event", spelled));
   EXPECT_THAT(asked("this.Date"), ElementsAre("Date"));

@@ -460,7 +460,7 @@ TEST_F(Verify, RefusesToTakeIdsThatAreReadForOthers) {
   EXPECT_EQ(told("1"), "");
   EXPECT_EQ(told("i == null ? 6 : 1"), "");
   EXPECT_THAT(told("Number(i.slice(-1)) === 5 ? 6 : 1"),
-              HasSubstr("asks for how an id is spelled that the engine makes up, so that no state of it ever comes "
+              HasSubstr("asks for the spelling of an id that the engine makes up, so that no state of it ever comes "
                         "again; compare ids"));
 }
 
