@@ -257,7 +257,7 @@ async function hold_answers(page) {
     const server = socket.connectToServer();
     socket.onMessage((message) => {
       const { op, id } = JSON.parse(message);
-      if (op === "design_gesture") gestures.add(id);
+      if (op === "design_gesture" || op === "design_rename") gestures.add(id);
       server.send(message);
     });
     server.onMessage((message) => {
