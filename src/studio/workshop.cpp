@@ -362,7 +362,11 @@ Result<Value> Workshop::Impl::rename(const AskedEdit& asked) {
     if (!asked.has(what)) continue;
     const std::string name = asked.text(what);
     const std::string file = (folder / asked.text("file")).string();
-    return rename(lsp::Symbol{kind, kind == Kind::kState ? fmt::format("{}#{}", file, name) : name}, name, to);
+    auto done = rename(lsp::Symbol{kind, kind == Kind::kState ? fmt::format("{}#{}", file, name) : name}, name, to);
+    const Value* const places = done ? done->find("places") : nullptr;
+    if (places == nullptr || places->number() != 0 || !asked.has("gesture")) return done;
+    if (auto edited = edit_by_gesture(asked); !edited) return edited;
+    return Value(Map{{"files", List{asked.text("file")}}, {"places", 0}});
   }
   return fail("studio.request", "what is to be renamed: a location, tree, node or state?");
 }

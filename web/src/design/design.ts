@@ -652,7 +652,7 @@ export async function remove_file(file: string): Promise<void> {
 }
 
 /** Gives something another name, wherever it is named. In how many places; null: refused, as is said. */
-async function rename(what: { location: string } | { tree: string } | { node: string } | { state: string; file: string }, to: string): Promise<number | null> {
+async function rename(what: { location: string } | { tree: string } | { node: string; file: string; base: number; gesture: Gesture } | { state: string; file: string }, to: string): Promise<number | null> {
   const done = await attempt(() => request_whole("design_rename", { ...what, to }));
   if (done && done.places > 0) note("info", `${Object.values(what)[0]} is ${to} now: in ${done.places} ${done.places === 1 ? "place" : "places"} of ${done.files.join(", ")}`);
   return done?.places ?? null;
@@ -665,10 +665,12 @@ export async function rename_state(state: string, to: string): Promise<boolean> 
   if (useDesign.getState().file === file && useDesign.getState().state === state) choose_state(to);
   return true;
 }
-/** With what else names it; an empty name takes it away. */
+/** With what else names it; an empty name takes it away. One request, so that what follows it finds it done. */
 export async function rename_node(node: OutlineNode, to: string): Promise<void> {
-  const places = node.name !== "" && to !== "" ? await rename({ node: node.name }, to) : 0;
-  if (places === 0) await gesture({ what: "set", node: node.element, name: "name", value: to === "" ? null : to });
+  const wanted: Gesture = { what: "set", node: node.element, name: "name", value: to === "" ? null : to };
+  const doc = doc_of(useDesign.getState());
+  if (node.name === "" || to === "" || !doc) return void (await gesture(wanted));
+  await rename({ node: node.name, file: doc.file, base: doc.version, gesture: wanted }, to);
 }
 /** Of the open file; the picture stays with it. */
 export async function rename_tree(tree: string, to: string): Promise<boolean> {

@@ -599,8 +599,8 @@ export const Operations = {
     object({ recording: string() }),
   ],
   design_rename: [
-    object({ location: optional(Type.String({ description: "Or an area, of the world" })), tree: optional(Type.String({ description: "Instead" })), node: optional(Type.String({ description: "Instead: its name" })), state: optional(Type.String({ description: "Instead, of a chart" })), file: optional(Type.String({ description: "Of the chart" })), to: string() }),
-    object({ files: list(string()), places: Type.Integer({ description: "0: a node that nobody else names, or one of several of that name; it keeps its name" }) }),
+    object({ location: optional(Type.String({ description: "Or an area, of the world" })), tree: optional(Type.String({ description: "Instead" })), node: optional(Type.String({ description: "Instead: its name" })), state: optional(Type.String({ description: "Instead, of a chart" })), file: optional(Type.String({ description: "Of the chart, or the node's" })), base: optional(index()), gesture: optional(Gesture), to: string() }),
+    object({ files: list(string()), places: Type.Integer({ description: "0: a node that nobody else names, or one of several of that name; the gesture is done instead" }) }),
   ],
   design_apply: [
     nothing(),
