@@ -26,7 +26,7 @@ bool is_name(std::string_view name, SymbolKind kind) {
   return !name.empty() && std::all_of(name.begin(), name.end(), [&](char c) {
     const auto u = static_cast<unsigned char>(c);
     if (std::isalnum(u) != 0 || c == '_' || u >= 0x80) return true;
-    if (c == '.') return kind == SymbolKind::kDefinition || kind == SymbolKind::kEvent;
+    if (c == '.') return kind == SymbolKind::kDefinition || kind == SymbolKind::kEvent || kind == SymbolKind::kState;
     return is_free ? c == ' ' || c == '-' : c == '-' && kind == SymbolKind::kState;
   }) && (is_free || std::isdigit(static_cast<unsigned char>(name.front())) == 0);
 }
@@ -216,7 +216,7 @@ Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::str
     for (const Occurrence& occurrence : content.occurrences) {
       const std::string& now = occurrence.in_message ? old_in_messages : old;
       if (occurrence.symbol != symbol ||
-          content.text.compare(occurrence.from, occurrence.to - occurrence.from, now) != 0)
+          (!occurrence.escaped && content.text.compare(occurrence.from, occurrence.to - occurrence.from, now) != 0))
         continue;
       if (edits.empty() || edits.back().to <= occurrence.from)
         edits.push_back({occurrence.from, occurrence.to, occurrence.in_message ? bt::event_name(name) : name});
