@@ -148,10 +148,10 @@ Result<Value> Workshop::Impl::rename(const AskedEdit& asked) {
       return fail("studio.request", fmt::format("there is no {} \"{}\"", asked.has("tree") ? "tree" : "state", name));
   } else if (is_asked("node", lsp::SymbolKind::kNode)) {
     // One of several that are called so, or one that nobody names, is called otherwise where it stands.
-    const auto places = index.places_of(symbol);
+    const auto named_at = index.places_of(symbol);
     const auto defining =
-        std::count_if(places.begin(), places.end(), [](const auto& place) { return place.occurrence->defines; });
-    if (defining != 1 || places.size() == 1) return Value(Map{{"files", List()}, {"places", 0}});
+        std::count_if(named_at.begin(), named_at.end(), [](const auto& place) { return place.occurrence->defines; });
+    if (defining != 1 || named_at.size() == 1) return Value(Map{{"files", List()}, {"places", 0}});
   } else {
     return fail("studio.request", "what is to be renamed: a location, tree, node or state?");
   }
