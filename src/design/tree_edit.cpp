@@ -119,14 +119,19 @@ class TreeEditor {
       if (auto ok = check_recursion(*parent, {insert.id}); !ok) return tl::unexpected(ok.error());
     }
     std::string xml = insert.subtree ? fmt::format("<SubTree ID=\"{}\"", text::xml_escape(insert.id)) : "<" + insert.id;
-    if (!insert.name.empty()) xml += fmt::format(" name=\"{}\"", text::xml_escape(insert.name));
+    const bool is_in_messages = insert.subtree || is_leaf_in_messages(insert.id, {});
+    std::string called = insert.name;
+    if (auto taken = names_in_tree_of(*parent);
+        is_in_messages && !called.empty() && taken.contains(bt::event_name(called)))
+      called = fmt::format("{}_{}", unnumbered(called), free_number(called, taken));
+    if (!called.empty()) xml += fmt::format(" name=\"{}\"", text::xml_escape(called));
     for (const auto& [name, value] : insert.ports) {
       if (!is_name(name)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a port", name));
       xml += fmt::format(" {}=\"{}\"", name, text::xml_escape(value));
     }
     xml += "/>";
     edits_.put(*parent, insert.at.index, xml);
-    return done(fmt::format("add {} to {}", insert.name.empty() ? insert.id : insert.name, shown(*parent)));
+    return done(fmt::format("add {} to {}", called.empty() ? insert.id : called, shown(*parent)));
   }
 
   Result<GestureResult> operator()(const DeleteNode& gesture) {
@@ -398,16 +403,18 @@ class TreeEditor {
     return found;
   }
 
-  // What messages are told apart by: names of leaves that are no built-in nodes, and of SubTrees.
-  [[nodiscard]] bool is_named_in_messages(const XmlElement& node) const {
-    if (is_subtree(node.name())) return true;
+  // Leaves that are no built-in nodes, by what they are.
+  [[nodiscard]] bool is_leaf_in_messages(const std::string& id, std::optional<bt::Category> said) const {
     constexpr int kFormat = 4;
-    const std::string id = id_of(node);
-    if (node.first_child() || bt::find_builtin(id, kFormat) != nullptr) return false;
+    if (bt::find_builtin(id, kFormat) != nullptr) return false;
     const bt::NodeModel* const model = kinds_.model(id);
-    const bt::Category otherwise = model != nullptr ? model->category : bt::Category::kAction;
-    const bt::Category category = explicit_category(node.name()).value_or(otherwise);
+    const bt::Category category = said.value_or(model != nullptr ? model->category : bt::Category::kAction);
     return category == bt::Category::kAction || category == bt::Category::kCondition;
+  }
+  // What messages are told apart by: names of such leaves, and of SubTrees.
+  [[nodiscard]] bool is_named_in_messages(const XmlElement& node) const {
+    return is_subtree(node.name()) ||
+           (!node.first_child() && is_leaf_in_messages(id_of(node), explicit_category(node.name())));
   }
 
   // As they read in messages.
@@ -418,6 +425,19 @@ class TreeEditor {
     return names;
   }
 
+  // "GoToDesk" of GoToDesk_2.
+  static std::string_view unnumbered(std::string_view name) {
+    const std::size_t digits = name.find_last_not_of("0123456789") + 1;
+    const bool is_numbered = digits > 1 && digits < name.size() && name[digits - 1] == '_';
+    return name.substr(0, is_numbered ? digits - 1 : name.size());
+  }
+  // The first with which the name is free; it is taken then.
+  static int free_number(std::string_view name, std::set<std::string>& taken) {
+    int number = 2;
+    while (!taken.insert(bt::event_name(fmt::format("{}_{}", unnumbered(name), number))).second) ++number;
+    return number;
+  }
+
   // Those of a copy that are `taken` already, followed by the first free number: GoToDesk_2.
   [[nodiscard]] TextEdits free_names(const XmlDocument& document, const XmlElement& copied,
                                      std::set<std::string>& taken) const {
@@ -426,19 +446,12 @@ class TreeEditor {
       const auto name = node.attribute("name");
       if (!name || name->empty() || !is_named_in_messages(node)) return;
       if (taken.insert(bt::event_name(*name)).second) return;
-      const auto stem_of = [](std::string_view text) {
-        const std::size_t digits = text.find_last_not_of("0123456789") + 1;
-        const bool is_numbered = digits > 1 && digits < text.size() && text[digits - 1] == '_';
-        return text.substr(0, is_numbered ? digits - 1 : text.size());
-      };
-      const std::string stem(stem_of(*name));
-      int number = 2;
-      while (!taken.insert(bt::event_name(fmt::format("{}_{}", stem, number))).second) ++number;
+      const int number = free_number(*name, taken);
       for (const text::XmlAttributePlace& place : node.attribute_places()) {
         const std::string_view all = document.source();
         if (all.substr(place.name_begin, place.name_end - place.name_begin) != "name") continue;
         const std::string_view written = all.substr(place.value_begin, place.value_end - place.value_begin);
-        const std::size_t kept = place.value_begin + stem_of(written).size();
+        const std::size_t kept = place.value_begin + unnumbered(written).size();
         edits.push_back({kept, place.value_end, fmt::format("_{}", number)});
       }
     });

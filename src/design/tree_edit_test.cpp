@@ -208,6 +208,16 @@ TEST(TreeEdit, CopiesOfNamedLeavesGetFreeNames) {
               testing::ContainsRegex("<Sequence name=\"In\">\n *<GoTo name='GoToDesk_2'/>"));
 }
 
+TEST(TreeEdit, NewLeavesGetFreeNames) {
+  const Slot end{element(kNamed, "All"), 2};
+  EXPECT_THAT(edited(kNamed, InsertNode{"GoTo", false, "Go To", {}, end}), HasSubstr("<GoTo name=\"Go To_3\"/>"));
+  EXPECT_THAT(edited(kNamed, InsertNode{"Other", true, "Visit", {}, end}),
+              HasSubstr("ID=\"Other\" name=\"Visit_2\"/>"));
+  EXPECT_THAT(edited(kNamed, InsertNode{"GoTo", false, "Free", {}, end}), HasSubstr("<GoTo name=\"Free\"/>"));
+  EXPECT_THAT(edited(kNamed, InsertNode{"AlwaysSuccess", false, "Fine", {}, end}),
+              HasSubstr("<AlwaysSuccess name=\"Fine\"/>\n    </Sequence>"));
+}
+
 TEST(TreeEdit, PastedNamedLeavesGetFreeNames) {
   const PasteNodes paste{"<GoTo name=\"Go To\"/>\n<GoTo name=\"Go To\"/>\n<GoTo name=\"New\"/>",
                          {element(kNamed, "All"), 2}};

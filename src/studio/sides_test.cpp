@@ -20,12 +20,12 @@ TEST(Sides, OnlyWhatARunReadIsComparedWithItsRecording) {
               {{"sentree.yaml", "a"}, {"mission.xml", "b"}, {"scenarios/other.yaml", "d"}}};
   ASSERT_FALSE(sides.before["interfaces/robot.thrift"].empty());
   keep_what_was_read(sides.before, sides.after);
-  EXPECT_EQ(to_json(changed_files(sides)), R"([{"change":"removed","file":"gone.scxml"}])");
+  EXPECT_EQ(to_json(changed_files(sides)), R"([{"file":"gone.scxml","change":"removed"}])");
   // What comes with Sentree by now is another, or the project has its own.
   sides.before["interfaces/robot.thrift"] += "// earlier\n";
   EXPECT_EQ(sides.after["interfaces/robot.thrift"], shipped("robot.thrift"));
   EXPECT_EQ(to_json(changed_files(sides)),
-            R"([{"change":"removed","file":"gone.scxml"},{"change":"changed","file":"interfaces/robot.thrift"}])");
+            R"([{"file":"gone.scxml","change":"removed"},{"file":"interfaces/robot.thrift","change":"changed"}])");
 }
 
 }  // namespace
