@@ -276,6 +276,20 @@ TEST(RenamingOfTrees, FindsThemByWhatReferencesMean) {
             "name=\"Both\"/></BehaviorTree><BehaviorTree ID=\"Visit\"><AlwaysSuccess/></BehaviorTree></root>");
 }
 
+TEST(RenamingOfNodes, TakesNamesOfAllKindsWhereTheyCanStand) {
+  Renamed project("recharge");
+  const std::string file = "requirements/named.req";
+  project.write(file, "a: never request(battery.getBatteryState from BatteryLevelAbove30).\n");
+  const Symbol node{SymbolKind::kNode, "BatteryLevelAbove30"};
+  EXPECT_THAT(project.rename(node, "a.b"), HasSubstr("names it, where it cannot be called \"a.b\""));
+  EXPECT_THAT(project.rename(node, "a\nb"), HasSubstr("is no name for it"));
+  EXPECT_EQ(project.rename(node, "a \"b\" <c> & 'd'"), "");
+  EXPECT_THAT(project.text("mission.xml"), HasSubstr("name=\"a &quot;b&quot; &lt;c&gt; &amp; 'd'\""));
+  EXPECT_THAT(project.text(file), HasSubstr("from a__b___c_____d_)"));
+  EXPECT_EQ(project.rename({SymbolKind::kNode, "a \"b\" <c> & 'd'"}, "BatteryLevelAbove30"), "");
+  EXPECT_THAT(project.text(file), HasSubstr("from BatteryLevelAbove30)"));
+}
+
 TEST(RenamingOfServices, ChangesWhatIsKilledUnlessAProcessIsCalledSo) {
   Renamed project("modelled");
   project.write("scenarios/process.yaml",
