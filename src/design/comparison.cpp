@@ -583,9 +583,15 @@ Result<Comparison> compare_charts(std::string_view before, std::string_view afte
 
 enum class What { kTree, kChart, kOther };
 
-What what_is(std::string_view source) {
-  const auto document = XmlDocument::parse(std::string(source), {}, {.lenient = true});
-  if (!document) return What::kOther;
+// Errors: those of XML that cannot be read; what does not look like XML is something else.
+Result<What> what_is(std::string_view source, const std::string& file) {
+  const auto document = XmlDocument::parse(std::string(source), file, {.lenient = true});
+  if (!document) {
+    const std::size_t begin = source.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+    const bool is_xml =
+        file.ends_with(".xml") || file.ends_with(".scxml") || (begin != std::string_view::npos && source[begin] == '<');
+    return is_xml ? tl::unexpected(document.error()) : Result<What>(What::kOther);
+  }
   if (scxml::is_chart(document->root())) return What::kChart;
   return document->root().name() == "root" ? What::kTree : What::kOther;
 }
@@ -627,15 +633,22 @@ draw::TreeNode drawing_of(const OutlineNode& node) {
 
 Result<Comparison> compare(std::string_view before, std::string_view after, const Kinds& kinds,
                            const std::string& before_file, const std::string& after_file) {
-  const What first = what_is(before);
-  const What second = what_is(after);
-  if (first != second || first == What::kOther)
+  const auto unreadable = [&](Diagnostic why, const char* side) {
+    why.message = fmt::format("{}cannot be read, so that texts are compared: {}", before_file == after_file ? side : "",
+                              why.message);
+    return tl::unexpected(std::move(why));
+  };
+  const auto first = what_is(before, before_file);
+  if (!first) return unreadable(first.error(), "what was there ");
+  const auto second = what_is(after, after_file);
+  if (!second) return unreadable(second.error(), "what is there now ");
+  if (*first != *second || *first == What::kOther)
     return fail("diff.unlike", "what can be drawn as one picture are two trees or two charts; " +
                                    (before_file == after_file
                                         ? after_file + " is compared as text"
                                         : fmt::format("{} and {} are compared as texts", before_file, after_file)));
-  return first == What::kTree ? compare_trees(before, after, kinds, before_file, after_file)
-                              : compare_charts(before, after, before_file, after_file);
+  return *first == What::kTree ? compare_trees(before, after, kinds, before_file, after_file)
+                               : compare_charts(before, after, before_file, after_file);
 }
 
 }  // namespace sentree::design

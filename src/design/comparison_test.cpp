@@ -158,5 +158,18 @@ TEST(Comparison, RefusesWhatIsNoPicture) {
   EXPECT_EQ(compare("rate: 1", "rate: 2", kinds(), "a", "b").error().code, "diff.unlike");
 }
 
+TEST(Comparison, SaysWhereAndWhyATextCannotBeRead) {
+  const std::string good = tree("<AlwaysSuccess/>");
+  const std::string bad = tree("<AlwaysSuccess/><Broken");
+  const auto told = [&](const std::string& before, const std::string& after, const char* was, const char* is) {
+    return to_string(compare(before, after, kinds(), was, is).error());
+  };
+  EXPECT_THAT(told(good, bad, "a.xml", "b.xml"),
+              testing::MatchesRegex("b.xml:[34]:[0-9]+: cannot be read, so that texts are compared: .+"));
+  EXPECT_THAT(told(bad, good, "m.xml", "m.xml"),
+              testing::MatchesRegex("m.xml:[34]:[0-9]+: what was there cannot be read, so .+"));
+  EXPECT_THAT(told(good, "", "a.xml", "a.xml"), testing::HasSubstr("what is there now cannot be read"));
+}
+
 }  // namespace
 }  // namespace sentree::design

@@ -78,19 +78,29 @@ std::vector<std::size_t> ElementEdits::line_starts(const XmlElement& node, std::
   return starts;
 }
 
-// The text of the node, its lines after the first indented by `to` instead of as they are.
-std::string ElementEdits::indented(const XmlElement& node, const std::string& to) const {
+// The text of the node, its lines after the first indented by `to` instead of as they are. `changes` are of values.
+std::string ElementEdits::indented(const XmlElement& node, const std::string& to, const TextEdits& changes) const {
   const std::string from = indentation(node.offset());
   std::string out;
   std::size_t at = node.offset();
+  auto change = changes.begin();
+  const auto copy_to = [&](std::size_t end) {
+    for (; change != changes.end() && change->from < end; ++change) {
+      out += source().substr(at, change->from - at);
+      out += change->text;
+      at = change->to;
+    }
+    out += source().substr(at, end - at);
+    at = end;
+  };
   for (const std::size_t line : line_starts(node, node.offset(), node.end_offset())) {
-    out += source().substr(at, line - at);
-    at = line;
+    copy_to(line);
     if (source().substr(line, from.size()) != from) continue;
     out += to;
     at += from.size();
   }
-  return out += source().substr(at, node.end_offset() - at);
+  copy_to(node.end_offset());
+  return out;
 }
 
 std::string ElementEdits::indented(const std::string& xml, const std::string& indentation) const {
@@ -99,7 +109,9 @@ std::string ElementEdits::indented(const std::string& xml, const std::string& in
   return out;
 }
 
-std::string ElementEdits::text_of(const XmlElement& node) const { return indented(node, ""); }
+std::string ElementEdits::text_of(const XmlElement& node, const TextEdits& changes) const {
+  return indented(node, "", changes);
+}
 
 // Behind the comments that stand behind a tag on its line.
 std::size_t ElementEdits::end_with_comment(std::size_t tag_end) const {
@@ -171,8 +183,9 @@ void ElementEdits::put(const XmlElement& parent, std::size_t index, const std::s
   put_text(parent, index, [&](const std::string& indentation) { return indented(xml, indentation); });
 }
 
-void ElementEdits::put_copy(const XmlElement& parent, std::size_t index, const XmlElement& node) {
-  put_text(parent, index, [&](const std::string& indentation) { return indented(node, indentation); });
+void ElementEdits::put_copy(const XmlElement& parent, std::size_t index, const XmlElement& node,
+                            const TextEdits& changes) {
+  put_text(parent, index, [&](const std::string& indentation) { return indented(node, indentation, changes); });
 }
 
 void ElementEdits::take_out(const XmlElement& node) {

@@ -1,10 +1,13 @@
 #include "sentree/design/parts.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cctype>
 
 #include "sentree/base/assert.h"
+#include "sentree/bt/model.h"
 #include "sentree/scxml/format.h"
 #include "sentree/text/file.h"
 
@@ -165,6 +168,14 @@ bool is_part_name(const std::string& name) {
          std::all_of(name.begin(), name.end(), [&](unsigned char c) { return letter(c) || std::isdigit(c) != 0; });
 }
 
+// Elements that mean something in trees, whatever skills there are.
+bool is_of_trees(const std::string& name) {
+  constexpr std::array kOthers{"Action",      "Condition", "Control",      "Decorator",     "SubTree",
+                               "SubTreePlus", "root",      "BehaviorTree", "TreeNodesModel"};
+  return bt::find_builtin(name, 4) != nullptr || bt::find_builtin(name, 3) != nullptr ||
+         std::find(kOthers.begin(), kOthers.end(), name) != kOthers.end();
+}
+
 // What the project has of that name, which no other part of the kind may have; empty: nothing.
 std::string bearer_of(const std::string& name, const std::string& kind, const project::Plan& plan) {
   if (kind == "monitor" || kind == "requirement") {
@@ -186,6 +197,12 @@ Result<Part> new_part(const std::string& kind, const std::string& name, const pr
     return fail("design.name-taken",
                 fmt::format("there is {} {} already; choose another name, for example {}", taken, name, free));
   }
+  if (kind == "skill" && is_of_trees(name))
+    return fail(
+        "design.name-taken",
+        fmt::format("{0} is a built-in node: <{0}> in a tree is that, and never the skill; choose another name, "
+                    "for example {0}Skill",
+                    name));
   const auto call = plan != nullptr ? example_call(*plan) : std::nullopt;
   if (kind == "skill") return skill(name, call);
   if (kind == "monitor") return monitor(name, call);

@@ -31,5 +31,14 @@ TEST(NewParts, HaveChartsAsTheyAreFormatted) {
   EXPECT_EQ(charts, 12) << "of skills, monitors and components";
 }
 
+TEST(NewParts, AreNoSkillsCalledLikeBuiltInNodes) {
+  for (const char* const name : {"Sequence", "Timeout", "SubTree", "Action"}) {
+    const auto skill = new_part("skill", name, nullptr);
+    ASSERT_FALSE(skill) << name;
+    EXPECT_THAT(skill.error().message, testing::HasSubstr("is a built-in node"));
+    EXPECT_TRUE(new_part("monitor", name, nullptr)) << name;
+  }
+}
+
 }  // namespace
 }  // namespace sentree::design

@@ -1,6 +1,11 @@
 #include "sentree/design/text_edit.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "sentree/text/xml.h"
+#include "sentree/text/yaml.h"
 
 namespace sentree::design {
 
@@ -214,6 +219,27 @@ std::optional<std::string> merge(std::string_view base, std::string_view mine, s
   }
   out += lines.text(at, lines.size());
   return out;
+}
+
+namespace {
+
+bool is_readable(const std::string& file, std::string_view text) {
+  if (file.ends_with(".yaml") || file.ends_with(".yml")) return text::parse_yaml(text, file).has_value();
+  if (!file.ends_with(".xml") && !file.ends_with(".scxml")) return true;
+  return text::XmlDocument::parse(std::string(text), file, {.lenient = true}).has_value();
+}
+
+}  // namespace
+
+Result<TextEdits> joined(const std::string& file, std::string_view earlier, std::string_view now,
+                         const TextEdits& edits) {
+  const auto edited = with_edits(earlier, edits);
+  if (!edited) return tl::unexpected(edited.error());
+  const auto merged = merge(earlier, now, *edited);
+  if (!merged) return fail("design.conflict", fmt::format("the same lines of {} have been changed meanwhile", file));
+  if (!is_readable(file, *merged) && is_readable(file, now) && is_readable(file, *edited))
+    return fail("design.conflict", fmt::format("with what has been changed meanwhile, {} could not be read", file));
+  return edits_between(now, *merged);
 }
 
 }  // namespace sentree::design

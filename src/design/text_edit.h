@@ -42,4 +42,9 @@ void end_lines_alike(std::string_view text, TextEdits& edits);
 /// are the same or stand next to each other.
 [[nodiscard]] std::optional<std::string> merge(std::string_view base, std::string_view mine, std::string_view theirs);
 
+/// `edits` of an earlier text of a file as edits of what it is `now`. Errors: design.bad-edit; design.conflict: both
+/// changed the same lines, or a file that both leave readable would be none any more.
+[[nodiscard]] Result<TextEdits> joined(const std::string& file, std::string_view earlier, std::string_view now,
+                                       const TextEdits& edits);
+
 }  // namespace sentree::design

@@ -64,5 +64,22 @@ TEST(Merge, RefusesTwoChangesOfOneLineOrOfNeighbours) {
   EXPECT_EQ(merge("1\n2\n3\n", "1\nmine\n3\n", "1\n2\ntheirs\n"), std::nullopt);
 }
 
+TEST(TextEdit, EditsOfAnEarlierTextAreJoinedWithWhatHappenedSince) {
+  const std::string earlier = "<root>\n  <a/>\n  <b/>\n  <c/>\n</root>\n";
+  const auto edit = [](const std::string& text, const std::string& what, const std::string& with) {
+    return TextEdits{{text.find(what), text.find(what) + what.size(), with}};
+  };
+  const std::string now = "<root>\n  <new/>\n  <a/>\n  <b/>\n  <c/>\n</root>\n";
+  const auto edits = joined("m.xml", earlier, now, edit(earlier, "<c/>", "<c name=\"c\"/>"));
+  ASSERT_TRUE(edits) << edits.error().message;
+  EXPECT_EQ(with_edits(now, *edits).value(), "<root>\n  <new/>\n  <a/>\n  <b/>\n  <c name=\"c\"/>\n</root>\n");
+  const auto both =
+      joined("m.xml", earlier, with_edits(earlier, edit(earlier, "<c/>", "<d/>")).value(), edit(earlier, "<c/>", ""));
+  EXPECT_EQ(both.error().message, "the same lines of m.xml have been changed meanwhile");
+  // Each is readable, both together are not.
+  const auto late = joined("m.yaml", "a: 1\n\n\nb: 2\n", "a: 1\n\n\nb: 2\n\nc: 3\n", {{0, 0, "c: 4\n"}});
+  EXPECT_EQ(late.error().message, "with what has been changed meanwhile, m.yaml could not be read");
+}
+
 }  // namespace
 }  // namespace sentree::design

@@ -8,6 +8,7 @@
 #include "sentree/base/ascii.h"
 #include "sentree/base/diagnostic.h"
 #include "sentree/bt/model.h"
+#include "sentree/bt/tree.h"
 #include "sentree/bt/write.h"
 #include "sentree/design/detail/element_edits.h"
 #include "sentree/text/xml.h"
@@ -118,14 +119,19 @@ class TreeEditor {
       if (auto ok = check_recursion(*parent, {insert.id}); !ok) return tl::unexpected(ok.error());
     }
     std::string xml = insert.subtree ? fmt::format("<SubTree ID=\"{}\"", text::xml_escape(insert.id)) : "<" + insert.id;
-    if (!insert.name.empty()) xml += fmt::format(" name=\"{}\"", text::xml_escape(insert.name));
+    const bool is_in_messages = insert.subtree || is_leaf_in_messages(insert.id, {});
+    std::string called = insert.name;
+    if (auto taken = names_in_tree_of(*parent);
+        is_in_messages && !called.empty() && taken.contains(bt::event_name(called)))
+      called = fmt::format("{}_{}", unnumbered(called), free_number(called, taken));
+    if (!called.empty()) xml += fmt::format(" name=\"{}\"", text::xml_escape(called));
     for (const auto& [name, value] : insert.ports) {
       if (!is_name(name)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a port", name));
       xml += fmt::format(" {}=\"{}\"", name, text::xml_escape(value));
     }
     xml += "/>";
     edits_.put(*parent, insert.at.index, xml);
-    return done(fmt::format("add {} to {}", insert.name.empty() ? insert.id : insert.name, shown(*parent)));
+    return done(fmt::format("add {} to {}", called.empty() ? insert.id : called, shown(*parent)));
   }
 
   Result<GestureResult> operator()(const DeleteNode& gesture) {
@@ -152,7 +158,8 @@ class TreeEditor {
       return tl::unexpected(room.error());
     }
     if (auto ok = check_recursion(*parent, subtrees_in(*node)); !ok) return tl::unexpected(ok.error());
-    edits_.put_copy(*parent, move.to.index, *node);
+    auto taken = move.copy ? names_in_tree_of(*parent) : std::set<std::string>();
+    edits_.put_copy(*parent, move.to.index, *node, move.copy ? free_names(document_, *node, taken) : TextEdits());
     if (!move.copy) edits_.take_out(*node);
     return done((move.copy ? "copy " : "move ") + shown(*node) + (stays ? " within " : " under ") + shown(*parent));
   }
@@ -249,7 +256,8 @@ class TreeEditor {
       return fail("design.arity", shown(*node) + " has entries of its own: remap them alike (_autoremap) first");
     std::size_t uses = 0;
     for (const XmlElement& element : elements_) uses += is_subtree(element.name()) && id_of(element) == id ? 1 : 0;
-    edits_.replace(*node, edits_.text_of(tree.first_child()));
+    auto taken = names_in_tree_of(*node);
+    edits_.replace(*node, edits_.text_of(tree.first_child(), free_names(document_, tree.first_child(), taken)));
     const bool is_main = document_.root().attribute("main_tree_to_execute").value_or("") == id;
     if (uses == 1 && !is_main && tree.children().size() == 1 && !is_in(*node, tree)) edits_.take_out(tree);
     return done(fmt::format("put the tree {} in the place of {}", id, shown(*node)));
@@ -263,10 +271,11 @@ class TreeEditor {
     const auto nodes = pasted->parent.children();
     if (auto room = check_room(*parent, nodes.size(), {}); !room) return tl::unexpected(room.error());
     const ElementEdits written(pasted->document);
+    auto taken = names_in_tree_of(*parent);
     std::string xml;
     for (const XmlElement& node : nodes) {
       if (auto ok = check_recursion(*parent, subtrees_in(node)); !ok) return tl::unexpected(ok.error());
-      xml += (xml.empty() ? "" : "\n") + written.text_of(node);
+      xml += (xml.empty() ? "" : "\n") + written.text_of(node, free_names(pasted->document, node, taken));
     }
     edits_.put(*parent, paste.at.index, xml);
     const std::string what = nodes.size() == 1 ? shown(nodes.front()) : fmt::format("{} nodes", nodes.size());
@@ -392,6 +401,61 @@ class TreeEditor {
       open.insert(open.end(), children.begin(), children.end());
     }
     return found;
+  }
+
+  // Leaves that are no built-in nodes, by what they are.
+  [[nodiscard]] bool is_leaf_in_messages(const std::string& id, std::optional<bt::Category> said) const {
+    constexpr int kFormat = 4;
+    if (bt::find_builtin(id, kFormat) != nullptr) return false;
+    const bt::NodeModel* const model = kinds_.model(id);
+    const bt::Category category = said.value_or(model != nullptr ? model->category : bt::Category::kAction);
+    return category == bt::Category::kAction || category == bt::Category::kCondition;
+  }
+  // What messages are told apart by: names of such leaves, and of SubTrees.
+  [[nodiscard]] bool is_named_in_messages(const XmlElement& node) const {
+    return is_subtree(node.name()) ||
+           (!node.first_child() && is_leaf_in_messages(id_of(node), explicit_category(node.name())));
+  }
+
+  // As they read in messages.
+  static std::set<std::string> names_in_tree_of(XmlElement node) {
+    while (node.name() != "BehaviorTree") node = node.parent();
+    std::set<std::string> names;
+    text::for_each_element(node, [&](const XmlElement& one) { names.insert(bt::event_name(shown(one))); });
+    return names;
+  }
+
+  // "GoToDesk" of GoToDesk_2.
+  static std::string_view unnumbered(std::string_view name) {
+    const std::size_t digits = name.find_last_not_of("0123456789") + 1;
+    const bool is_numbered = digits > 1 && digits < name.size() && name[digits - 1] == '_';
+    return name.substr(0, is_numbered ? digits - 1 : name.size());
+  }
+  // The first with which the name is free; it is taken then.
+  static int free_number(std::string_view name, std::set<std::string>& taken) {
+    int number = 2;
+    while (!taken.insert(bt::event_name(fmt::format("{}_{}", unnumbered(name), number))).second) ++number;
+    return number;
+  }
+
+  // Those of a copy that are `taken` already, followed by the first free number: GoToDesk_2.
+  [[nodiscard]] TextEdits free_names(const XmlDocument& document, const XmlElement& copied,
+                                     std::set<std::string>& taken) const {
+    TextEdits edits;
+    text::for_each_element(copied, [&](const XmlElement& node) {
+      const auto name = node.attribute("name");
+      if (!name || name->empty() || !is_named_in_messages(node)) return;
+      if (taken.insert(bt::event_name(*name)).second) return;
+      const int number = free_number(*name, taken);
+      for (const text::XmlAttributePlace& place : node.attribute_places()) {
+        const std::string_view all = document.source();
+        if (all.substr(place.name_begin, place.name_end - place.name_begin) != "name") continue;
+        const std::string_view written = all.substr(place.value_begin, place.value_end - place.value_begin);
+        const std::size_t kept = place.value_begin + unnumbered(written).size();
+        edits.push_back({kept, place.value_end, fmt::format("_{}", number)});
+      }
+    });
+    return edits;
   }
 
   // Refuses that a tree contains itself, directly or through others of this file.

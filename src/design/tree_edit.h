@@ -131,6 +131,8 @@ struct GestureResult {
 
 /// A change of a tree as edits of its text. What is outside the elements concerned stays byte for byte: comments, the
 /// order and quotes of attributes, line ends. A node that gets a line of its own is indented like its neighbours.
+/// Leaves and SubTrees in what is copied or pasted whose names their new tree has already get free ones (GoToDesk_2):
+/// messages tell them apart by these.
 ///
 /// Errors: those of `outline_of`; design.no-such-node; design.arity (a parent that takes no more children, or none),
 /// design.inside-itself (a node into itself, a SubTree into its own tree), design.bad-name, design.nothing-to-do,

@@ -168,6 +168,64 @@ TEST(TreeEdit, PastesWhatOtherFilesAndEditorsHave) {
   EXPECT_THAT(edited(kFile, PasteNodes{"<A/>", {element(kFile, "Inverter"), 0}}), HasSubstr("one child only"));
 }
 
+const std::string kNamed = R"(<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Sequence name="All">
+      <Fallback name="Try">
+        <GoTo name="Go To"   goal="desk"/>
+        <GoTo name='GoToDesk_2'/>
+        <AlwaysSuccess name="Fine"/>
+        <SubTree ID="Other" name="Visit"/>
+        <GoTo/>
+      </Fallback>
+      <GoTo name="Go_To_2"/>
+    </Sequence>
+  </BehaviorTree>
+  <BehaviorTree ID="Other"><GoTo name="GoToDesk_2"/></BehaviorTree>
+</root>
+)";
+
+TEST(TreeEdit, CopiesOfNamedLeavesGetFreeNames) {
+  // Messages do not tell "Go To_2" from Go_To_2.
+  const std::string copy = edited(kNamed, MoveNode{element(kNamed, "Try"), {element(kNamed, "All"), 1}, true});
+  const std::string added = R"(
+      <Fallback name="Try">
+        <GoTo name="Go To_3"   goal="desk"/>
+        <GoTo name='GoToDesk_3'/>
+        <AlwaysSuccess name="Fine"/>
+        <SubTree ID="Other" name="Visit_2"/>
+        <GoTo/>
+      </Fallback>)";
+  std::string expected = kNamed;
+  expected.insert(expected.find("\n      <GoTo name=\"Go_To_2\""), added);
+  EXPECT_EQ(copy, expected);
+  // A move, and a copy into another tree, keep the names that are free there.
+  const auto moved = edited(kNamed, MoveNode{element(kNamed, "Go To"), {element(kNamed, "All"), 0}});
+  EXPECT_THAT(moved, HasSubstr("<GoTo name=\"Go To\"   goal=\"desk\"/>\n      <Fallback"));
+  std::string empty = kNamed;
+  empty.replace(empty.find("<GoTo name=\"GoToDesk_2\"/></Beh"), 25, "<Sequence name=\"In\"/>");
+  EXPECT_THAT(edited(empty, MoveNode{element(empty, "GoToDesk_2"), {element(empty, "In"), 0}, true}),
+              testing::ContainsRegex("<Sequence name=\"In\">\n *<GoTo name='GoToDesk_2'/>"));
+}
+
+TEST(TreeEdit, NewLeavesGetFreeNames) {
+  const Slot end{element(kNamed, "All"), 2};
+  EXPECT_THAT(edited(kNamed, InsertNode{"GoTo", false, "Go To", {}, end}), HasSubstr("<GoTo name=\"Go To_3\"/>"));
+  EXPECT_THAT(edited(kNamed, InsertNode{"Other", true, "Visit", {}, end}),
+              HasSubstr("ID=\"Other\" name=\"Visit_2\"/>"));
+  EXPECT_THAT(edited(kNamed, InsertNode{"GoTo", false, "Free", {}, end}), HasSubstr("<GoTo name=\"Free\"/>"));
+  EXPECT_THAT(edited(kNamed, InsertNode{"AlwaysSuccess", false, "Fine", {}, end}),
+              HasSubstr("<AlwaysSuccess name=\"Fine\"/>\n    </Sequence>"));
+}
+
+TEST(TreeEdit, PastedNamedLeavesGetFreeNames) {
+  const PasteNodes paste{"<GoTo name=\"Go To\"/>\n<GoTo name=\"Go To\"/>\n<GoTo name=\"New\"/>",
+                         {element(kNamed, "All"), 2}};
+  EXPECT_THAT(
+      edited(kNamed, paste),
+      HasSubstr("\n      <GoTo name=\"Go To_3\"/>\n      <GoTo name=\"Go To_4\"/>\n      <GoTo name=\"New\"/>\n"));
+}
+
 TEST(TreeEdit, AddsATreeAndDeletesItAgain) {
   const std::string with = edited(kFile, AddTree{"Third"});
   EXPECT_THAT(with, HasSubstr("</BehaviorTree>\n  <BehaviorTree ID=\"Third\"/>\n  <TreeNodesModel>"));

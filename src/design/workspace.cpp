@@ -129,6 +129,12 @@ text::Overlay Workspace::overlay() const {
   return overlay;
 }
 
+const std::string* Document::at(std::uint64_t of) const {
+  if (of == version) return &text;
+  const auto found = std::find_if(earlier.begin(), earlier.end(), [&](const auto& one) { return one.first == of; });
+  return found != earlier.end() ? &found->second : nullptr;
+}
+
 Result<void> Workspace::may_edit() const {
   if (held_by_.empty()) return {};
   return fail("design.held", fmt::format("{} edits this project; here it is only shown. Edit it there, or end that "
@@ -158,14 +164,9 @@ Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const 
   const auto document = editable(file);
   if (!document) return tl::unexpected(document.error());
   const std::string& now = (*document)->text;
-  const std::string* from = &now;
+  const std::string* const from = (*document)->at(base);
+  if (from == nullptr) return fail("design.conflict", file + " has changed too much since; look at it again");
   const bool is_of_newest = base == (*document)->version;
-  if (!is_of_newest) {
-    const auto& earlier = (*document)->earlier;
-    const auto found = std::find_if(earlier.begin(), earlier.end(), [&](const auto& e) { return e.first == base; });
-    if (found == earlier.end()) return fail("design.conflict", file + " has changed too much since; look at it again");
-    from = &found->second;
-  }
   auto edited = with_edits(*from, edits);
   if (!edited) return tl::unexpected(edited.error());
   TextEdits made = edits;

@@ -47,6 +47,8 @@ struct Document {
   std::deque<std::pair<std::uint64_t, std::string>> earlier;  ///< Versions before, newest last.
 
   [[nodiscard]] bool is_dirty() const { return text != saved; }
+  /// As it was at a version; null: that is not kept any more, or never was.
+  [[nodiscard]] const std::string* at(std::uint64_t of) const;
   /// One of what is edited and what is on disk must be chosen before it can be saved.
   [[nodiscard]] bool has_conflict() const { return theirs.has_value() || !unreadable.empty(); }
 };

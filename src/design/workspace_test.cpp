@@ -542,6 +542,18 @@ TEST_F(WorkspaceTest, JoinsALateEditOrRefusesIt) {
   EXPECT_EQ(refused.error().code, "design.conflict");
 }
 
+TEST_F(WorkspaceTest, KnowsTheTextsThatALateGestureMayBeOf) {
+  Workspace workspace = open();
+  const std::uint64_t base = workspace.find("mission.xml")->version;
+  const std::string first = workspace.find("mission.xml")->text;
+  replace(workspace, "mission.xml", "<a/>", "<A/>");
+  const Document& document = *workspace.find("mission.xml");
+  ASSERT_NE(document.at(base), nullptr);
+  EXPECT_EQ(*document.at(base), first);
+  EXPECT_EQ(document.at(document.version), &document.text);
+  EXPECT_EQ(document.at(document.version + 1), nullptr);
+}
+
 TEST_F(WorkspaceTest, TakesWhatAnotherEditorWrites) {
   Workspace workspace = open();
   replace(workspace, "mission.xml", "<d/>", "<D/>");

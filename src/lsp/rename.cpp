@@ -12,6 +12,7 @@
 #include "sentree/monitor/requirement.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/text/file.h"
+#include "sentree/text/xml.h"
 #include "sentree/text/yaml.h"
 
 namespace sentree::lsp {
@@ -26,9 +27,22 @@ bool is_name(std::string_view name, SymbolKind kind) {
   return !name.empty() && std::all_of(name.begin(), name.end(), [&](char c) {
     const auto u = static_cast<unsigned char>(c);
     if (std::isalnum(u) != 0 || c == '_' || u >= 0x80) return true;
-    if (c == '.') return kind == SymbolKind::kDefinition || kind == SymbolKind::kEvent;
+    if (c == '.') return kind == SymbolKind::kDefinition || kind == SymbolKind::kEvent || kind == SymbolKind::kState;
     return is_free ? c == ' ' || c == '-' : c == '-' && kind == SymbolKind::kState;
   }) && (is_free || std::isdigit(static_cast<unsigned char>(name.front())) == 0);
+}
+
+// Of a node, as far as XML and messages can have it.
+bool is_any_name(std::string_view name) {
+  return !name.empty() && std::none_of(name.begin(), name.end(),
+                                       [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; });
+}
+
+// In the quotes of the attribute that it becomes the value of.
+std::string in_attribute(const std::string& name, char quote) {
+  std::string out;
+  for (const char c : text::xml_escape(name)) out += c == '\'' && quote == '\'' ? "&apos;" : std::string(1, c);
+  return out;
 }
 
 std::string shown(const Index& index, const std::string& file) {
@@ -190,7 +204,9 @@ Result<void> may_rename(const Index& index, const Symbol& symbol) {
 Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::string& name) {
   if (auto may = may_rename(index, symbol); !may) return tl::unexpected(may.error());
   const std::string old = written_name(symbol);
-  if (!is_name(name, symbol.kind)) return fail("lsp.rename", fmt::format("\"{}\" is no name for it", name));
+  const bool is_plain = is_name(name, symbol.kind);
+  if (!is_plain && !(symbol.kind == SymbolKind::kNode && is_any_name(name)))
+    return fail("lsp.rename", fmt::format("\"{}\" is no name for it", name));
   Renaming renaming;
   if (name == old) return renaming;
   const bool is_own = symbol.kind == SymbolKind::kDefinition || symbol.kind == SymbolKind::kEvent;
@@ -216,10 +232,18 @@ Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::str
     for (const Occurrence& occurrence : content.occurrences) {
       const std::string& now = occurrence.in_message ? old_in_messages : old;
       if (occurrence.symbol != symbol ||
-          content.text.compare(occurrence.from, occurrence.to - occurrence.from, now) != 0)
+          (!occurrence.escaped && content.text.compare(occurrence.from, occurrence.to - occurrence.from, now) != 0))
         continue;
+      const bool is_value = content.kind == FileKind::kTree && occurrence.from > 0;
+      // What stands for any other sign there is written nowhere else.
+      if (!is_plain && !is_value && (!occurrence.in_message || name.find('.') != std::string::npos))
+        return fail("lsp.rename",
+                    fmt::format("{} names it, where it cannot be called \"{}\"", shown(index, file), name));
+      const std::string written = occurrence.in_message ? bt::event_name(name)
+                                  : is_value            ? in_attribute(name, content.text[occurrence.from - 1])
+                                                        : name;
       if (edits.empty() || edits.back().to <= occurrence.from)
-        edits.push_back({occurrence.from, occurrence.to, occurrence.in_message ? bt::event_name(name) : name});
+        edits.push_back({occurrence.from, occurrence.to, written});
     }
     if (edits.empty()) continue;
     if (content.kind == FileKind::kRequirements) {

@@ -244,6 +244,52 @@ TEST(RenamingOfNodes, FollowsPathsAndBreakpoints) {
                     HasSubstr("message: South.See_It.halt")));
 }
 
+TEST(RenamingOfStates, FollowsScriptsBlanksAndNamesWithDots) {
+  Renamed project("handover");
+  project.write(
+      "skills/Inspect.scxml",
+      "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" name=\"Inspect\" "
+      "datamodel=\"ecmascript\"><script><![CDATA[var a = 1 && In( \"looking\" ); // In('looking')\n]]></script>"
+      "<state id=\"looking\"><transition cond=\"!In( 'looking' )\" target=\"l&#246;ok\"/></state>"
+      "<state id=\"l&#246;ok\"/><final id=\"success\"/></scxml>");
+  const std::string file = "skills/Inspect.scxml";
+  EXPECT_EQ(project.rename(project.of_file(SymbolKind::kState, file, "looking"), "look.up"), "");
+  EXPECT_THAT(project.text(file), AllOf(HasSubstr("In( \"look.up\" ); // In('looking')"), HasSubstr("id=\"look.up\""),
+                                        HasSubstr("cond=\"!In( 'look.up' )\"")));
+  EXPECT_EQ(project.rename(project.of_file(SymbolKind::kState, file, "look.up"), "seeing"), "");
+  EXPECT_EQ(project.rename(project.of_file(SymbolKind::kState, file, "l\u00F6ok"), "plain"), "");
+  EXPECT_THAT(project.text(file),
+              AllOf(HasSubstr("id=\"seeing\""), HasSubstr("target=\"plain\""), HasSubstr("<state id=\"plain\"/>")));
+}
+
+TEST(RenamingOfTrees, FindsThemByWhatReferencesMean) {
+  Renamed project("handover");
+  project.write("mission.xml",
+                "<root BTCPP_format=\"4\" main_tree_to_execute=\"M\u00E4in\"><BehaviorTree ID=\"M&#228;in\"><SubTree "
+                "ID=\"V&#xE4;\" name=\"A &amp; B\"/></BehaviorTree><BehaviorTree ID=\"V\u00E4\"><AlwaysSuccess/>"
+                "</BehaviorTree></root>");
+  EXPECT_EQ(project.rename({SymbolKind::kTree, "M\u00E4in"}, "Main"), "");
+  EXPECT_EQ(project.rename({SymbolKind::kTree, "V\u00E4"}, "Visit"), "");
+  EXPECT_EQ(project.rename({SymbolKind::kNode, "A & B"}, "Both"), "");
+  EXPECT_EQ(project.text("mission.xml"),
+            "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\"><SubTree ID=\"Visit\" "
+            "name=\"Both\"/></BehaviorTree><BehaviorTree ID=\"Visit\"><AlwaysSuccess/></BehaviorTree></root>");
+}
+
+TEST(RenamingOfNodes, TakesNamesOfAllKindsWhereTheyCanStand) {
+  Renamed project("recharge");
+  const std::string file = "requirements/named.req";
+  project.write(file, "a: never request(battery.getBatteryState from BatteryLevelAbove30).\n");
+  const Symbol node{SymbolKind::kNode, "BatteryLevelAbove30"};
+  EXPECT_THAT(project.rename(node, "a.b"), HasSubstr("names it, where it cannot be called \"a.b\""));
+  EXPECT_THAT(project.rename(node, "a\nb"), HasSubstr("is no name for it"));
+  EXPECT_EQ(project.rename(node, "a \"b\" <c> & 'd'"), "");
+  EXPECT_THAT(project.text("mission.xml"), HasSubstr("name=\"a &quot;b&quot; &lt;c&gt; &amp; 'd'\""));
+  EXPECT_THAT(project.text(file), HasSubstr("from a__b___c_____d_)"));
+  EXPECT_EQ(project.rename({SymbolKind::kNode, "a \"b\" <c> & 'd'"}, "BatteryLevelAbove30"), "");
+  EXPECT_THAT(project.text(file), HasSubstr("from BatteryLevelAbove30)"));
+}
+
 TEST(RenamingOfServices, ChangesWhatIsKilledUnlessAProcessIsCalledSo) {
   Renamed project("modelled");
   project.write("scenarios/process.yaml",

@@ -691,7 +691,7 @@ TEST_F(Renaming, IsRefusedWhereItWouldBreakSomething) {
   EXPECT_TRUE(refused("mission.xml", "name=\"AtStatio", "battery")) << "a service";
   EXPECT_TRUE(refused("mission.xml", "name=\"AtStatio", "AtKitchen")) << "there is one";
   EXPECT_FALSE(refused("mission.xml", "name=\"AtStatio", "AtDock"));
-  EXPECT_TRUE(refused("mission.xml", "name=\"AtStatio", "a\"b"));
+  EXPECT_TRUE(refused("mission.xml", "name=\"AtStatio", "a\nb")) << "no name";
   EXPECT_TRUE(refused("skills/GoToLocation.scxml", "event=\"stopNavig", "halt")) << "of an interface";
   editor.open("requirements/recharge.req");
   editor.replace("mission.xml", "</root>", "</rot>");

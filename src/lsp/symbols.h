@@ -46,6 +46,7 @@ struct Occurrence {
   std::size_t to = 0;
   bool defines = false;
   bool in_message = false;  ///< Of a node: written as `bt::event_name` makes it.
+  bool escaped = false;     ///< Written with references of XML: another text, which means the name.
 };
 
 /// What a project's files call things: what a name in one of them means is told by the others.

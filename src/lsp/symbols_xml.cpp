@@ -7,6 +7,7 @@
 
 #include "sentree/lsp/detail/collector.h"
 #include "sentree/lsp/symbols.h"
+#include "sentree/scxml/edit.h"
 
 namespace sentree::lsp {
 
@@ -63,9 +64,9 @@ class TreeCollector : public Collector {
   void attribute(const XmlElement& element, std::string_view name, SymbolKind kind, bool defines) {
     const auto* const place = attribute_place(element, name, source_);
     if (place == nullptr) return;
-    std::string value = at(place->value_begin, place->value_end);
+    const std::string value(element.attribute(name).value_or(""));
     if (kind == SymbolKind::kSkill && names_.builtins.contains(value)) return;
-    add(kind, std::move(value), place->value_begin, place->value_end, defines);
+    add_meant(kind, {}, value, place->value_begin, place->value_end, defines);
   }
 
   void of_node(const XmlElement& element) {
@@ -119,8 +120,10 @@ class ChartCollector : public Collector {
     text::for_each_element(document.root(), [&](const XmlElement& element) {
       of_element(element);
       places_of(element);
+      for (const scxml::StateInScript& state : scxml::states_in_scripts(document, element))
+        add_meant(SymbolKind::kState, file_ + "#", state.id, state.from, state.to);
     });
-    in_expressions(document.root());
+    sources_compared(document.root());
   }
 
  private:
@@ -134,13 +137,16 @@ class ChartCollector : public Collector {
       const std::string name = at(place.name_begin, place.name_end);
       const std::size_t from = place.value_begin;
       const std::size_t to = place.value_end;
+      const std::string meant(element.attribute(name).value_or(""));
       if (is_state && name == "id") {
-        add(SymbolKind::kState, fmt::format("{}#{}", file_, at(from, to)), from, to, true);
+        add_meant(SymbolKind::kState, file_ + "#", meant, from, to, true);
       } else if (tag == "data" && name == "id") {
         add(SymbolKind::kData, fmt::format("{}#{}", file_, at(from, to)), from, to, true);
       } else if (name == "initial" || (tag == "transition" && name == "target")) {
         each_word(text_, from, to, [&](std::size_t begin, std::size_t end) {
-          add(SymbolKind::kState, fmt::format("{}#{}", file_, at(begin, end)), begin, end);
+          // Several with references in them are left as they are written.
+          const bool is_whole = begin == from && end == to;
+          add_meant(SymbolKind::kState, file_ + "#", is_whole ? meant : at(begin, end), begin, end);
         });
       } else if (tag == "transition" && name == "event") {
         each_word(text_, from, to, [&](std::size_t begin, std::size_t end) { event(begin, end); });
@@ -186,8 +192,8 @@ class ChartCollector : public Collector {
     }
   }
 
-  // In('state'), and what a message's source is compared with.
-  void in_expressions(const XmlElement& root) {
+  // What a message's source is compared with.
+  void sources_compared(const XmlElement& root) {
     for (std::size_t place = root.offset(); place < root.end_offset(); ++place) {
       const char quote = text_[place];
       if (quote != '\'' && quote != '"') continue;
@@ -197,9 +203,7 @@ class ChartCollector : public Collector {
       if (to == from || to >= root.end_offset() || text_[to] != quote) continue;
       std::size_t before = place;
       while (before > 0 && is_space(text_[before - 1])) --before;
-      if (before >= 3 && text_.substr(before - 3, 3) == "In(" && (before == 3 || !is_word(text_[before - 4]))) {
-        add(SymbolKind::kState, fmt::format("{}#{}", file_, at(from, to)), from, to);
-      } else if (before > 0 && text_[before - 1] == '=') {
+      if (before > 0 && text_[before - 1] == '=') {
         while (before > 0 && (text_[before - 1] == '=' || text_[before - 1] == '!' || is_space(text_[before - 1])))
           --before;
         constexpr std::string_view kSource = "_event.data.source";

@@ -298,6 +298,24 @@ TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
             "");
 }
 
+TEST(CheckUnnamed, TellsOfSkillsThatAreCalledLikeBuiltInNodes) {
+  const auto told = [](const char* yaml) {
+    const TemporaryFolder temporary("check-unnamed");
+    const fs::path folder = temporary.path() / "project";
+    fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/minimal", folder, fs::copy_options::recursive);
+    std::ofstream(folder / "skills/Sequence.scxml") << "<scxml/>";
+    std::ofstream(folder / "sentree.yaml", std::ios::app) << yaml;
+    const auto project = load_project(folder);
+    EXPECT_TRUE(project.ok());
+    Diagnostics found;
+    if (project.ok()) check_unnamed(*project.value, found);
+    return found.empty() ? "" : to_string(found.front());
+  };
+  EXPECT_THAT(told(""), HasSubstr("warning: skills/Sequence.scxml is run by nobody: Sequence is a built-in node, and "
+                                  "<Sequence> is that; call the skill otherwise"));
+  EXPECT_EQ(told("# skills/Sequence.scxml\n"), "") << "named by its path";
+}
+
 TEST(CheckSkills, TellsOfAListWithAHole) {
   EXPECT_THAT(told_of("porter", {{"models/porter.scxml", "expr=\"[0, 1, 2]\"", "expr=\"[, 1, 2]\""}}),
               Contains(HasSubstr("nothing between two commas")));

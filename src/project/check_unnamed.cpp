@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "sentree/base/ascii.h"
+#include "sentree/bt/model.h"
 #include "sentree/monitor/monitor.h"
 #include "sentree/monitor/requirement.h"
 #include "sentree/monitor/requirement_types.h"
@@ -37,12 +38,19 @@ bool has_name(std::string_view text, std::string_view name) {
   return false;
 }
 
+// A leaf that is called so is that node, whatever charts there are.
+bool is_builtin(const std::string& name) {
+  constexpr int kFormat = 4;
+  return bt::find_builtin(name, kFormat) != nullptr;
+}
+
 void find_files(const Project& project, const char* folder, std::string_view ending, std::vector<Unnamed>& all) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(project.folder / folder, error)) {
     const fs::path& file = entry.path();
     if (file.extension() != ending || file.filename().string().starts_with('.')) continue;
-    const bool is_skill = std::string_view(folder) == "skills";
+    // By its path alone is a skill named that is called like a built-in node.
+    const bool is_skill = std::string_view(folder) == "skills" && !is_builtin(file.stem().string());
     all.push_back({fs::path(folder) / file.filename(), (is_skill ? file.stem() : file.filename()).string()});
   }
 }
@@ -114,7 +122,11 @@ void check_unnamed(const Project& project, Diagnostics& diagnostics) {
   for (const Unnamed& one : files) {
     const std::string name = one.file.generic_string();
     std::string message;
-    if (name.starts_with("skills/")) {
+    const bool is_never_run = name.starts_with("skills/") && is_builtin(one.file.stem().string());
+    if (is_never_run) {
+      message = fmt::format("{0} is run by nobody: {1} is a built-in node, and <{1}> is that; call the skill otherwise",
+                            name, one.file.stem().string());
+    } else if (name.starts_with("skills/")) {
       message = fmt::format("{} is run by nobody: the mission has no leaf \"{}\"", name, one.name);
     } else if (name.starts_with("scenarios/")) {
       message = fmt::format("{0} is no scenario by its name, so it is not run; call it {1}.yaml", name,
@@ -122,8 +134,8 @@ void check_unnamed(const Project& project, Diagnostics& diagnostics) {
     } else {
       message = fmt::format("{0} is watched by nobody; name it under monitors: - {{file: {0}}}", name);
     }
-    diagnostics.push_back({name.starts_with("skills/") ? Severity::kNote : Severity::kWarning, "check.unnamed",
-                           std::move(message), SourceSpan{project.file}});
+    diagnostics.push_back({name.starts_with("skills/") && !is_never_run ? Severity::kNote : Severity::kWarning,
+                           "check.unnamed", std::move(message), SourceSpan{project.file}});
     if (one.file.extension() != ".req") continue;
     Diagnostics found;
     check_requirements(project, one.file, vocabulary, found);

@@ -69,15 +69,7 @@ class Checker {
     std::size_t held = 0;
     for (ExpressionId id = 0; id < model_.expressions.size(); ++id) {
       const Expression& expression = model_.expressions[id];
-      for (const NativeCode::Node& node : expression.native.nodes) {
-        if (node.op != NativeCode::Op::kIn) continue;
-        const std::string& state = expression.native.strings[node.a];
-        if (!chart_.find(state)) {
-          warn("scxml.unknown-state",
-               fmt::format("In('{}') is never true: there is no such state{}", state, did_you_mean(state, state_ids())),
-               expression.place);
-        }
-      }
+      states_asked_for_in(expression);
       if (!expression.native.empty() || expression.slot) continue;
       if (model_.data_model == DataModelKind::kNull) {
         report(syntax, "scxml.expression-syntax",
@@ -109,6 +101,21 @@ class Checker {
                    message + newer_language(expression.text),
                place);
       }
+    }
+  }
+
+  void states_asked_for_in(const Expression& expression) {
+    std::set<std::string_view> told;
+    for (const std::string_view state : states_asked_for(expression.text, model_.data_model == DataModelKind::kNull)) {
+      if (chart_.find(state) || !told.insert(state).second) continue;
+      Place place = expression.place;
+      const auto before =
+          std::string_view(expression.text).substr(0, static_cast<std::size_t>(state.data() - expression.text.data()));
+      const auto lines = static_cast<int>(std::count(before.begin(), before.end(), '\n'));
+      if (lines > 0 && expression.use == ExpressionUse::kScript) place = {place.line + lines, 1, 0};
+      warn("scxml.unknown-state",
+           fmt::format("In('{}') is never true: there is no such state{}", state, did_you_mean(state, state_ids())),
+           place);
     }
   }
 

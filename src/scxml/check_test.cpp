@@ -165,6 +165,23 @@ TEST(Check, FindsFilesOfDataAndChartsThatCannotBeRead) {
 TEST(Check, FindsInOfAStateThatIsNotThere) {
   EXPECT_THAT(check_messages(R"xml(<state id="open"><transition event="e" cond="In('opn')"/></state>)xml"),
               ElementsAre(HasSubstr("In('opn') is never true: there is no such state; did you mean \"open\"?")));
+  // With blanks, in scripts, and only where it is asked.
+  EXPECT_THAT(
+      check_messages(R"xml(<state id="open"><transition event="e" cond="!In( 'opn' ) || In( 'open' )"/></state>)xml"),
+      ElementsAre(HasSubstr("In('opn') is never true")));
+  EXPECT_THAT(check_messages(R"xml(<state id="open"><onentry><script>// In('a')
+    var b = "In('c')"; if (In("opn") || In("opn")) b = In('open');</script></onentry></state>)xml"),
+              ElementsAre(HasSubstr("In('opn') is never true")));
+}
+
+TEST(Check, SaysInWhichLineOfAScriptAStateIsAskedForThatIsNotThere) {
+  const auto loaded = load(checked_document("<state id=\"a\"><onentry><script>\n  var b = 1;\n  b = In('gone');\n"
+                                            "</script></onentry></state>"),
+                           "door.scxml");
+  ASSERT_TRUE(loaded.ok());
+  const auto found = check(*loaded.value);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.front().span.line, 4);
 }
 
 }  // namespace

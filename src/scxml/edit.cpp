@@ -3,9 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <system_error>
 
 #include "sentree/base/assert.h"
 #include "sentree/scxml/loader.h"
+#include "sentree/scxml/script_syntax.h"
 
 namespace sentree::scxml {
 
@@ -32,12 +37,105 @@ std::string replace_names(std::string_view names, std::string_view old_name, std
   return result;
 }
 
-void replace_all(std::string& text, const std::string& what, const std::string& with) {
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + with.size()))
-    text.replace(at, what.size(), with);
+// Code as it is meant, and where each of its bytes is written.
+struct WrittenCode {
+  std::string text;
+  std::vector<std::size_t> places;  // and the end
+
+  void add(std::string_view bytes, std::size_t place) {
+    text += bytes;
+    places.insert(places.end(), bytes.size(), place);
+  }
+};
+
+std::string utf8(std::uint32_t code) {
+  const auto tail = [&](unsigned shift) { return static_cast<char>(0x80U | (code >> shift & 0x3FU)); };
+  if (code < 0x80) return {static_cast<char>(code)};
+  if (code < 0x800) return {static_cast<char>(0xC0U | code >> 6U), tail(0)};
+  if (code < 0x10000) return {static_cast<char>(0xE0U | code >> 12U), tail(6), tail(0)};
+  return {static_cast<char>(0xF0U | code >> 18U), tail(12), tail(6), tail(0)};
+}
+
+// What a reference without its '&' and ';' stands for; empty: it is none.
+std::string referred(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, const char*>, 5> kPredefined{
+      {{"lt", "<"}, {"gt", ">"}, {"amp", "&"}, {"quot", "\""}, {"apos", "'"}}};
+  for (const auto& [entity, meaning] : kPredefined) {
+    if (entity == name) return meaning;
+  }
+  if (!name.starts_with('#')) return {};
+  const bool hex = name.starts_with("#x");
+  std::uint32_t code = 0;
+  const char* const end = name.data() + name.size();
+  const auto read = std::from_chars(name.data() + (hex ? 2 : 1), end, code, hex ? 16 : 10);
+  return read.ec == std::errc() && read.ptr == end && code != 0 && code <= 0x10FFFF ? utf8(code) : std::string();
+}
+
+// Of an attribute's value, or of what is between two tags that have no element between them.
+WrittenCode written_code(std::string_view source, std::size_t from, std::size_t to, bool is_value) {
+  WrittenCode code;
+  const std::string_view all = source.substr(0, to);
+  const auto skip_to = [&](std::string_view end, std::size_t at) {
+    const std::size_t found = all.find(end, at);
+    return found == std::string_view::npos ? to : found + end.size();
+  };
+  constexpr std::string_view kCdata = "<![CDATA[";
+  for (std::size_t at = from; at < to;) {
+    const std::string_view rest = all.substr(at);
+    if (rest.starts_with(kCdata)) {
+      const std::size_t behind = skip_to("]]>", at);
+      for (at += kCdata.size(); at + 3 <= behind && at < to && !all.substr(at).starts_with("]]>"); ++at)
+        code.add(all.substr(at, 1), at);
+      at = behind;
+    } else if (rest.starts_with("<!--")) {
+      at = skip_to("-->", at);
+    } else if (rest.starts_with("<?")) {
+      at = skip_to("?>", at);
+    } else if (rest.front() == '&') {
+      constexpr std::size_t kReferenceMax = 64;
+      const std::size_t end = rest.substr(0, kReferenceMax).find(';');
+      const std::string meant = end == std::string_view::npos ? std::string() : referred(rest.substr(1, end - 1));
+      code.add(meant.empty() ? "&" : std::string_view(meant), at);
+      at += meant.empty() ? 1 : end + 1;
+    } else {
+      const bool is_break = rest.front() == '\n' || rest.front() == '\r';
+      code.add(is_value && is_break ? " " : rest.substr(0, 1), at);
+      ++at;
+    }
+  }
+  code.places.push_back(to);
+  return code;
+}
+
+void collect_states(const WrittenCode& code, bool bare, std::vector<StateInScript>& found) {
+  for (const std::string_view id : states_asked_for(code.text, bare)) {
+    const auto at = static_cast<std::size_t>(id.data() - code.text.data());
+    // What follows is a quote, a blank or a parenthesis: where the last byte ends.
+    found.push_back({std::string(id), code.places[at], code.places[at + id.size()]});
+  }
 }
 
 }  // namespace
+
+std::vector<StateInScript> states_in_scripts(const text::XmlDocument& document, const text::XmlElement& element) {
+  const std::string_view source = document.source();
+  const std::string_view data_model = document.root().attribute("datamodel").value_or("null");
+  const bool bare = data_model == "null";
+  std::vector<StateInScript> found;
+  for (const text::XmlAttributePlace& place : element.attribute_places()) {
+    const std::string_view name = source.substr(place.name_begin, place.name_end - place.name_begin);
+    const bool is_code = name == "cond" || name == "location" || name == "array" || name.ends_with("expr");
+    if (is_code && name.find(':') == std::string_view::npos)
+      collect_states(written_code(source, place.value_begin, place.value_end, true), bare, found);
+  }
+  const std::string_view kind = element.local_name();
+  if ((kind == "script" || kind == "data" || kind == "assign") && !element.first_child()) {
+    const std::string_view inside = element.inner_source();
+    const auto from = static_cast<std::size_t>(inside.data() - source.data());
+    if (!inside.empty()) collect_states(written_code(source, from, from + inside.size(), false), bare, found);
+  }
+  return found;
+}
 
 ChartEdit::ChartEdit(const Chart& chart) : chart_(chart), document_(parse(chart)), edit_(document_) {}
 
@@ -75,10 +173,11 @@ void ChartEdit::remove(const Element& element) { edit_.remove(element); }
 
 Result<void> ChartEdit::rename_state(StateIndex state, std::string_view new_id) {
   const std::string& old_id = chart_.states()[state].id;
-  if (old_id.empty() || new_id.empty() || new_id.find_first_of(" \t\r\n'\"") != std::string_view::npos) {
-    return fail("scxml.bad-attribute",
-                fmt::format("state \"{}\" cannot be renamed to \"{}\": an id is a name without spaces and quotes",
-                            old_id, new_id));
+  if (old_id.empty() || new_id.empty() || new_id.find_first_of(" \t\r\n'\"&<>\\") != std::string_view::npos) {
+    return fail(
+        "scxml.bad-attribute",
+        fmt::format("state \"{}\" cannot be renamed to \"{}\": an id is a name without spaces, quotes, &, <, > and \\",
+                    old_id, new_id));
   }
   if (new_id == old_id) return {};
   if (const auto other = chart_.find(new_id)) {
@@ -94,16 +193,16 @@ void ChartEdit::rename_in(const Element& element, std::string_view old_id, std::
   const std::string_view kind = element.local_name();
   const std::string old_name(old_id);
   const std::string new_name(new_id);
+  for (const StateInScript& state : states_in_scripts(document_, element)) {
+    if (state.id == old_id) edit_.replace_text(state.from, state.to, std::string(new_id));
+  }
   element.for_each_attribute([&](std::string_view name, std::string_view value) {
     std::string changed(value);
     if ((kind == "transition" && name == "target") || name == "initial") {
       changed = replace_names(value, old_id, new_id);
     } else if (kind == "transition" && name == "event") {
       changed = replace_names(value, "done.state." + old_name, "done.state." + new_name);
-    } else if (name == "cond" || name == "expr") {
-      for (const char quote : {'\'', '"'})
-        replace_all(changed, fmt::format("In({}{}{})", quote, old_name, quote),
-                    fmt::format("In({}{}{})", quote, new_name, quote));
+      changed = replace_names(changed, "done.state." + old_name + ".*", "done.state." + new_name + ".*");
     }
     if (changed != value) edit_.set_attribute(element, name, changed);
   });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +12,17 @@
 #include "sentree/text/xml.h"
 
 namespace sentree::scxml {
+
+/// A place of a document that names a state in an expression or a script.
+struct StateInScript {
+  std::string id;        ///< As it is meant: references resolved.
+  std::size_t from = 0;  ///< Bytes of the document, without the quotes.
+  std::size_t to = 0;
+};
+/// Every In('ID') of the element's expressions and of the script that it holds, as they are written: with blanks,
+/// references and CDATA. Not those of elements inside of it.
+[[nodiscard]] std::vector<StateInScript> states_in_scripts(const text::XmlDocument& document,
+                                                           const text::XmlElement& element);
 
 /// Changes to a chart's document. What is not touched stays as it was written, byte for byte: comments, the order of
 /// attributes, and what other tools keep in them (Qt Creator's qt:editorinfo).
@@ -46,7 +58,8 @@ class ChartEdit {
 
   [[nodiscard]] const text::XmlDocument& document() const { return document_; }
 
-  /// The state's id, and everything that names it: targets, initial states, done.state.ID events, In('ID').
+  /// The state's id, and everything that names it: targets, initial states, done.state.ID events, In('ID') in
+  /// expressions and scripts.
   /// Errors: scxml.duplicate-id, scxml.bad-attribute (no id, or white space in it).
   Result<void> rename_state(StateIndex state, std::string_view new_id);
 

@@ -78,6 +78,48 @@ TEST(Edit, RenamesAStateWhereverItIsNamed) {
                                                  {"id=\"closed\"", "id=\"shut\""}}));
 }
 
+TEST(Edit, RenamesAStateInScriptsAndExpressionsAsTheyAreWritten) {
+  const std::string written = R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <datamodel><data id="d">In('work')</data><data id="e" expr="{at: In(&quot;work&quot;)}"/></datamodel>
+  <script>
+    // In('work') is said here only
+    var a = In("work") &amp;&amp; In( 'work' ); /* In('work') */ var b = "In('work')"; var c = b.In('work');
+  </script>
+  <state id="work">
+    <onentry>
+      <script><![CDATA[if (1 < 2 && In('work')) d = In( "work.sub" );]]></script>
+      <send event="e" delayexpr="In('work') ? '1s' : '2s'" targetexpr="In(&#39;w&#111;rk&#39;) ? '' : '#_internal'"/>
+      <assign location="d[In('work')]" expr="In('working')"/>
+    </onentry>
+    <transition event="done.state.work.*" cond="!In( 'work.sub' ) || In( 'work' )" target="rest"/>
+    <state id="work.sub"/>
+  </state>
+  <state id="rest"/>
+</scxml>
+)xml";
+  const auto renamed = [&](const char* from, const char* to) {
+    auto loaded = load(written, "a.scxml");
+    EXPECT_TRUE(loaded.ok());
+    ChartEdit edit(*loaded.value);
+    EXPECT_TRUE(edit.rename_state(*loaded.value->find(from), to));
+    return edit.apply().value_or("");
+  };
+  EXPECT_EQ(renamed("work", "arbeit"), replaced(written, {{"<data id=\"d\">In('work')", "<data id=\"d\">In('arbeit')"},
+                                                          {"In(&quot;work&quot;)", "In(&quot;arbeit&quot;)"},
+                                                          {"a = In(\"work\")", "a = In(\"arbeit\")"},
+                                                          {"In( 'work' );", "In( 'arbeit' );"},
+                                                          {"id=\"work\"", "id=\"arbeit\""},
+                                                          {"2 && In('work')", "2 && In('arbeit')"},
+                                                          {"delayexpr=\"In('work')", "delayexpr=\"In('arbeit')"},
+                                                          {"In(&#39;w&#111;rk&#39;)", "In(&#39;arbeit&#39;)"},
+                                                          {"d[In('work')]", "d[In('arbeit')]"},
+                                                          {"done.state.work.*", "done.state.arbeit.*"},
+                                                          {"In( 'work' )\"", "In( 'arbeit' )\""}}));
+  EXPECT_EQ(renamed("work.sub", "work.inner"), replaced(written, {{"In( \"work.sub\" )", "In( \"work.inner\" )"},
+                                                                  {"!In( 'work.sub' )", "!In( 'work.inner' )"},
+                                                                  {"id=\"work.sub\"", "id=\"work.inner\""}}));
+}
+
 TEST(Edit, RefusesANameThatIsTaken) {
   const Chart door = chart();
   ChartEdit edit(door);

@@ -427,6 +427,35 @@ std::optional<std::vector<ScriptToken>> script_tokens(std::string_view source) {
   return tokens;
 }
 
+std::vector<std::string_view> states_asked_for(std::string_view source, bool bare) {
+  std::vector<std::string_view> found;
+  if (source.find("In") == std::string_view::npos) return found;
+  // Where something is no token, the calls before and behind it are still found.
+  std::vector<Token> tokens;
+  Lexer lexer(source);
+  bool divides = false;
+  for (Token token = lexer.next(divides); token.kind != Token::Kind::kEnd; token = lexer.next(divides)) {
+    if (token.kind == Token::Kind::kBad) lexer.step();
+    divides = divides_behind(token);
+    tokens.push_back(std::move(token));
+  }
+  for (std::size_t i = 0; i + 3 < tokens.size(); ++i) {
+    const bool calls = tokens[i].kind == Token::Kind::kName && tokens[i].raw == "In" && tokens[i + 1].raw == "(";
+    if (!calls || (i > 0 && (tokens[i - 1].raw == "." || tokens[i - 1].raw == "function"))) continue;
+    const Token& id = tokens[i + 2];
+    if (id.kind == Token::Kind::kText && tokens[i + 3].raw == ")") {
+      const std::string_view inside = id.raw.substr(1, id.raw.size() - 2);
+      if (!inside.empty() && inside.find('\\') == std::string_view::npos) found.push_back(inside);
+    } else if (bare && id.kind == Token::Kind::kName) {
+      const auto from = static_cast<std::size_t>(id.raw.data() - source.data());
+      const std::size_t end = source.find_first_of("'\"() \t\r\n", from);
+      const std::size_t close = source.find_first_not_of(" \t\r\n", end);
+      if (close != std::string_view::npos && source[close] == ')') found.push_back(source.substr(from, end - from));
+    }
+  }
+  return found;
+}
+
 bool is_script_global(std::string_view name) {
   constexpr std::array<std::string_view, 56> kGlobals{"In",
                                                       "Infinity",

@@ -73,6 +73,10 @@ struct ScriptToken {
 /// comments.
 [[nodiscard]] std::set<std::string> names_in_script(std::string_view source);
 
+/// The ids that a script asks about by In('ID'): what is between the quotes, as written, in order. `bare`: without
+/// quotes too, as the null data model has it.
+[[nodiscard]] std::vector<std::string_view> states_asked_for(std::string_view source, bool bare = false);
+
 /// Whether every heap has a global of that name: `Math`, `parseInt`, …
 [[nodiscard]] bool is_script_global(std::string_view name);
 

@@ -68,5 +68,11 @@ TEST(ScriptSyntax, NamesOfAScriptAreNotThoseOfItsTexts) {
   EXPECT_THAT(names_in_script("var a = 'b'; // c\n f(a) /* d */ + /e/.x"), ElementsAre("a", "f", "var", "x"));
 }
 
+TEST(ScriptSyntax, FindsTheStatesThatAreAskedFor) {
+  EXPECT_THAT(states_asked_for("In('a') && In( \"b.c\" ) && f.In('d') && In(e) // In('f')"), ElementsAre("a", "b.c"));
+  EXPECT_THAT(states_asked_for("`x` + In('a') + Inn('b') + In('c' + d) + \"In('e')\""), ElementsAre("a"));
+  EXPECT_THAT(states_asked_for(" In( b.c-d )", true), ElementsAre("b.c-d"));
+}
+
 }  // namespace
 }  // namespace sentree::scxml

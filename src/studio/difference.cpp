@@ -69,6 +69,8 @@ Result<std::unique_ptr<DifferencePage>> DifferencePage::start(const fs::path& be
       sides.before = {{sides.after.begin()->first, sides.before.begin()->second}};
   } else if (holds_files(before) != holds_files(after)) {
     return fail("diff.unlike", "a folder can only be compared with a folder, or with a recording's project");
+  } else if (const bool was_run = before.extension() == ".mcap"; was_run != (after.extension() == ".mcap")) {
+    keep_what_was_read(was_run ? sides.before : sides.after, was_run ? sides.after : sides.before);
   }
   auto impl = std::make_unique<Impl>(std::move(sides), before, after);
   options.compare = true;

@@ -11,9 +11,11 @@
 
 #include <cstring>
 #include <set>
+#include <utility>
 
 #include "sentree/base/time.h"
 #include "sentree/design/workspace.h"
+#include "sentree/project/plan.h"
 #include "sentree/replay/recorded_run.h"
 #include "sentree/replay/recording.h"
 #include "sentree/studio/detail/design_values.h"
@@ -188,6 +190,20 @@ Result<ProjectTexts> texts_of_commit(const fs::path& folder, const std::string& 
     at += size + 1;
   }
   return texts;
+}
+
+void keep_what_was_read(const ProjectTexts& recorded, ProjectTexts& folder) {
+  std::erase_if(folder, [&](const auto& one) { return !recorded.contains(one.first); });
+  const std::pair<fs::path, fs::path> shipped[] = {{"interfaces", project::shipped_folder("interfaces")},
+                                                   {"skills", project::shipped_folder("skills") / "nav2"}};
+  for (const auto& [name, text] : recorded) {
+    if (folder.contains(name)) continue;
+    for (const auto& [inside, place] : shipped) {
+      const fs::path relative = fs::path(name).lexically_relative(inside);
+      if (relative.empty() || *relative.begin() == "..") continue;
+      if (auto there = text::read_file(place / relative)) folder.emplace(name, std::move(*there));
+    }
+  }
 }
 
 Value changed_files(const Sides& sides) {

@@ -13,6 +13,7 @@
 
 #include "sentree/base/json.h"
 #include "sentree/design/parts.h"
+#include "sentree/studio/detail/asked_edit.h"
 #include "sentree/studio/detail/design_values.h"
 #include "sentree/studio/detail/sides.h"
 #include "sentree/studio/detail/workshop.h"
@@ -23,56 +24,6 @@
 namespace sentree::studio {
 
 namespace fs = std::filesystem;
-
-class AskedEdit {
- public:
-  explicit AskedEdit(const Value& request) : request_(request) {}
-  [[nodiscard]] std::string text(std::string_view name) const {
-    const Value* value = request_.find(name);
-    return value != nullptr && value->as_string() != nullptr ? *value->as_string() : std::string();
-  }
-  [[nodiscard]] bool has(std::string_view name) const {
-    const Value* value = request_.find(name);
-    return value != nullptr && !value->is_null();
-  }
-  [[nodiscard]] std::uint64_t count(std::string_view name) const { return count_of(request_.find(name)); }
-  [[nodiscard]] double number(std::string_view name, double otherwise) const {
-    const Value* value = request_.find(name);
-    return value != nullptr && value->is_number() ? value->number() : otherwise;
-  }
-  [[nodiscard]] bool flag(std::string_view name) const {
-    const Value* value = request_.find(name);
-    return value != nullptr && value->as_bool() != nullptr && *value->as_bool();
-  }
-  [[nodiscard]] std::set<std::string> texts(std::string_view name) const {
-    std::set<std::string> texts;
-    const Value* list = request_.find(name);
-    if (list == nullptr || list->as_list() == nullptr) return texts;
-    for (const Value& text : *list->as_list()) texts.emplace(text.text());
-    return texts;
-  }
-  [[nodiscard]] design::TextEdits edits() const {
-    design::TextEdits edits;
-    const Value* list = request_.find("edits");
-    if (list == nullptr || list->as_list() == nullptr) return edits;
-    for (const Value& edit : *list->as_list()) {
-      const Value* text = edit.find("text");
-      edits.push_back({count_of(edit.find("from")), count_of(edit.find("to")),
-                       text != nullptr ? std::string(text->text()) : std::string()});
-    }
-    return edits;
-  }
-  [[nodiscard]] const Value* find(std::string_view name) const { return request_.find(name); }
-
- private:
-  static std::uint64_t count_of(const Value* value) {
-    constexpr double kExact = 9007199254740992.0;
-    return value != nullptr && value->is_number() && value->number() >= 0 && value->number() <= kExact
-               ? static_cast<std::uint64_t>(value->number())
-               : 0;
-  }
-  const Value& request_;
-};
 
 namespace {
 
@@ -375,11 +326,18 @@ Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
   const std::string file = asked.text("file");
   const design::Document* document = workspace.find(file);
   if (document == nullptr) return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
-  if (asked.count("base") != document->version)
-    return fail("design.conflict", "the text has changed meanwhile; try again");
+  // It is done to the text that it is of, and joined with what happened since.
+  const std::uint64_t base = asked.count("base");
+  const std::string* const meant = document->at(base);
+  if (meant == nullptr) return fail("design.conflict", file + " has changed too much since; look at it again");
   const Value* wanted = asked.find("gesture");
-  const auto result = edited_by(wanted != nullptr ? *wanted : Value(), file, document->text, kinds);
+  auto result = edited_by(wanted != nullptr ? *wanted : Value(), file, *meant, kinds);
   if (!result) return tl::unexpected(result.error());
+  if (base != document->version) {
+    auto joined = design::joined(file, *meant, document->text, result->edits);
+    if (!joined) return tl::unexpected(joined.error());
+    result->edits = std::move(*joined);
+  }
   if (asked.flag("try")) {
     if (auto may = workspace.may_edit(); !may) return tl::unexpected(may.error());
     return Value(Map{{"name", result->name}});
@@ -485,9 +443,7 @@ Result<Value> Workshop::Impl::compare(const std::string& op, const AskedEdit& as
       if (with == kSavedSide) sides.before.emplace(name, document.saved);
     }
   }
-  // A recording holds only what the run read.
-  if (with.starts_with(kRunSide))
-    std::erase_if(sides.after, [&](const auto& one) { return !sides.before.contains(one.first); });
+  if (with.starts_with(kRunSide)) keep_what_was_read(sides.before, sides.after);
   if (op == "compare") return comparison_of(sides, asked.text("file"), known);
   return Value(Map{{"before", with}, {"after", folder.filename().string()}, {"files", changed_files(sides)}});
 }

@@ -227,8 +227,17 @@ class Editor {
     return static_cast<std::size_t>(found - entries.begin());
   }
 
+  // Where a mapping or sequence itself begins, behind its anchor and tag.
+  [[nodiscard]] std::size_t content(const YamlNode& node) const {
+    std::size_t from = place(node.span);
+    while (at(from) == '&' || at(from) == '!') {
+      const std::size_t end = std::min(source_.find_first_of(" \t\r\n", from), source_.size());
+      from = std::min(source_.find_first_not_of(" \t\r\n", end), source_.size());
+    }
+    return from;
+  }
   [[nodiscard]] bool is_flow(const YamlNode& node) const {
-    return (node.is_mapping() && at(place(node.span)) == '{') || (node.is_sequence() && at(place(node.span)) == '[');
+    return (node.is_mapping() && at(content(node)) == '{') || (node.is_sequence() && at(content(node)) == '[');
   }
   [[nodiscard]] bool in_flow(std::size_t depth) const {
     return std::any_of(known_.begin(), known_.begin() + static_cast<std::ptrdiff_t>(depth),
@@ -247,7 +256,7 @@ class Editor {
       for (const YamlNode& item : node.items) starts.push_back(place(item.span));
       return starts;
     }
-    const std::size_t first = place(node.span);
+    const std::size_t first = content(node);
     starts.push_back(first);
     for (std::size_t line = line_end(first) + 1; line < source_.size() && starts.size() < node.items.size();
          line = line_end(line) + 1) {
@@ -352,6 +361,12 @@ class Editor {
       if (word != std::string_view::npos && source_.substr(word).starts_with("null")) return Extent{word, word + 4};
       return Extent{behind, behind, true};
     }
+    if (const char first = at(place(node.span));
+        node.is_scalar() && (first == '|' || first == '>') && is_block(parent)) {
+      // A text over several lines: all of them.
+      const std::vector<std::size_t> starts = starts_of(parent);
+      return Extent{place(node.span), child_end(parent, starts, index_of(parent, path[depth - 1]))};
+    }
     const auto to = end_of(node, in_flow(depth));
     if (!to) return tl::unexpected(to.error());
     return Extent{place(node.span), *to};
@@ -394,7 +409,7 @@ class Editor {
                     std::string(column(starts.front()), ' ') + entry + "\n");
   }
   Result<std::string> add_to_flow(const YamlNode& node, const std::string& text) {
-    std::size_t end = bracket_end(place(node.span)) - 1;
+    std::size_t end = bracket_end(content(node)) - 1;
     const bool empty = node.items.empty() && node.entries.empty();
     while (end > 0 && is_space(source_[end - 1])) --end;
     return done({{end, end}, (empty ? "" : ", ") + text});

@@ -137,6 +137,15 @@ TEST(YamlEdit, KeepsLineEndsAndTheMarkOfByteOrder) {
   EXPECT_EQ(text_of(without("a: 1\r\nb: 2\r\nc: 3\r\n", {"b"})), "a: 1\r\nc: 3\r\n");
 }
 
+TEST(YamlEdit, ChangesTextsOverSeveralLinesAndWhatHasAnAnchor) {
+  EXPECT_EQ(text_of(with_value("a: >\n  one\n\n  two\n# next\nb: 1\n", {"a"}, "three")), "a: three\n# next\nb: 1\n");
+  EXPECT_EQ(text_of(with_value("b:\n  a: |\n    one\n  c: 1\n", {"b", "a"}, "x: y")), "b:\n  a: \"x: y\"\n  c: 1\n");
+  EXPECT_EQ(text_of(with_value("s:\n  b: &b {at: sim, x: 1}\n  c: !t\n    at: sim\n", {"s", "b", "at"}, "model")),
+            "s:\n  b: &b {at: model, x: 1}\n  c: !t\n    at: sim\n");
+  EXPECT_EQ(text_of(with_value("s:\n  b: &b {at: sim}\n", {"s", "b", "x"}, 1)), "s:\n  b: &b {at: sim, x: 1}\n");
+  EXPECT_EQ(text_of(with_item("l: &l\n  - 1\n  - 2\n", {"l"}, 2, 3)), "l: &l\n  - 1\n  - 2\n  - 3\n");
+}
+
 TEST(YamlEdit, ChangesNothingWhereItCannotTellThePlace) {
   const auto code = [](const Result<std::string>& result) {
     return result ? "changed: " + *result : result.error().code;

@@ -21,8 +21,9 @@ class ElementEdits {
   /// Before child `index` of the parent; behind all if it has fewer. Lines of `xml` after the first are indented as the
   /// first is.
   void put(const text::XmlElement& parent, std::size_t index, const std::string& xml);
-  /// A copy of `node`, as `put`.
-  void put_copy(const text::XmlElement& parent, std::size_t index, const text::XmlElement& node);
+  /// A copy of `node` with `changes` of the document's text, as `put`.
+  void put_copy(const text::XmlElement& parent, std::size_t index, const text::XmlElement& node,
+                const TextEdits& changes = {});
   /// With its line, if it has one to itself. Its parent is written as one without content if it was all of it.
   void take_out(const text::XmlElement& node);
   /// `open` and `close` are tags.
@@ -34,8 +35,8 @@ class ElementEdits {
   /// Lines after the first are indented as the element is.
   void replace(const text::XmlElement& node, const std::string& xml);
 
-  /// As written, its lines after the first without the element's indentation.
-  [[nodiscard]] std::string text_of(const text::XmlElement& node) const;
+  /// As written but for `changes`, its lines after the first without the element's indentation.
+  [[nodiscard]] std::string text_of(const text::XmlElement& node, const TextEdits& changes = {}) const;
 
   /// How much further inside than the element its children stand, as the document does it.
   [[nodiscard]] std::string indentation_step(const text::XmlElement& element) const;
@@ -52,7 +53,8 @@ class ElementEdits {
   [[nodiscard]] bool is_alone_on_its_line(const text::XmlElement& node) const;
   [[nodiscard]] std::vector<std::size_t> line_starts(const text::XmlElement& node, std::size_t from,
                                                      std::size_t to) const;
-  [[nodiscard]] std::string indented(const text::XmlElement& node, const std::string& to) const;
+  [[nodiscard]] std::string indented(const text::XmlElement& node, const std::string& to,
+                                     const TextEdits& changes) const;
   [[nodiscard]] std::string indented(const std::string& xml, const std::string& indentation) const;
   [[nodiscard]] std::size_t end_with_comment(std::size_t tag_end) const;
   void close_emptied();

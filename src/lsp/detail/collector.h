@@ -21,6 +21,13 @@ class Collector {
   void add(SymbolKind kind, std::string name, std::size_t from, std::size_t to, bool defines = false) {
     if (from < to && to <= text_.size()) found.push_back({{kind, std::move(name)}, from, to, defines});
   }
+  // What may be written with references of XML, by what it means.
+  void add_meant(SymbolKind kind, const std::string& of, const std::string& name, std::size_t from, std::size_t to,
+                 bool defines = false) {
+    const std::size_t before = found.size();
+    add(kind, of + name, from, to, defines);
+    if (found.size() > before) found.back().escaped = at(from, to) != name;
+  }
   [[nodiscard]] std::string at(std::size_t from, std::size_t to) const {
     return std::string(text_.substr(from, to - from));
   }

@@ -32,6 +32,10 @@ struct Sides {
   ProjectTexts after;
 };
 
+/// Leaves to a folder beside a recording what its run read: what the recording does not hold goes, and what the run had
+/// of the interfaces and skills that come with Sentree stands where the project has none of its own.
+void keep_what_was_read(const ProjectTexts& recorded, ProjectTexts& folder);
+
 /// The files that differ: [{file, change}], change being "added", "removed" or "changed".
 [[nodiscard]] Value changed_files(const Sides& sides);
 

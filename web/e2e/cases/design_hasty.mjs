@@ -28,15 +28,15 @@ test("keys that come at once are taken one after the other, each of what the one
   const { file, program, page, close } = await begin();
   await node(page, "BatteryLevelAbove30").click();
   await at_once(page, [["d", false], ["d", false], ["d", false]]);
-  await until(async () => /^(?:.* )?BatteryLevelAbove30(?: BatteryLevelAbove30){3} BatteryNotRecharging/.test(await names(page)), "three more are there");
+  await until(async () => /^(?:.* )?BatteryLevelAbove30(?: BatteryLevelAbove30_[234]){3} BatteryNotRecharging/.test(await names(page)), "three more are there");
   assert.equal(await page.getByTestId("undo").innerText(), "Undo 3");
   await node(page, "BatteryNotRecharging").click();
   await at_once(page, [["ArrowUp", true], ["ArrowUp", true], ["ArrowUp", true], ["ArrowUp", true]]);
-  await until(async () => / BatteryNotRecharging BatteryLevelAbove30(?: BatteryLevelAbove30){3} Recharge/.test(await names(page)), "it is before all of them");
+  await until(async () => / BatteryNotRecharging BatteryLevelAbove30(?: BatteryLevelAbove30_[234]){3} Recharge/.test(await names(page)), "it is before all of them");
   assert.equal(await page.getByTestId("refused").count(), 0);
   // What is typed into a field that such a key opens is typed there.
   await at_once(page, [["ArrowDown", true], ["Enter", false], ..."AlwaysSucc".split("").map((letter) => [letter, false]), ["Enter", false]]);
-  await until(async () => / BatteryLevelAbove30 BatteryNotRecharging AlwaysSuccess BatteryLevelAbove30 /.test(await names(page)), "the node with that name is behind it");
+  await until(async () => / BatteryLevelAbove30 BatteryNotRecharging AlwaysSuccess BatteryLevelAbove30_\d /.test(await names(page)), "the node with that name is behind it");
   await page.getByTestId("design-tree").focus();
   await at_once(page, Array.from({ length: 12 }, () => ["z", true]));
   await until(async () => (await undo_name(page)) === "", "all is undone");
@@ -81,7 +81,7 @@ test("nodes are copied, cut and pasted; a copy has its place only where it was m
   await page.keyboard.press("Control+c");
   await node(page, "WaitForUser").click();
   await page.keyboard.press("Control+v");
-  await until(async () => /BeAtStation GoToStation WaitForUser GoToStation BeAtKitchen/.test(await names(page)), "a copy stands behind the leaf");
+  await until(async () => /BeAtStation GoToStation WaitForUser GoToStation_2 BeAtKitchen/.test(await names(page)), "a copy stands behind the leaf, with a name of its own");
   await close();
   await program.stop();
 });
@@ -98,7 +98,7 @@ test("what is dropped is what was taken, whatever others did to the file meanwhi
   await page.mouse.move(to.x, to.y, { steps: 2 });
   await page.mouse.up();
   await until(async () => (await undo_name(page)) === "move GoToKitchen under Recharge", "the node that was taken went where it was dropped");
-  // What is picked from a list is put where it was asked for, or not at all.
+  // What is picked from a list is put where it was asked for.
   await node(page, "AtKitchen").click();
   await page.keyboard.press("Enter");
   await page.getByTestId("completer").waitFor();
@@ -106,8 +106,7 @@ test("what is dropped is what was taken, whatever others did to the file meanwhi
   await until(async () => /deleted|changed on disk/.test(await undo_name(page)), "the other editor has put it back");
   await page.keyboard.type("AlwaysSucc");
   await page.keyboard.press("Enter");
-  await page.getByTestId("refused").getByText("the text has changed meanwhile").waitFor();
-  assert.ok(!(await names(page)).includes("AlwaysSuccess"));
+  await until(async () => /AtKitchen AlwaysSuccess/.test(await names(page)), "it stands behind the node that was chosen");
   await close();
   await program.stop();
 });

@@ -14,6 +14,12 @@ export interface Member {
   is_text?: boolean;
 }
 
+/** The chart that a leaf of that name would run, else one that there is. */
+export function first_skill(name: string, charts: readonly string[]): Data {
+  const file = charts.find((chart) => chart === `skills/${name}.scxml`) ?? charts[0];
+  return file === undefined ? {} : { file };
+}
+
 interface RowsProps {
   /** What one entry is called: "skill". */
   one: string;
@@ -24,8 +30,8 @@ interface RowsProps {
   members: readonly Member[];
   /** Of a mapping: names that entries can have. */
   names?: readonly string[];
-  /** A new entry begins so. */
-  first: Data;
+  /** A new entry begins so; what may depend on its name. */
+  first: Data | ((name: string) => Data);
 }
 
 /** The entries of a mapping, or of a list, of a YAML file: each a row of fields; one more; one less. */
@@ -33,9 +39,10 @@ export function EntryRows({ one, path, value, text, members, names, first }: Row
   const [name, set_name] = useState("");
   const rows: [string | number, YamlValue][] = names === undefined ? (value?.items.map((item, i) => [i, item]) ?? []) : (value?.entries ?? []);
   const taken = rows.some(([key]) => key === name);
+  const begin = (called: string) => (typeof first === "function" ? first(called) : first);
   const add = () => {
-    if (names === undefined) void gesture({ what: "yaml_insert", path, index: rows.length, value: first });
-    else if (name !== "" && !taken) void set_value([...path, name], first).then((done) => done && set_name(""));
+    if (names === undefined) void gesture({ what: "yaml_insert", path, index: rows.length, value: begin("") });
+    else if (name !== "" && !taken) void set_value([...path, name], begin(name)).then((done) => done && set_name(""));
   };
   const id = `${path.join("-")}-names`;
   return (

@@ -6,7 +6,7 @@ import { follow_pointer } from "../picture/drag";
 import type { Data, TreeNode } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { broken, findings_of, gesture, kNoFiles, obstacle, useDesign, type Doc } from "./design";
-import { EntryRows } from "./EntryRows";
+import { EntryRows, first_skill } from "./EntryRows";
 import { ChoiceField, set_value, ValueField } from "./settings";
 import { duration_like, duration_of, entry, period_of, typed_text, yaml_values, type YamlValue } from "./yaml_places";
 
@@ -129,7 +129,7 @@ function Skills({ root, text }: Part) {
         value={entry(root, "skills")}
         text={text}
         names={names}
-        first={charts[0] ? { file: charts[0] } : {}}
+        first={(name) => first_skill(name, charts)}
         members={[
           { name: "file", options: charts, hint: "skills/ID.scxml", is_text: true },
           { name: "at", hint: "this process", is_text: true },

@@ -13,7 +13,7 @@ import { seek } from "../store/time_travel";
 import { useCommand } from "../widgets/commands";
 import { broken, choose_scenario, doc_of, findings_of, gesture, go_to, kNoFiles, obstacle, useDesign, version_now, type Doc } from "./design";
 import { Editable } from "./Editable";
-import { EntryRows } from "./EntryRows";
+import { EntryRows, first_skill } from "./EntryRows";
 import { names_of, new_injection, scenario_of, useScenario, type Injection, type ScenarioText } from "./scenario";
 import { ChoiceField, set_value, ValueField } from "./settings";
 import { in_turn } from "./turns";
@@ -371,7 +371,7 @@ function Overrides({ root, text }: { root: YamlValue; text: string }) {
         value={entry(override, "skills")}
         text={text}
         names={leaves}
-        first={charts[0] ? { file: charts[0] } : {}}
+        first={(name) => first_skill(name, charts)}
         members={[
           { name: "file", options: charts, is_text: true },
           { name: "at", options: addresses, is_text: true },

@@ -14,7 +14,7 @@ import { useTheme } from "../widgets/theme";
 import { edit_text, findings_of, go_to, rename_place, useDesign, type Doc } from "./design";
 import { places_of, type Spot } from "./world_places";
 import { in_turn } from "./turns";
-import { angle_of, angle_text, metres_text, number_of, type YamlValue } from "./yaml_places";
+import { angle_of, angle_text, is_other, metres_text, number_of, type YamlValue } from "./yaml_places";
 
 /** Of the picture, per metre. */
 const kMetre = 60;
@@ -186,14 +186,15 @@ export default function WorldView({ doc }: { doc: Doc }) {
   press.current = begin;
   const doc_byte = (at: number) => useDesign.getState().docs[doc.file]?.places.byte(at) ?? 0;
   const write = (spot: Spot, to: Drag) => {
-    const edit = ({ from, to: end }: YamlValue, written: string) => ({ from, to: end, text: written });
+    // Numbers that stay are not written anew: 3.0 stays 3.0.
+    const edit = (value: YamlValue, number: number, written: string) => (is_other(value, number) ? [{ from: value.from, to: value.to, text: written }] : []);
     const edits = to.heading
       ? spot.heading
-        ? [edit(spot.heading, angle_text(to.angle, spot.heading.text))]
+        ? edit(spot.heading, to.angle, angle_text(to.angle, spot.heading.text))
         : []
       : spot.radius
-        ? [edit(spot.radius, metres_text(to.radius))]
-        : [edit(spot.x, metres_text(to.x)), edit(spot.y, metres_text(to.y))];
+        ? edit(spot.radius, to.radius, metres_text(to.radius))
+        : [...edit(spot.x, to.x, metres_text(to.x)), ...edit(spot.y, to.y, metres_text(to.y))];
     const changed = edits.filter((one) => text.slice(one.from, one.to) !== one.text);
     return changed.length > 0 ? edit_text(doc.file, text, changed, `${to.heading ? "turn" : spot.radius ? "change" : "move"} ${spot.name}`) : Promise.resolve();
   };

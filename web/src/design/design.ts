@@ -573,15 +573,13 @@ export function held({ summary }: DesignState): string | null {
 }
 const unreadable = ({ error }: Doc) => (error ? `line ${error.line}: ${error.message}; mend the text first` : null);
 
-const kChanged = "the text has changed meanwhile; try again";
-
 /** The node in the text as it is now: where it was, or the only one that is called so. Null: there is none. */
 export function node_now(node: OutlineNode): OutlineNode | null {
   const same = (doc_of(useDesign.getState())?.trees ?? []).flatMap(({ nodes }) => nodes).filter((one) => key_of(one) === key_of(node));
   return same.find(({ element }) => element === node.element) ?? (same.length === 1 ? same[0]! : null);
 }
 
-/** What a gesture names by number, so that it is never done to what has got that number meanwhile. */
+/** What a gesture names by number, to tell whether it means the same in a newer text. */
 function named_by_number(wanted: Gesture, doc: Doc): string {
   if ("path" in wanted || "transition" in wanted || "index" in wanted && !("parent" in wanted)) return String(doc.version);
   const trees = doc.trees ?? [];
@@ -604,8 +602,9 @@ export async function gesture(wanted: Gesture, meant_of = version_now()): Promis
     if (!doc) throw new Error("no file is open");
     const why_not = unreadable(doc);
     if (why_not) throw new Error(why_not);
-    if (meant_of !== meant.version || named_by_number(wanted, meant) !== named_by_number(wanted, doc)) throw new Error(kChanged);
-    return request_whole("design_gesture", { file: doc.file, base: doc.version, gesture: wanted });
+    // Numbers are those of the text that it is meant of; the program joins it with what happened since.
+    const is_same = meant_of === meant.version && named_by_number(wanted, meant) === named_by_number(wanted, doc);
+    return request_whole("design_gesture", { file: doc.file, base: is_same ? doc.version : meant_of, gesture: wanted });
   });
   if (done?.at !== undefined && choices === before && useDesign.getState().file === meant?.file && !/^(?:delete.*|remove_.*|yaml_remove)$/.test(wanted.what)) go_to(done.at);
   return done !== null;
@@ -762,12 +761,14 @@ export async function fix(finding: Finding, which: Finding["fixes"][number]): Pr
   });
 }
 
-/** Writes at places of a text as the editor has it; refused if that is not the present one any more. */
+/** Writes at places of a text as the editor has it; the program joins it with what happened since. */
 export async function edit_text(file: string, text: string, edits: readonly { from: number; to: number; text: string }[], cause: string): Promise<void> {
+  const meant = useDesign.getState().docs[file];
   await attempt(async () => {
-    const doc = useDesign.getState().docs[file];
-    if (!doc) throw new Error("no file is open");
-    if (doc.places.shown !== text) throw new Error(kChanged);
+    const now = useDesign.getState().docs[file];
+    if (!now) throw new Error("no file is open");
+    const doc = meant?.places.shown === text ? meant : now;
+    if (doc.places.shown !== text) throw new Error("the text has changed meanwhile; try again");
     const bytes = edits.map((edit) => ({ from: doc.places.byte(edit.from), to: doc.places.byte(edit.to), text: edit.text }));
     await request("design_edit", { file, base: doc.version, edits: bytes, cause });
   });

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 
-import { angle_of, angle_text, data_in, data_of, duration_like, duration_of, entry, metres_text, number_of, period_of, yaml_values } from "./yaml_places";
+import { angle_of, angle_text, data_in, data_of, duration_like, duration_of, entry, is_other, metres_text, number_of, period_of, typed_text, yaml_values } from "./yaml_places";
 
 const kWorld = "# a house\nstart: a\nlocations:\n  a: [1.2, -3, 45 deg] # here\n  'b c': [0, 0, 0.5]\nareas:\n  hall: {corners: [[0.1, 4.3], [1, 2]]}\n";
 
@@ -53,4 +53,25 @@ test("durations keep their unit where that is exact", () => {
   expect(duration_like(4.6e9, "4500 ms")).toBe("4600 ms");
   expect(duration_like(1.2345e9, "1 s")).toBe("1234.5 ms");
   expect(period_of("10 Hz")).toBe(1e8);
+});
+
+test("anchors, tags and aliases are what they stand for", () => {
+  const text = "services:\n  battery: &b {at: sim}\n  other: *b\n  arm: !x\n    at: model\n  none: *c\n";
+  const services = entry(yaml_values(text), "services");
+  expect(services?.entries.map(([name]) => name)).toEqual(["battery", "other", "arm"]);
+  expect(services?.entries.map(([, value]) => entry(value, "at")?.text)).toEqual(["sim", "sim", "model"]);
+});
+
+test("texts over several lines are shown in one", () => {
+  const text = "a: >\n  one\n  two\n\n  three\nb: |-\n  one\n    two\nc: >-\n\nd: 1\n";
+  const root = yaml_values(text);
+  expect(root && data_of(root)).toEqual({ a: "one two\nthree\n", b: "one\n  two", c: "", d: 1 });
+  expect(["a", "b", "c"].map((key) => typed_text(entry(root, key), text))).toEqual(["one two three", "one two", ""]);
+});
+
+test("a number that stays is told by what it means, not by how it is written", () => {
+  const [x, y, heading] = entry(yaml_values("p: [1.20, 3.0, 45 deg]\n"), "p")!.items;
+  expect(is_other(x!, 1.2)).toBe(false);
+  expect(is_other(y!, 3.05)).toBe(true);
+  expect(is_other(heading!, Math.PI / 4)).toBe(false);
 });

@@ -17,8 +17,32 @@ export interface YamlValue {
 
 const scalar = (text: string, { from, to }: SyntaxNode): YamlValue => ({ kind: "scalar", from, to, text: text.slice(from, to).replace(/^(["'])(.*)\1$/s, "$2"), quoted: /^["']/.test(text.slice(from, from + 1)), entries: [], items: [] });
 
-function value_of(text: string, node: SyntaxNode): YamlValue | null {
+/** What a block of lines says (YAML 1.2.2, 8.1): of `|` its lines, of `>` those joined that are no further inside. */
+function block_text(written: string): string {
+  const [header = "", ...lines] = written.split(/\r?\n/);
+  const inside = Math.min(...lines.filter((line) => line.trim() !== "").map((line) => line.search(/\S/)));
+  const own = lines.map((line) => line.slice(Number.isFinite(inside) ? inside : 0));
+  while (own.length > 0 && own.at(-1)!.trim() === "") own.pop();
+  const text = own.join("\n");
+  const ended = /^.[\d]*-/.test(header) || text === "" ? text : `${text}\n`;
+  return header.startsWith(">") ? ended.replace(/(?<=\S)(\n+)(?=\S)/g, (breaks) => (breaks.length === 1 ? " " : breaks.slice(1))) : ended;
+}
+
+/** `known`: what anchors stand before. */
+function value_of(text: string, node: SyntaxNode, known: Map<string, YamlValue>): YamlValue | null {
   switch (node.name) {
+    case "Anchored":
+    case "Tagged": {
+      const inner = node.lastChild;
+      const value = inner && inner.name !== "Anchor" && inner.name !== "Tag" ? value_of(text, inner, known) : null;
+      const anchor = node.getChild("Anchor");
+      if (anchor && value) known.set(text.slice(anchor.from + 1, anchor.to), value);
+      return value;
+    }
+    case "Alias":
+      return known.get(text.slice(node.from + 1, node.to)) ?? null;
+    case "BlockLiteral":
+      return { ...scalar(text, node), text: block_text(text.slice(node.from, node.to)), quoted: true };
     case "Literal":
     case "QuotedLiteral":
       return scalar(text, node);
@@ -26,7 +50,7 @@ function value_of(text: string, node: SyntaxNode): YamlValue | null {
     case "FlowMapping": {
       const entries = node.getChildren("Pair").flatMap((pair): [string, YamlValue][] => {
         const key = pair.getChild("Key")?.firstChild;
-        const value = pair.lastChild && pair.lastChild.name !== "Key" ? value_of(text, pair.lastChild) : null;
+        const value = pair.lastChild && pair.lastChild.name !== "Key" ? value_of(text, pair.lastChild, known) : null;
         return key && value ? [[scalar(text, key).text, value]] : [];
       });
       return { kind: "map", from: node.from, to: node.to, text: "", quoted: false, entries, items: [] };
@@ -34,7 +58,7 @@ function value_of(text: string, node: SyntaxNode): YamlValue | null {
     case "BlockSequence":
     case "FlowSequence": {
       const items = node.getChildren("Item").flatMap((item) => {
-        const value = item.firstChild && value_of(text, item.firstChild);
+        const value = item.firstChild && value_of(text, item.firstChild, known);
         return value ? [value] : [];
       });
       return { kind: "list", from: node.from, to: node.to, text: "", quoted: false, entries: [], items };
@@ -50,7 +74,7 @@ export function yaml_values(text: string): YamlValue | null {
   let broken = false;
   tree.iterate({ enter: ({ type }) => void (broken ||= type.isError) });
   const root = tree.topNode.getChild("Document")?.getChild("BlockMapping");
-  return root && !broken ? value_of(text, root) : null;
+  return root && !broken ? value_of(text, root, new Map()) : null;
 }
 
 export const entry = (value: YamlValue | null | undefined, name: string): YamlValue | null => value?.entries.find(([key]) => key === name)?.[1] ?? null;
@@ -66,6 +90,9 @@ export function angle_of(value: YamlValue | undefined): number | null {
   const degrees = /^([-+]?[\d.]+)\s*(?:deg|°)$/.exec(value?.text ?? "");
   return degrees ? (Number(degrees[1]) * Math.PI) / 180 : number_of(value);
 }
+
+/** Whether a number, or an angle, is written that is not `to`. */
+export const is_other = (value: YamlValue, to: number) => !(Math.abs((angle_of(value) ?? NaN) - to) < 1e-6);
 
 /** Metres as people write them: to the centimetre. */
 export const metres_text = (value: number) => String(Math.round(value * 100) / 100 + 0);
@@ -95,7 +122,7 @@ export function data_in(typed: string): Data {
 /** Of a value in one line, for a field: what `data_in` reads again. */
 export function typed_text(value: YamlValue | null, text: string): string {
   if (!value) return "";
-  return value.kind === "scalar" ? value.text : text.slice(value.from, value.to);
+  return value.kind === "scalar" ? value.text.trimEnd().replace(/\s*\n\s*/g, " ") : text.slice(value.from, value.to);
 }
 
 const kUnits_ns: Record<string, number> = { us: 1e3, ms: 1e6, s: 1e9, min: 60e9, h: 3600e9 };
