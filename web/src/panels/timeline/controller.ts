@@ -1,3 +1,4 @@
+import { kSecond_ns } from "../../draw/format";
 import type { Lane, Mark, Time } from "../../protocol/types";
 import { request, select, useStudio, type Index } from "../../store/store";
 import { seek, stop_replay } from "../../store/time_travel";
@@ -44,6 +45,8 @@ export class Timeline {
   private view: View = { from: 0, to: kWindowFirst_ns };
   /** What is shown again where a run that was too short for it is followed by a longer one. */
   private meant: View = this.view;
+  /** The moment that was on show then; where it is again, it need not be brought into view. */
+  private meant_at: Time = 0;
   /** Chosen by zooming; null: by the run's length. */
   private span: Time | null = null;
   private following: Following = "newest";
@@ -167,10 +170,12 @@ export class Timeline {
 
   private look(view: View, meant = view): void {
     const state = useStudio.getState().state;
+    if (state && meant !== this.meant) this.meant_at = state.time;
     this.meant = meant;
     this.view = state ? clamp(view, state.begin, state.end) : view;
     const { from, to } = useShownPiece.getState();
     if (from !== this.view.from || to !== this.view.to) useShownPiece.setState(this.view);
+    this.parts.all.dataset["view"] = `${this.view.from / kSecond_ns} ${this.view.to / kSecond_ns}`;
     this.ask();
     this.redraw();
   }
@@ -197,10 +202,11 @@ export class Timeline {
       const whole = first_span(state.end - state.begin);
       if (is_another && this.following === "newest" && this.span === null && state.end - state.begin < whole) this.meant = newest(whole, state.begin, state.end);
       if (is_another) this.view = clamp(this.meant, state.begin, state.end);
+      if (is_another && state.time === this.meant_at) this.shown_time = state.time;
       const { view, meant } = this;
       const shown = useStudio.getState().replay > 0 || useStudio.getState().wanted === null ? this.reveal(state.time) : view;
-      // Where the run was long enough for it, what one looks at goes along.
-      this.look(shown, is_another || span_of(view) < span_of(meant) * kAlike ? meant : shown);
+      // Where the run is long enough for it, what one looks at goes along with the moment.
+      this.look(shown, is_another || shown === view || span_of(view) < span_of(meant) * kAlike ? meant : shown);
     }
   }
 
