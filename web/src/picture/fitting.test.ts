@@ -3,7 +3,7 @@ import { expect, test } from "vitest";
 import type { TreeLayout } from "../protocol/types";
 import { kDetailText, largest } from "./fitting";
 
-const node = (shape: TreeLayout["nodes"][number]["shape"]) => ({ x: 0, y: 100, width: 122, height: 60, shape, symbol: "", title: [], lines: [] }) as TreeLayout["nodes"][number];
+const node = (shape: TreeLayout["nodes"][number]["shape"]): TreeLayout["nodes"][number] => ({ x: 0, y: 100, width: 122, height: 60, parent: -1, shape, status: "", symbol: "", title: [], lines: [] });
 const fit = (shape: TreeLayout["nodes"][number]["shape"], width: number, y = 130) => largest(node(shape), "text", kDetailText, y, 12, 5, () => width);
 
 test("a text is enlarged as far as there is room at its height", () => {
