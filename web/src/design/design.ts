@@ -39,8 +39,8 @@ export interface DesignState {
   chosen: { element: number; key: string } | null;
   /** Of a chart: the chosen state's id. */
   state: string | null;
-  /** Of a chart: the chosen transition, by its place in the document, and its state, so that another is not taken for it. */
-  transition: { index: number; source: string } | null;
+  /** Of a chart: the chosen transition, by its place in the document, and its state, so that another is not taken for it. `at_caret`: the text shows it already. */
+  transition: { index: number; source: string; at_caret?: boolean } | null;
   /** Of a file of requirements: that in which the caret is. */
   requirement: string | null;
   /** State to which a transition was drawn from the chosen one, "": one that is made for it; its event and condition are still to be said. */
@@ -378,7 +378,7 @@ export function choose_at_caret(byte: number): void {
   const transition = chart.transitions.find((one) => one.line === line);
   const id = transition ? null : chart.states.find((one) => one.line === line)?.id || null;
   if (id === state.state && transition?.transition === state.transition?.index) return;
-  useDesign.setState({ state: id, transition: transition ? { index: transition.transition, source: transition.source } : null });
+  useDesign.setState({ state: id, transition: transition ? { index: transition.transition, source: transition.source, at_caret: true } : null });
 }
 
 /** Of a chart that is open: the transition or state that is drawn around a byte. */

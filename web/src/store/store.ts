@@ -269,7 +269,8 @@ export function connect(): void {
     page: page_name(),
     greeted: (may_steer) => stage((studio) => ({ ...studio, may_steer })),
     phase: (phase, attempt) => {
-      stage((studio) => ({ ...studio, phase, attempt, notes: phase === "open" ? studio.notes.filter(({ lost }) => !lost) : studio.notes }));
+      stage((studio) => ({ ...studio, phase, attempt }));
+      if (phase === "open") useStudio.setState((studio) => ({ notes: studio.notes.filter(({ lost }) => !lost) }));
     },
     ...(given === undefined ? {} : { token: given }),
   });
