@@ -87,7 +87,8 @@ Result<Pasted> pasted_nodes(std::string xml) {
     return fail("design.no-nodes", fmt::format("what was copied has {} trees; paste it into the text", trees.size()));
   if (trees.size() == 1) parent = trees.front();
   for (const XmlElement& node : parent.children()) {
-    if (node.name() == "root" || node.name() == "BehaviorTree" || node.name() == "TreeNodesModel")
+    if (node.name() == "root" || node.name() == "BehaviorTree" || node.name() == "TreeNodesModel" ||
+        node.name() == "scxml")
       return fail("design.no-nodes", fmt::format("<{}> is no node of a tree", node.name()));
   }
   if (parent.children().empty()) return fail("design.no-nodes", "there is no node in what was copied");

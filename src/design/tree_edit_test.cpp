@@ -164,6 +164,7 @@ TEST(TreeEdit, PastesWhatOtherFilesAndEditorsHave) {
     EXPECT_THAT(pasted(nothing), testing::AnyOf(HasSubstr("no XML of nodes"), HasSubstr("no node"))) << nothing;
   EXPECT_THAT(pasted("<root><BehaviorTree ID='x'/><BehaviorTree ID='y'/></root>"), HasSubstr("2 trees"));
   EXPECT_THAT(pasted("<TreeNodesModel/>"), HasSubstr("no node of a tree"));
+  EXPECT_THAT(pasted("<scxml xmlns=\"http://www.w3.org/2005/07/scxml\"/>"), HasSubstr("<scxml> is no node of a tree"));
   EXPECT_THAT(pasted("<SubTree ID=\"Main\"/>"), HasSubstr("would contain itself"));
   EXPECT_THAT(edited(kFile, PasteNodes{"<A/>", {element(kFile, "Inverter"), 0}}), HasSubstr("one child only"));
 }

@@ -6,7 +6,6 @@
 #include "sentree/lsp/describe.h"
 #include "sentree/lsp/file_names.h"
 #include "sentree/lsp/rename.h"
-#include "sentree/studio/detail/asked_edit.h"
 #include "sentree/studio/detail/workshop.h"
 
 namespace sentree::studio {

@@ -6,7 +6,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 
 import { browser, until } from "../harness/browser.mjs";
-import { copy_of, open_design, serve_design } from "../harness/design.mjs";
+import { copy_of, crossing, open_design, serve_design } from "../harness/design.mjs";
 import { kPatience_ms, program, run, scratch, serve } from "../harness/program.mjs";
 
 const pictures = process.env.SENTREE_PICTURES;
@@ -87,6 +87,10 @@ test("two trees are one picture with a mark for each difference, walked with J a
     for (let i = 0; i < told.differences.length; i += 1) {
       await until(async () => (await least_text(page)) >= 11, `the text of what differs has 11 px at ${width}×${height}`);
       await until(() => here_is_in_sight(page), `what is chosen is in sight at ${width}×${height}`);
+      assert.deepEqual(await crossing(page, "compare-picture"), [], `texts that cross their nodes at ${width}×${height}`);
+      // The line through what is removed has no border that lies over it.
+      const borders = await page.locator("[data-testid=compare-picture] .node.removed > text").evaluateAll((texts) => texts.map((text) => getComputedStyle(text).stroke));
+      assert.deepEqual([...new Set(borders)], ["none"]);
       await page.keyboard.press("j");
     }
   }

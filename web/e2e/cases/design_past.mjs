@@ -1,7 +1,7 @@
 // A requirement that is being written says what it would have said of the last runs.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
-import { readdirSync } from "node:fs";
+import { readdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
@@ -53,6 +53,16 @@ test("a requirement shows when the last runs would have violated it, as monitor 
   await run_of("never_below", "experiment1").getByRole("button").click();
   await page.getByTestId("shadow").getByText("experiment1.mcap").waitFor();
   await until(async () => (await text(page, "design-clock")) === `0:${(violated / 1e9).toFixed(3)}`, "the moment is shown");
+  await close();
+  await program.stop();
+});
+
+test("where requirements were never readable it is said that they are not, and no run is waited for", async () => {
+  const folder = copy_of("recharge");
+  writeFileSync(join(folder, "requirements/broken.req"), "broken: always.\n");
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url, { file: "requirements/broken.req" });
+  await page.locator(".design-right").getByText(/^What the last runs would have said is told once the text can be read\. Line 1: /).waitFor();
   await close();
   await program.stop();
 });

@@ -5,7 +5,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 
 import { sticks_out } from "../harness/browser.mjs";
-import { copy_of, node, open_design, serious, serve_design, settled } from "../harness/design.mjs";
+import { copy_of, crossing, node, open_design, serious, serve_design, settled } from "../harness/design.mjs";
 
 const kScreens = [[1920, 1080], [1440, 900], [1366, 768], [1024, 700]];
 const pictures = process.env.SENTREE_PICTURES;
@@ -29,23 +29,25 @@ test("the whole tree is visible and readable on every screen, and nothing seriou
           return parseFloat(getComputedStyle(text).fontSize) * Math.hypot(a, b);
         }),
       );
-      const out = (element) => {
-        const { left, right } = element.querySelector(".shape").getBoundingClientRect();
-        return [...element.querySelectorAll(".detail")].some((text) => text.getBoundingClientRect().left < left || text.getBoundingClientRect().right > right);
-      };
-      return { out: nodes.filter(out).map(({ dataset }) => dataset.name), inside: nodes.filter((element) => inside(element.querySelector(".shape").getBoundingClientRect())).length, least: Math.min(...sizes) };
+      return { inside: nodes.filter((element) => inside(element.querySelector(".shape").getBoundingClientRect())).length, least: Math.min(...sizes) };
     });
     const beside = await look();
+    assert.deepEqual(await crossing(page), [], `texts that cross their nodes at ${width}×${height}`);
     await page.getByRole("button", { name: "Picture", exact: true }).click();
     await page.locator(".code").waitFor({ state: "detached" });
     const alone = await look();
+    assert.deepEqual(await crossing(page), [], `texts that cross their nodes, of the picture alone, at ${width}×${height}`);
     if (pictures) await page.screenshot({ path: join(pictures, `design-picture-${width}.png`) });
     console.log(`# ${width}×${height}: texts of at least ${alone.least.toFixed(1)} px, with the text ${beside.least.toFixed(1)} px`);
     assert.deepEqual([beside.inside, alone.inside], [13, 13], `at ${width}×${height}`);
-    assert.deepEqual([beside.out, alone.out], [[], []], `texts that stand out of their nodes at ${width}×${height}`);
     assert.ok(alone.least >= 10 && beside.least >= 10, `texts at ${width}×${height}`);
     await page.getByRole("button", { name: "Both", exact: true }).click();
     await page.locator(".code").waitFor();
+    // With less room for it, too.
+    await page.getByTestId("problems").click();
+    await page.locator(".problems-none").waitFor();
+    assert.deepEqual(await crossing(page), [], `texts that cross their nodes beside what is wrong, at ${width}×${height}`);
+    await page.getByTestId("problems").click();
     assert.deepEqual(await serious(page), [], `axe at ${width}×${height}`);
     // Where there is no room for it, the run over time is there for who asks.
     assert.equal(await page.locator("#panel-timeline").count(), height > 700 ? 1 : 0);

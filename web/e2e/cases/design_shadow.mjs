@@ -1,9 +1,11 @@
 // What an edit means is seen before it is saved: the scenario runs again, and the page stays at its moment.
 import assert from "node:assert/strict";
+import { join } from "node:path";
 import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
 import { copy_of, node, open_design, select_word, serve_design, settled } from "../harness/design.mjs";
+import { run, scratch } from "../harness/program.mjs";
 
 /** What the timeline shows of a lane near the newest moment. */
 async function lane_says(page, lane) {
@@ -40,6 +42,15 @@ for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`a m
   console.log(`# edit to verdict: ${Date.now() - began} ms`);
   assert.match(await page.getByTestId("design-clock").innerText(), /53\.1/);
   assert.match(await page.getByTestId("difference").innerText(), /First difference 52\.0 s/);
+  // All of it is to be seen: when, what, the mission and the monitors.
+  const cut = await page.getByTestId("shadow").evaluate((strip) => {
+    const inside = (inner, outer) => inner.getBoundingClientRect().width > 0 && inner.getBoundingClientRect().right <= outer.getBoundingClientRect().right;
+    const when = strip.querySelector("[data-testid=difference] strong");
+    const chips = [...strip.querySelectorAll(".verdict-chips .badge, [data-testid=timeline-switch]")];
+    return [...(inside(when, when.closest("button")) ? [] : ["when"]), ...chips.filter((chip) => !inside(chip, strip) || chip.scrollWidth > chip.clientWidth).map(({ textContent }) => textContent)];
+  });
+  assert.deepEqual(cut, []);
+  assert.equal(await page.getByTestId("shadow").getByTestId("mission-status").innerText(), "RUNNING");
   const lanes = height > 760;
   if (lanes) await until(async () => /undecided/.test(await lane_says(page, "monitor:recharge")), "the timeline is that of the new run");
   // All of the differences are told.
@@ -66,6 +77,40 @@ for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`a m
   // What does not load is not run.
   await page.locator('[data-file="mission.xml"]').click();
   await node(page, "AtKitchen").waitFor();
+  await close();
+  await program.stop();
+});
+
+test("after a shorter run in between the timeline shows what it showed before", async () => {
+  const folder = join(scratch(), "robot");
+  assert.equal((await run(["init", folder])).code, 0);
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url);
+  await node(page, "BatteryOk").click();
+  await settled(page);
+  const timeline = page.locator("#panel-timeline [data-view]");
+  const view = async () => (await timeline.getAttribute("data-view")).split(" ").map(Number);
+  const span = async () => (await view())[1] - (await view())[0];
+  /** The robot has nothing to do, and then it has. */
+  const there_and_back = async () => {
+    await page.locator("#design-port-percent").fill("200");
+    await page.keyboard.press("Enter");
+    await until(async () => (await span()) < 2, "the run is over at once");
+    await page.getByTestId("undo").click();
+    await until(async () => (await span()) > 2, "it is as long as before");
+    await settled(page);
+  };
+  await until(async () => (await view())[0] <= 0 && (await view())[1] > 38, "the whole run");
+  await there_and_back();
+  await until(async () => (await view())[0] <= 0 && (await view())[1] > 38, "the whole run again");
+  await page.locator(".timeline-lanes").hover();
+  await page.keyboard.down("Control");
+  await page.mouse.wheel(0, -400);
+  await page.keyboard.up("Control");
+  await until(async () => (await span()) < 30, "one has zoomed");
+  const before = await view();
+  await there_and_back();
+  assert.deepEqual(await view(), before);
   await close();
   await program.stop();
 });

@@ -48,6 +48,56 @@ for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`a s
   await program.stop();
 });
 
+test("a caret at the end of a line chooses what ends there, in trees and charts", async () => {
+  const program = await serve_design(copy_of("recharge"));
+  const { page, close } = await open_design(program.url);
+  await node(page, "Root").waitFor();
+  const to_end = async (line) => {
+    await page.locator(".cm-line", { hasText: line }).first().click();
+    await page.keyboard.press("End");
+  };
+  await to_end('name="BatteryNotRecharging"');
+  await page.locator('[data-testid=design-tree] [data-name="BatteryNotRecharging"][aria-selected=true]').waitFor();
+  await page.locator('[data-file="skills/BatteryLevelAbove.scxml"]').click();
+  await page.locator(".code[data-file='skills/BatteryLevelAbove.scxml']").waitFor();
+  await to_end('<state id="asking"');
+  await until(async () => (await page.locator("#design-state").inputValue()) === "asking", "its state is chosen");
+  await to_end('error error" target="failure"');
+  await page.locator("#transition-event").waitFor();
+  assert.equal(await page.locator("#transition-event").inputValue(), "battery.getBatteryState.error error");
+  await to_end('<final id="success"');
+  await until(async () => (await page.locator("#design-state").inputValue()) === "success", "and the state that is final");
+  await close();
+  await program.stop();
+});
+
+test("what was said of a lost connection goes when the program is back", async () => {
+  const folder = copy_of("recharge");
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url);
+  await node(page, "Root").waitFor();
+  await settled(page);
+  await program.stop("SIGKILL");
+  await page.locator(".strip.lost").waitFor();
+  await page.locator(".cm-line", { hasText: 'name="Root"' }).click();
+  await page.keyboard.press("End");
+  await page.keyboard.type(" ");
+  const kept = page.locator(".note", { hasText: "what is typed is kept here until it is back" });
+  await kept.waitFor();
+  await node(page, "WaitForUser").click();
+  await page.getByTestId("design-tree").press("Delete");
+  const refused = page.getByTestId("refused").getByText("not connected to the program");
+  await refused.waitFor();
+  const again = await serve_design(folder, ["--at", `127.0.0.1:${program.port}`]);
+  await page.locator(".strip.lost").waitFor({ state: "detached" });
+  const back = Date.now();
+  await kept.waitFor({ state: "detached" });
+  await refused.waitFor({ state: "detached" });
+  assert.ok(Date.now() - back < 7000, "not only because nothing is said for longer");
+  await close();
+  await again.stop();
+});
+
 test("a new leaf without its port is marked until it has one", async () => {
   const program = await serve_design(copy_of("recharge"));
   const { page, close } = await open_design(program.url);

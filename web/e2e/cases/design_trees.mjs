@@ -7,7 +7,8 @@ import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
 import { state_at } from "../harness/chart.mjs";
-import { design_of_recharge, node, serious, settled, undo_name } from "../harness/design.mjs";
+import { contents, design_of_recharge, node, open_design, serious, serve_design, settled, undo_name } from "../harness/design.mjs";
+import { run, scratch } from "../harness/program.mjs";
 
 const open = (page, file) => page.locator(`.file-row[data-file="${file}"]`).click();
 const opened = (page, file) => page.locator(`.file-row[data-file="${file}"][aria-current=true]`).waitFor();
@@ -29,8 +30,13 @@ test("a double click leads to what a node is: its chart, its tree, else its name
   await page.getByTestId("design-tree").focus();
   await page.keyboard.press("e");
   await done(page, "make a tree Recharge of Recharge");
-  // It is chosen: the same key puts it back.
+  // It is chosen: the same key puts it back, as the menu says.
   await page.locator('[data-testid=design-tree] [data-name="Recharge"][aria-selected=true]').waitFor();
+  await page.keyboard.press("m");
+  await page.getByRole("menuitem", { name: "Put the tree Recharge in its place" }).waitFor();
+  const hidden = await page.getByRole("menu").evaluate((menu) => [...menu.querySelectorAll(".menu-hint")].filter((key) => key.getBoundingClientRect().right > menu.getBoundingClientRect().right).map(({ textContent }) => textContent));
+  assert.deepEqual(hidden, [], "keys that are not to be seen");
+  await page.keyboard.press("Escape");
   await page.keyboard.press("e");
   await done(page, "put the tree Recharge in the place of Recharge");
   await page.keyboard.press("Control+z");
@@ -111,6 +117,76 @@ test("a tree is added, filled, named anew wherever it is named, and deleted once
   await program.stop();
 });
 
+/** Until nothing is left to be undone. */
+async function undo_all(page) {
+  while ((await undo_name(page)) !== "") {
+    const name = await page.getByTestId("undo").innerText();
+    await page.getByTestId("undo").click();
+    await until(async () => (await page.getByTestId("undo").innerText()) !== name, "undone");
+  }
+}
+async function save(page) {
+  await page.keyboard.press("Control+s");
+  await until(async () => (await page.locator("[data-file][data-dirty=true]").count()) === 0, "all is saved");
+}
+/** The files that are another than before. */
+const changed = (before, now) => Object.keys(now).filter((file) => now[file] !== before[file]).sort();
+
+test("a node gets another name where monitors and requirements name it, too; undone, every byte is back", async () => {
+  const { page, close, program, folder } = await design_of_recharge();
+  const before = contents(folder);
+  await node(page, "BatteryLevelAbove30").click();
+  await page.keyboard.press("F2");
+  await page.keyboard.press("Control+a");
+  await page.keyboard.type("EnoughEnergy");
+  await page.keyboard.press("Enter");
+  await node(page, "EnoughEnergy").waitFor();
+  await done(page, "rename BatteryLevelAbove30 to EnoughEnergy");
+  await settled(page);
+  await page.getByTestId("problems").getByText("no problems").waitFor();
+  await save(page);
+  const after = contents(folder);
+  assert.deepEqual(changed(before, after), ["mission.xml", "monitors/battery.scxml", "monitors/recharge.scxml", "requirements/published.req", "requirements/recharge.req"]);
+  for (const file of changed(before, after).filter((name) => !name.endsWith("battery.scxml"))) assert.equal(after[file].replaceAll("EnoughEnergy", "BatteryLevelAbove30"), before[file], file);
+  assert.equal((await run(["check", folder])).code, 0);
+  await undo_all(page);
+  await save(page);
+  assert.deepEqual(contents(folder), before);
+  await close();
+  await program.stop();
+});
+
+test("a monitor's state gets another name where sentree.yaml names it, too; undone, every byte is back", async () => {
+  const folder = join(scratch(), "robot");
+  assert.equal((await run(["init", folder])).code, 0);
+  const before = contents(folder);
+  assert.match(before["sentree.yaml"], /two_goals/);
+  const program = await serve_design(folder);
+  const { page, close } = await open_design(program.url, { file: "monitors/one_goal_at_a_time.scxml" });
+  await settled(page);
+  await state_at(page, "two_goals").dblclick();
+  await until(async () => (await focused(page)) === "design-state", "the state's id is asked for");
+  await page.keyboard.press("Control+a");
+  await page.keyboard.type("two_at_once");
+  await page.keyboard.press("Enter");
+  await state_at(page, "two_at_once").waitFor();
+  await done(page, "rename two_goals to two_at_once");
+  // It is still the one that is chosen.
+  await until(async () => (await page.locator("#design-state").inputValue()) === "two_at_once", "it is chosen");
+  await settled(page);
+  await page.getByTestId("problems").getByText("no problems").waitFor();
+  await save(page);
+  const after = contents(folder);
+  assert.deepEqual(changed(before, after), ["monitors/one_goal_at_a_time.scxml", "sentree.yaml"]);
+  for (const file of changed(before, after)) assert.equal(after[file].replaceAll("two_at_once", "two_goals"), before[file], file);
+  assert.equal((await run(["check", folder])).code, 0);
+  await undo_all(page);
+  await save(page);
+  assert.deepEqual(contents(folder), before);
+  await close();
+  await program.stop();
+});
+
 test("what other files and editors have is pasted as nodes; what is copied can be pasted there", async () => {
   const other = '<root BTCPP_format="4">\n  <BehaviorTree ID="Other">\n    <Fallback name="Empty"/>\n  </BehaviorTree>\n</root>\n';
   const { page, close, program, folder } = await design_of_recharge((folder) => writeFileSync(join(folder, "other.xml"), other));
@@ -124,6 +200,12 @@ test("what other files and editors have is pasted as nodes; what is copied can b
   await clipboard("<WaitForUser");
   await page.keyboard.press("Control+v");
   await page.getByTestId("refused").getByText("what was copied is no XML of nodes").waitFor();
+  await clipboard("two words");
+  await page.keyboard.press("Control+v");
+  await page.getByTestId("refused").getByText("what is in the clipboard is no node: “two words”").waitFor();
+  await clipboard('<scxml xmlns="http://www.w3.org/2005/07/scxml"><state id="a"/></scxml>');
+  await page.keyboard.press("Control+v");
+  await page.getByTestId("refused").getByText("<scxml> is no node of a tree").waitFor();
   // From one file of the project to another.
   await node(page, "BeAtStation").click();
   await page.keyboard.press("Control+c");

@@ -90,6 +90,22 @@ export async function middle(locator) {
   return { x: box.x + box.width / 2, y: box.y + box.height / 2, box };
 }
 
+/** Texts of a tree's nodes that cross the outline they are in, or lie outside of it. */
+export const crossing = (page, picture = "design-tree") =>
+  page.getByTestId(picture).evaluate((svg) => {
+    const shown = (text) => getComputedStyle(text).display !== "none";
+    const crosses = (node, text) => {
+      const [shape, box, scale] = [node.querySelector(".shape").getBoundingClientRect(), text.getBoundingClientRect(), text.getScreenCTM()];
+      // Of the letters, not of the line.
+      const half = parseFloat(getComputedStyle(text).fontSize) * Math.hypot(scale.a, scale.b) * 0.36;
+      const above = Math.abs((box.top + box.bottom - shape.top - shape.bottom) / 2) + half;
+      const part = Math.min((2 * above) / shape.height, 1);
+      const room = node.querySelector("ellipse.shape") ? shape.width * Math.sqrt(1 - part * part) : shape.width;
+      return box.width > room || above > shape.height / 2;
+    };
+    return [...svg.querySelectorAll(".node")].flatMap((node) => [...node.querySelectorAll("text.name, text.detail")].filter((text) => shown(text) && crosses(node, text)).map(({ textContent }) => textContent));
+  });
+
 /** What axe-core finds serious or worse in the page as it is now. */
 export async function serious(page) {
   // The page's content policy admits no inline script; the text is evaluated by the driver.

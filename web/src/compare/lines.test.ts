@@ -9,6 +9,14 @@ test("what is in both is said once, in order", () => {
   expect(signs("a\nb\nc\nd", "b\nd\ne")).toEqual(["-a", " b", "-c", " d", "+e"]);
 });
 
+test("the end of the last line is none", () => {
+  expect(signs("", "a\nb\n")).toEqual(["+a", "+b"]);
+  expect(signs("a\n", "")).toEqual(["-a"]);
+  expect(signs("a\nb\n", "a\n")).toEqual([" a", "-b"]);
+  // But where one of them lacks it.
+  expect(signs("a", "a\n")).toEqual([" a", "+"]);
+});
+
 test("lines are numbered as each text counts them", () => {
   expect(compare_lines("a\nb", "x\na\nb").map(({ before, after }) => [before, after])).toEqual([
     [null, 1],

@@ -10,7 +10,10 @@ const kPairsMax = 4_000_000;
 
 /** The lines of two texts in one list, as few as possible in one of them only. */
 export function compare_lines(before: string, after: string): ComparedLine[] {
-  const [a, b] = [before.split("\n"), after.split("\n")];
+  // The end of the last line begins none, unless just one of them lacks it.
+  const ended = [before, after].every((text) => text === "" || text.endsWith("\n"));
+  const lines_of = (text: string) => (text === "" ? [] : (ended ? text.slice(0, -1) : text).split("\n"));
+  const [a, b] = [lines_of(before), lines_of(after)];
   let head = 0;
   while (head < a.length && head < b.length && a[head] === b[head]) head += 1;
   let tail = 0;

@@ -172,7 +172,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   useEffect(() => {
     const edge = layout.edges[edge_at];
     if (edge && edge.label.width > 0) view.reveal(edge.label);
-    if (chosen_edge) show_line(chosen_edge.line);
+    if (chosen_edge && !useDesign.getState().transition?.at_caret) show_line(chosen_edge.line);
     // As above.
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [edge_key, view]);

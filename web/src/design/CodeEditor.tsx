@@ -11,8 +11,9 @@ import { tags } from "@lezer/highlight";
 import { useEffect, useRef } from "react";
 
 import { request } from "../store/store";
-import { choose_at, doc_of, findings_of, fix, redo, save_all, session_of, undo, useCaret, useDesign, type Doc } from "./design";
+import { choose_at, choose_at_caret, doc_of, findings_of, fix, redo, save_all, session_of, undo, useCaret, useDesign, type Doc } from "./design";
 import { splices_between } from "./joining";
+import { caret_place } from "./places";
 
 /** A change that the program made: it is not told to it again. */
 const kFromProgram = Annotation.define<boolean>();
@@ -139,7 +140,7 @@ function extensions(file: string): Extension {
       if (update.docChanged && own) session_of(file).typed(update.state.doc.toString());
       if (own && (update.selectionSet || update.docChanged) && update.view.hasFocus) {
         const doc = doc_of(useDesign.getState());
-        if (doc && doc.places.shown === update.state.doc.toString()) choose_at(doc.places.byte(update.state.selection.main.head));
+        if (doc && doc.places.shown === update.state.doc.toString()) choose_at_caret(doc.places.byte(caret_place(doc.places.shown, update.state.selection.main.head)));
       }
     }),
   ];

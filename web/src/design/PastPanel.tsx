@@ -16,6 +16,12 @@ export function PastPanel() {
     usePastMarks.setState({ marks: past ? marks_of(past, on_show) : [] });
     return () => usePastMarks.setState({ marks: [] });
   }, [past, on_show]);
+  if (!past && doc?.error)
+    return (
+      <p className="empty" role="status">
+        What the last runs would have said is told once the text can be read. Line {doc.error.line}: {doc.error.message}
+      </p>
+    );
   if (!past || !doc) return <p className="empty">Looking at the last runs …</p>;
   return (
     <div className="last-runs scroll" data-testid="past" tabIndex={0}>

@@ -74,6 +74,8 @@ function keep(node: OutlineNode, cut: boolean): void {
 }
 /** Empty where it cannot be read. */
 const clipboard_text = () => Promise.resolve(navigator.clipboard?.readText?.()).then((text) => text ?? "", () => "");
+const kShort = 40;
+const short = (text: string) => (text.length > kShort || text.includes("\n") ? `${text.split("\n")[0]!.slice(0, kShort)} …` : text);
 const is_xml = (text: string) => /^\s*</.test(text);
 
 export function gesture_for(what: Dragged, slot: { parent: number; index: number }, copy: boolean): Gesture {
@@ -222,7 +224,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     const is_kept = kept !== null && (lines.trim() === "" || lines.trim() === kept.text.trim());
     if (is_xml(lines) && !(is_kept && kept.file === file)) return void gesture({ what: "paste", xml: lines, ...slot_for_paste(node, null) });
     const say = (refused: string) => useDesign.setState({ refused });
-    if (!kept || kept.spent) return say("nothing is copied yet: Ctrl+C copies the chosen node");
+    if (!kept || kept.spent) return say(lines.trim() === "" || is_kept ? "nothing is copied yet: Ctrl+C copies the chosen node" : `what is in the clipboard is no node: “${short(lines.trim())}”`);
     if (kept.file !== file) return say(`${kept.node.name || kept.node.id} was copied in ${kept.file}, and the clipboard cannot be read here: its text can be pasted`);
     const now = node_now(kept.node);
     if (!now) return say(`${kept.node.name || kept.node.id} is not there any more`);
@@ -329,12 +331,12 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   };
   const chosen_node = node_of(chosen);
   const called = chosen_node ? chosen_node.name || chosen_node.id : "";
-  const of_node = kNodeCommands.map(({ title, keys, key: name, held }) => ({
-    id: `design.tree.${keys}`,
-    title: title.replace("NODE", called || "the chosen node"),
+  const of_node = kNodeCommands.map((command) => ({
+    id: `design.tree.${command.keys}`,
+    title: words_for(command, chosen_node),
     group: "Tree",
-    keys_there: [keys],
-    run: () => (chosen_node ? press_key(name, held) : useDesign.setState({ refused: "choose a node first" })),
+    keys_there: [command.keys],
+    run: () => (chosen_node ? press_key(command.key, command.held) : useDesign.setState({ refused: "choose a node first" })),
   }));
   useCommand({ id: "design.tree", title: "Go to the tree", group: "Tree", run: () => svg.current?.focus() }, ...of_node);
 
@@ -392,7 +394,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
           label={called}
           head={<strong>{called}</strong>}
           // Once the menu has given the focus back.
-          entries={kNodeCommands.map(({ title, keys, key: name, held }) => ({ label: title.replace("NODE", called), hint: keys, why_not, run: () => setTimeout(() => press_key(name, held)) }))}
+          entries={kNodeCommands.map((command) => ({ label: words_for(command, chosen_node), hint: command.keys, why_not, run: () => setTimeout(() => press_key(command.key, command.held)) }))}
         />
       )}
       {drag && (
@@ -406,8 +408,10 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   );
 }
 
+const words_for = ({ title, of_subtree }: (typeof kNodeCommands)[number], node: OutlineNode | null) => (node?.kind === "subtree" && of_subtree ? of_subtree : title).replace("NODE", node ? node.name || node.id : "the chosen node");
+
 /** What is done to the chosen node by key. */
-const kNodeCommands: readonly { title: string; keys: string; key: string; held?: { shiftKey?: boolean; ctrlKey?: boolean } }[] = [
+const kNodeCommands: readonly { title: string; of_subtree?: string; keys: string; key: string; held?: { shiftKey?: boolean; ctrlKey?: boolean } }[] = [
   { title: "Add a node after NODE", keys: "Enter", key: "Enter" },
   { title: "Add a child to NODE", keys: "Tab", key: "Tab" },
   { title: "Move NODE out of its parent", keys: "Shift+Tab", key: "Tab", held: { shiftKey: true } },
@@ -415,7 +419,7 @@ const kNodeCommands: readonly { title: string; keys: string; key: string; held?:
   { title: "Move NODE behind its sibling", keys: "Ctrl+↓", key: "ArrowDown", held: { ctrlKey: true } },
   { title: "Wrap NODE in another node", keys: "W", key: "w" },
   { title: "Put the children of NODE in its place", keys: "U", key: "u" },
-  { title: "Make a tree of its own of NODE, or of a SubTree its tree in its place", keys: "E", key: "e" },
+  { title: "Make NODE a tree of its own", of_subtree: "Put the tree NODE in its place", keys: "E", key: "e" },
   { title: "A second NODE behind it", keys: "D", key: "d" },
   { title: "Copy NODE", keys: "Ctrl+C", key: "c", held: { ctrlKey: true } },
   { title: "Cut NODE, to paste it elsewhere", keys: "Ctrl+X", key: "x", held: { ctrlKey: true } },

@@ -46,14 +46,14 @@ export function ShadowStrip() {
         </select>
       </label>
       {on_show !== "" ? (
-        <button className="difference ellipsis" title="Show the shadow run again" onClick={() => void show_recording("")}>
+        <button className="difference said ellipsis" title="Show the shadow run again" onClick={() => void show_recording("")}>
           <Icon name="rewind" />
           <span className="ellipsis">
             Below and in <strong>Run</strong>: runs/{on_show}
           </span>
         </button>
       ) : text !== null ? (
-        <span className="muted ellipsis" role="status">
+        <span className="muted said ellipsis" role="status" title={text}>
           {text}
         </span>
       ) : (
@@ -76,10 +76,12 @@ export function ShadowStrip() {
           </div>
         )
       )}
-      <span className="header-space" />
       {on_show === "" && <Expected />}
-      <Verdicts />
-      <TimelineSwitch />
+      {/* Below the rest where there is no room for all of it beside each other. */}
+      <div className="strip-end">
+        <Verdicts />
+        <TimelineSwitch />
+      </div>
     </div>
   );
 }

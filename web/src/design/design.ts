@@ -39,8 +39,8 @@ export interface DesignState {
   chosen: { element: number; key: string } | null;
   /** Of a chart: the chosen state's id. */
   state: string | null;
-  /** Of a chart: the chosen transition, by its place in the document, and its state, so that another is not taken for it. */
-  transition: { index: number; source: string } | null;
+  /** Of a chart: the chosen transition, by its place in the document, and its state, so that another is not taken for it. `at_caret`: the text shows it already. */
+  transition: { index: number; source: string; at_caret?: boolean } | null;
   /** Of a file of requirements: that in which the caret is. */
   requirement: string | null;
   /** State to which a transition was drawn from the chosen one, "": one that is made for it; its event and condition are still to be said. */
@@ -52,6 +52,8 @@ export interface DesignState {
   past: Readonly<Record<string, DesignPast>>;
   /** Says why something was refused, beside the picture. */
   refused: string | null;
+  /** What was refused because the program could not be reached. */
+  refused_lost: string | null;
   /** What is open below the texts. */
   below: "problems" | "reached" | null;
   /** Whether the shadow run's timeline is shown; null: where there is room. */
@@ -84,6 +86,7 @@ export const useDesign = create<DesignState>()(() => ({
   autosave: localStorage.getItem(kAutosaveStored) === "true",
   past: {},
   refused: null,
+  refused_lost: null,
   below: null,
   timeline: null,
   comparing: null,
@@ -224,6 +227,8 @@ export async function start_design(): Promise<() => void> {
   // A listener of its own: another view may begin before the one before it has ended.
   const stop = on_design((message) => receive(message));
   const summary = await request("design", {});
+  // The program is there.
+  useDesign.setState(({ refused, refused_lost }) => ({ refused: refused === refused_lost ? null : refused, refused_lost: null }));
   take_design(summary);
   take_summary(summary);
   if (summary.checked) void load_palette();
@@ -308,7 +313,7 @@ async function read(file: string): Promise<boolean> {
     take(await request("design_read", { file }));
     return true;
   } catch (error) {
-    note("error", text_of(error));
+    note("error", text_of(error), error instanceof LostError);
     return false;
   }
 }
@@ -362,6 +367,20 @@ export function choose_at(byte: number): void {
   }
 }
 
+/** Of a chart that is open: what is drawn around a byte, where the caret is now. */
+export function choose_at_caret(byte: number): void {
+  choose_at(byte);
+  const state = useDesign.getState();
+  const doc = doc_of(state);
+  if (!doc?.chart) return;
+  const { chart } = doc;
+  const [line] = part_lines(chart, doc.places.shown, [doc.places.at(byte)]);
+  const transition = chart.transitions.find((one) => one.line === line);
+  const id = transition ? null : chart.states.find((one) => one.line === line)?.id || null;
+  if (id === state.state && transition?.transition === state.transition?.index) return;
+  useDesign.setState({ state: id, transition: transition ? { index: transition.transition, source: transition.source, at_caret: true } : null });
+}
+
 /** Of a chart that is open: the transition or state that is drawn around a byte. */
 export function choose_part_at(byte: number): void {
   const doc = doc_of(useDesign.getState());
@@ -378,8 +397,9 @@ export function choose_part_at(byte: number): void {
 
 /** Writes of one who types come together, and are told so often at most. */
 const kTyping_ms = 60;
-/** What is typed after such a pause is another step. */
+/** What is typed after such a pause is another step; so is what is typed on for so long, and the next line. */
 const kPause_ms = 1000;
+const kStep_ms = 5000;
 
 /** Times that an edit is refused because of others' before one is told so. */
 const kTriesMax = 20;
@@ -400,6 +420,9 @@ export class Session {
   private busy: Promise<void> | null = null;
   private timer = 0;
   private last_ms = -Infinity;
+  /** When what is typed began to be one step. */
+  private step_ms = -Infinity;
+  private line_ended = false;
   /** What waits belongs to the step that left this version: nobody paused between, however long the program took. */
   private joins: number | null = null;
   /** Until the program has told the file again. */
@@ -428,8 +451,12 @@ export class Session {
 
   typed(text: string): void {
     const now = performance.now();
-    if (now - this.last_ms >= kPause_ms) this.joins = null;
+    if (this.line_ended || now - this.last_ms >= kPause_ms || now - this.step_ms >= kStep_ms) {
+      this.joins = null;
+      this.step_ms = now;
+    }
     this.last_ms = now;
+    this.line_ended = splice_between(this.local, text)?.text.includes("\n") ?? false;
     this.local = text;
     this.soon();
   }
@@ -501,7 +528,7 @@ export class Session {
     if (error instanceof LostError) {
       this.waits = true;
       this.unsure = sent;
-      note("info", "the program cannot be reached; what is typed is kept here until it is back");
+      note("info", "the program cannot be reached; what is typed is kept here until it is back", true);
     } else if (is_for_now(error)) {
       this.waits = true;
       if (!this.told_later) note("info", `what is typed is kept here, and told later: ${text_of(error)}`);
@@ -553,7 +580,7 @@ async function attempt<T>(what: () => Promise<T>, forgets = true): Promise<T | n
     if (forgets) useDesign.setState({ refused: null });
     return value;
   } catch (error) {
-    useDesign.setState({ refused: text_of(error) });
+    useDesign.setState({ refused: text_of(error), ...(error instanceof LostError ? { refused_lost: text_of(error) } : {}) });
     return null;
   }
 }

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 
-import { byte_length, Places, splice_between } from "./places";
+import { byte_length, caret_place, Places, splice_between } from "./places";
 
 test("places are those of the bytes, whatever the text", () => {
   for (const text of ["", "abc", "aä€😀b", "\uFEFFa\r\nb\r\n", "x\ry\r", "ä\r\n😀\n"]) {
@@ -14,6 +14,13 @@ test("places are those of the bytes, whatever the text", () => {
   }
   expect(new Places("\uFEFFa\r\nb").byte(0)).toBe(3);
   expect(new Places("a\r\nb").end_of_line).toBe("\r\n");
+});
+
+test("a caret at the end of a line is of what ends there", () => {
+  const text = "<a>\n  <b/>  \n\n</a>";
+  const places = Array.from({ length: text.length + 1 }, (_, i) => caret_place(text, i));
+  expect(places.map((at, i) => (at === i ? "" : `${i}→${at}`)).filter(Boolean)).toEqual(["3→2", "10→9", "11→9", "12→9", `${text.length}→${text.length - 1}`]);
+  expect(caret_place("", 0)).toBe(0);
 });
 
 test("one replacement is as short as can be, and never halves a character", () => {

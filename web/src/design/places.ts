@@ -94,6 +94,14 @@ export function splice_between(before: string, after: string): Splice | null {
   return { from: head, to: before.length - tail, text: after.slice(head, after.length - tail) };
 }
 
+/** Of what a caret at the end of a line is: the last letter of the line. */
+export function caret_place(text: string, caret: number): number {
+  const end = text.indexOf("\n", caret);
+  if (text.slice(caret, end < 0 ? undefined : end).trim() !== "") return caret;
+  const last = text.slice(text.lastIndexOf("\n", caret - 1) + 1, caret).trimEnd().length;
+  return last === 0 ? caret : text.lastIndexOf("\n", caret - 1) + last;
+}
+
 /** Where a line of a text begins, counted from 1; `indented`: where what is in it begins. */
 export function line_start(text: string, line: number, indented = false): number {
   let at = 0;

@@ -54,6 +54,26 @@ it("what is typed without a pause is one step, however slow the program is", asy
   expect(joined.at(-1)).toBe(false);
 });
 
+it("a line is a step of its own, and so is what is typed on for long", async () => {
+  const session = new Session("mission.xml");
+  const type = async (text: string) => {
+    const { text: before } = useDesign.getState().docs["mission.xml"]!;
+    session.typed(before + text);
+    await vi.advanceTimersByTimeAsync(100);
+  };
+  request.mockImplementation(async (_op: string, { edits, join }: { edits: { from: number; to: number; text: string }[]; join: boolean }) => {
+    joined.push(join);
+    const { text } = useDesign.getState().docs["mission.xml"]!;
+    is_now(text.slice(0, edits[0]!.from) + edits[0]!.text + text.slice(edits[0]!.to));
+    return { version };
+  });
+  for (const letter of ["a", "b", "\n  ", "c", "d"]) await type(letter);
+  expect(joined).toEqual([false, true, true, false, true]);
+  joined = [];
+  for (let i = 0; i < 120; i += 1) await type("x");
+  expect(joined.filter((joins) => !joins).length).toBe(2);
+});
+
 it("what another page types in between ends the step", async () => {
   const session = new Session("mission.xml");
   const type = async (text: string) => {

@@ -15,6 +15,8 @@ const kFarDetail_px = 10.1;
 
 /** Names that would be smaller on the screen are left out, but for those of the chosen node and around it. */
 const kLeast_px = 3;
+/** Of names around the chosen node: where they would have to be smaller than that to stay inside of their nodes, they do not. */
+const kInside_px = 9;
 /** Enlarged is by one of a few factors: each other one would be a style of every text. */
 const kSteps = 10;
 const kStep = kFar ** (1 / kSteps);
@@ -24,14 +26,20 @@ export function set_lens(group: SVGGElement | null, scale: number, lines = false
   if (!group) return;
   const enlarged = (px: number, drawn_px = kName_px) => Math.max(1, px / (drawn_px * scale));
   // Of the few that are concerned alone: what all would inherit is a style of all.
-  for (const name of group.querySelectorAll<SVGTextElement>(".node:is(.chosen, .near) > .name"))
-    name.style.setProperty("--lens", enlarged(name.parentElement?.classList.contains("chosen") ? kChosen_px : kNear_px).toFixed(3));
-  if (lines) for (const line of group.querySelectorAll<SVGTextElement>(".node:is(.chosen, .near) > .detail")) line.style.setProperty("--lens", enlarged(kNear_px, kDetail_px).toFixed(3));
+  for (const name of group.querySelectorAll<SVGTextElement>(".node:is(.chosen, .near) > .name")) {
+    const wanted = enlarged(name.parentElement?.classList.contains("chosen") ? kChosen_px : kNear_px);
+    const inside = fit_of(name);
+    name.style.setProperty("--lens", (kName_px * scale * inside >= kInside_px ? Math.min(wanted, inside) : wanted).toFixed(3));
+  }
+  if (lines) for (const line of group.querySelectorAll<SVGTextElement>(".node:is(.chosen, .near) > .detail")) line.style.setProperty("--lens", Math.min(enlarged(kNear_px, kDetail_px), fit_of(line)).toFixed(3));
   const far = enlarged(kFar_px);
   all_as(group, "names", "--far-lens", kName_px * scale < kLeast_px ? null : far <= kFar ? far : 1);
   const detail = enlarged(kFarDetail_px, kDetail_px);
   all_as(group, "details", "--detail-lens", detail <= kFar ? detail : null);
 }
+
+/** By how much a text of a node may be enlarged inside of it; it is drawn with that. */
+const fit_of = (text: SVGTextElement) => Number(text.style.getPropertyValue("--fit")) || Infinity;
 
 /** Of larger trees only what is near to the view is drawn. */
 const kAll = 400;

@@ -35,6 +35,8 @@ export interface Note {
   id: number;
   kind: "info" | "error";
   text: string;
+  /** Said because the program could not be reached. */
+  lost: boolean;
 }
 
 /** The model, and the ways that panels look things up in it. */
@@ -266,7 +268,10 @@ export function connect(): void {
     },
     page: page_name(),
     greeted: (may_steer) => stage((studio) => ({ ...studio, may_steer })),
-    phase: (phase, attempt) => stage((studio) => ({ ...studio, phase, attempt })),
+    phase: (phase, attempt) => {
+      stage((studio) => ({ ...studio, phase, attempt }));
+      if (phase === "open") useStudio.setState((studio) => ({ notes: studio.notes.filter(({ lost }) => !lost) }));
+    },
     ...(given === undefined ? {} : { token: given }),
   });
   client.start();
@@ -297,7 +302,7 @@ export async function ask<Op extends Operation>(op: Op, args: Operations[Op][0])
   } catch (error) {
     // Another run begins at this address, maybe before the program has answered.
     if (op === "run_again" && error instanceof LostError) return null;
-    note("error", `${op.replace("_", " ")}: ${error instanceof Error ? error.message : String(error)}`);
+    note("error", `${op.replace("_", " ")}: ${error instanceof Error ? error.message : String(error)}`, error instanceof LostError);
     return null;
   }
 }
@@ -306,9 +311,10 @@ let next_note = 1;
 const kNotesMax = 5;
 const kNoteShown_ms = 8000;
 
-export function note(kind: Note["kind"], text: string): void {
+/** `lost`: it is said no longer than the program cannot be reached. */
+export function note(kind: Note["kind"], text: string, lost = false): void {
   const id = next_note++;
-  useStudio.setState((studio) => ({ notes: append(studio.notes, [{ id, kind, text }], kNotesMax) }));
+  useStudio.setState((studio) => ({ notes: append(studio.notes, [{ id, kind, text, lost }], kNotesMax) }));
   window.setTimeout(() => dismiss(id), kNoteShown_ms);
 }
 

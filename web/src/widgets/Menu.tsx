@@ -12,6 +12,9 @@ export interface MenuItem {
 }
 export type MenuEntry = MenuItem | "line" | { heading: string };
 
+/** Labels that may be cut are told in full, too. */
+const kLong = 32;
+
 /**
  * A menu at a point of the window. Arrows, Home, End and first letters choose, Enter or Space runs, Escape closes; the
  * focus returns to where it was.
@@ -84,7 +87,7 @@ export function Menu({ x, y, entries, close, label, head }: { x: number; y: numb
             role={entry.checked === undefined ? "menuitem" : "menuitemcheckbox"}
             aria-checked={entry.checked}
             aria-disabled={disabled}
-            title={entry.why_not ?? undefined}
+            title={entry.why_not ?? (entry.label.length > kLong ? entry.label : undefined)}
             onClick={() => {
               if (disabled) return;
               close();

@@ -4,6 +4,7 @@ import { duration_text } from "../../draw/format";
 import { svg_of_group } from "../../picture/export";
 import { usePicture } from "../../picture/pictures";
 import { InView, is_near, set_lens } from "../../picture/lens";
+import { kDetailText, kNameText, largest, type TextLook } from "../../picture/fitting";
 import { Minimap } from "../../picture/Minimap";
 import type { PictureView } from "../../picture/picture_view";
 import { usePictureView } from "../../picture/use_picture_view";
@@ -177,6 +178,8 @@ function round(value: number): number {
   return Math.round(value * 100) / 100;
 }
 
+const fitting = (drawn: Drawn, line: string, look: TextLook, y: number) => ({ "--fit": largest(drawn, line, look, y, kPoint, kDoubleSide).toFixed(3) }) as React.CSSProperties;
+
 const kTitleHeight = 17;
 const kLineHeight = 14.5;
 const kPoint = 12;
@@ -305,11 +308,11 @@ export const Texts = memo(function Texts({ drawn, middle }: { drawn: Drawn; midd
   }
   drawn.title.forEach((line, i) => {
     // A space between two texts, for whoever reads them as one.
-    parts.push(" ", <text key={`t${i}`} className="name" x={middle} y={y + kTitleHeight - 4.5} textAnchor="middle">{line}</text>);
+    parts.push(" ", <text key={`t${i}`} className="name" style={fitting(drawn, line, kNameText, y + kTitleHeight / 2)} x={middle} y={y + kTitleHeight - 4.5} textAnchor="middle">{line}</text>);
     y += kTitleHeight;
   });
   drawn.lines.forEach((line, i) => {
-    parts.push(" ", <text key={`l${i}`} className="detail" x={middle} y={y + kLineHeight - 4} textAnchor="middle">{line}</text>);
+    parts.push(" ", <text key={`l${i}`} className="detail" style={fitting(drawn, line, kDetailText, y + kLineHeight / 2)} x={middle} y={y + kLineHeight - 4} textAnchor="middle">{line}</text>);
     y += kLineHeight;
   });
   return <>{parts}</>;

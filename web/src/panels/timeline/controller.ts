@@ -1,3 +1,4 @@
+import { kSecond_ns } from "../../draw/format";
 import type { Lane, Mark, Time } from "../../protocol/types";
 import { request, select, useStudio, type Index } from "../../store/store";
 import { seek, stop_replay } from "../../store/time_travel";
@@ -17,6 +18,8 @@ export const kRefresh_ms = 250;
 /** After a request that failed. */
 const kRetry_ms = 1000;
 const kClick_px = 4;
+/** Spans that differ by less are the same. */
+const kAlike = 1 - 1e-6;
 /** Gaps narrower than this between equal spans are not drawn. */
 const kMergedGap_px = 8;
 
@@ -40,6 +43,10 @@ export interface Shown {
 /** Draws lanes and ruler outside of React: they change with every frame. */
 export class Timeline {
   private view: View = { from: 0, to: kWindowFirst_ns };
+  /** What is shown again where a run that was too short for it is followed by a longer one. */
+  private meant: View = this.view;
+  /** The moment that was on show then; where it is again, it need not be brought into view. */
+  private meant_at: Time = 0;
   /** Chosen by zooming; null: by the run's length. */
   private span: Time | null = null;
   private following: Following = "newest";
@@ -161,11 +168,14 @@ export class Timeline {
     this.arrange();
   }
 
-  private look(view: View): void {
+  private look(view: View, meant = view): void {
     const state = useStudio.getState().state;
+    if (state && meant !== this.meant) this.meant_at = state.time;
+    this.meant = meant;
     this.view = state ? clamp(view, state.begin, state.end) : view;
     const { from, to } = useShownPiece.getState();
     if (from !== this.view.from || to !== this.view.to) useShownPiece.setState(this.view);
+    this.parts.all.dataset["view"] = `${this.view.from / kSecond_ns} ${this.view.to / kSecond_ns}`;
     this.ask();
     this.redraw();
   }
@@ -175,7 +185,8 @@ export class Timeline {
     const { state, hello, index } = useStudio.getState();
     if (!state) return;
     // The lanes of the run before are shown until those of this one are there.
-    if (index !== this.index) this.asked = null;
+    const is_another = index !== this.index;
+    if (is_another) this.asked = null;
     this.index = index;
     if (hello?.boot !== this.boot) {
       this.boot = hello?.boot;
@@ -187,7 +198,16 @@ export class Timeline {
     const follows = state.live || hello?.mode === "recording";
     if (this.following === "all") this.look(fit(state.begin, state.end));
     else if (this.following === "newest" && follows) this.look(newest(this.span ?? first_span(state.end - state.begin), state.begin, state.end));
-    else this.look(useStudio.getState().replay > 0 || useStudio.getState().wanted === null ? this.reveal(state.time) : this.view);
+    else {
+      const whole = first_span(state.end - state.begin);
+      if (is_another && this.following === "newest" && this.span === null && state.end - state.begin < whole) this.meant = newest(whole, state.begin, state.end);
+      if (is_another) this.view = clamp(this.meant, state.begin, state.end);
+      if (is_another && state.time === this.meant_at) this.shown_time = state.time;
+      const { view, meant } = this;
+      const shown = useStudio.getState().replay > 0 || useStudio.getState().wanted === null ? this.reveal(state.time) : view;
+      // Where the run is long enough for it, what one looks at goes along with the moment.
+      this.look(shown, is_another || shown === view || span_of(view) < span_of(meant) * kAlike ? meant : shown);
+    }
   }
 
   private shown_time: Time = 0;
