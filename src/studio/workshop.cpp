@@ -314,8 +314,8 @@ Result<Value> Workshop::Impl::rename(const AskedEdit& asked) {
     const std::string name = asked.text(what);
     const std::string file = (folder / asked.text("file")).string();
     auto done = rename(lsp::Symbol{kind, kind == Kind::kState ? fmt::format("{}#{}", file, name) : name}, name, to);
-    const Value* const places = done ? done->find("places") : nullptr;
-    if (places == nullptr || places->number() != 0 || !asked.has("gesture")) return done;
+    const Value* const renamed = done ? done->find("places") : nullptr;
+    if (renamed == nullptr || renamed->number() != 0 || !asked.has("gesture")) return done;
     if (auto edited = edit_by_gesture(asked); !edited) return edited;
     return Value(Map{{"files", List{asked.text("file")}}, {"places", 0}});
   }
