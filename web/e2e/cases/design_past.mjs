@@ -59,10 +59,10 @@ test("a requirement shows when the last runs would have violated it, as monitor 
 
 test("where requirements were never readable it is said that they are not, and no run is waited for", async () => {
   const folder = copy_of("recharge");
-  writeFileSync(join(folder, "requirements/broken.req"), "broken: always.\n");
+  writeFileSync(join(folder, "requirements/recharge.req"), "never_empty: always (.\n");
   const program = await serve_design(folder);
-  const { page, close } = await open_design(program.url, { file: "requirements/broken.req" });
-  await page.locator(".design-right").getByText(/^What the last runs would have said is told once the text can be read\. Line 1: /).waitFor();
+  const { page, close } = await open_design(program.url, { file: "requirements/recharge.req" });
+  await page.locator(".design-right").getByText(/^What the last runs would have said is told once /).waitFor();
   await close();
   await program.stop();
 });

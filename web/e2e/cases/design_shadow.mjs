@@ -91,6 +91,7 @@ test("after a shorter run in between the timeline shows what it showed before", 
   const timeline = page.locator("#panel-timeline [data-view]");
   const view = async () => (await timeline.getAttribute("data-view")).split(" ").map(Number);
   const span = async () => (await view())[1] - (await view())[0];
+  const end = await page.getByTestId("design-clock").innerText();
   /** The robot has nothing to do, and then it has. */
   const there_and_back = async () => {
     await page.locator("#design-port-percent").fill("200");
@@ -99,6 +100,7 @@ test("after a shorter run in between the timeline shows what it showed before", 
     await page.getByTestId("undo").click();
     await until(async () => (await span()) > 2, "it is as long as before");
     await settled(page);
+    await until(async () => (await page.getByTestId("design-clock").innerText()) === end, "its end is on show");
   };
   await until(async () => (await view())[0] <= 0 && (await view())[1] > 38, "the whole run");
   await there_and_back();

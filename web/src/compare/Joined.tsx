@@ -13,7 +13,7 @@ type Tree = NonNullable<Comparison["trees"]>[number];
 type Chart = NonNullable<Comparison["chart"]>;
 
 /** In a tree that is shown smaller, what differs cannot be enlarged so that it can be read; a chart has lines close to each other. */
-const kTreeSmallest = 0.69;
+const kTreeSmallest = 0.78;
 
 interface Props {
   comparison: Comparison;

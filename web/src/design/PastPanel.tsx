@@ -12,14 +12,16 @@ export function PastPanel() {
   const past = useDesign(({ file, past: known }) => (file === null ? undefined : known[file]));
   const doc = useDesign(doc_of);
   const on_show = useMode(({ runs }) => runs.on_show);
+  const is_wrong = useDesign(({ summary }) => summary?.checked === true && summary.findings.some(({ severity }) => severity === "error"));
   useEffect(() => {
     usePastMarks.setState({ marks: past ? marks_of(past, on_show) : [] });
     return () => usePastMarks.setState({ marks: [] });
   }, [past, on_show]);
-  if (!past && doc?.error)
+  // Of a project that cannot be loaded nothing is told.
+  if (!past && (doc?.error || is_wrong))
     return (
       <p className="empty" role="status">
-        What the last runs would have said is told once the text can be read. Line {doc.error.line}: {doc.error.message}
+        What the last runs would have said is told once {doc?.error ? `the text can be read. Line ${doc.error.line}: ${doc.error.message}` : "the errors of the project are mended."}
       </p>
     );
   if (!past || !doc) return <p className="empty">Looking at the last runs …</p>;

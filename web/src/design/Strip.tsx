@@ -77,7 +77,7 @@ export function ShadowStrip() {
         )
       )}
       {on_show === "" && <Expected />}
-      {/* Below the rest where there is no room for all of it beside each other. */}
+      {/* Below the rest in a narrow window. */}
       <div className="strip-end">
         <Verdicts />
         <TimelineSwitch />

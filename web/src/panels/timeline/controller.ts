@@ -201,8 +201,10 @@ export class Timeline {
     else {
       const whole = first_span(state.end - state.begin);
       if (is_another && this.following === "newest" && this.span === null && state.end - state.begin < whole) this.meant = newest(whole, state.begin, state.end);
-      if (is_another) this.view = clamp(this.meant, state.begin, state.end);
-      if (is_another && state.time === this.meant_at) this.shown_time = state.time;
+      // The moment may come after the run.
+      const is_back = state.time === this.meant_at;
+      if (is_another || (is_back && state.time !== this.shown_time)) this.view = clamp(this.meant, state.begin, state.end);
+      if (is_back) this.shown_time = state.time;
       const { view, meant } = this;
       const shown = useStudio.getState().replay > 0 || useStudio.getState().wanted === null ? this.reveal(state.time) : view;
       // Where the run is long enough for it, what one looks at goes along with the moment.
