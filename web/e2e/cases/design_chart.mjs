@@ -257,7 +257,7 @@ async function hold_answers(page) {
     const server = socket.connectToServer();
     socket.onMessage((message) => {
       const { op, id } = JSON.parse(message);
-      if (op === "design_gesture") gestures.add(id);
+      if (["design_gesture", "design_rename"].includes(op)) gestures.add(id);
       server.send(message);
     });
     server.onMessage((message) => {

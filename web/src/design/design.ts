@@ -680,7 +680,7 @@ export async function remove_file(file: string): Promise<void> {
 
 /** Gives something another name, wherever it is named. In how many places; null: refused, as is said. */
 async function rename(what: { location: string } | { tree: string } | { node: string } | { state: string; file: string }, to: string): Promise<number | null> {
-  const done = await attempt(() => request("design_rename", { ...what, to }));
+  const done = await attempt(() => request_whole("design_rename", { ...what, to }));
   if (done && done.places > 0) note("info", `${Object.values(what)[0]} is ${to} now: in ${done.places} ${done.places === 1 ? "place" : "places"} of ${done.files.join(", ")}`);
   return done?.places ?? null;
 }
