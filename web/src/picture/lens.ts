@@ -16,7 +16,7 @@ const kFarDetail_px = 10.1;
 /** Names that would be smaller on the screen are left out, but for those of the chosen node and around it. */
 const kLeast_px = 3;
 /** Of names around the chosen node: where they would have to be smaller than that to stay inside of their nodes, they do not. */
-const kInside_px = 9;
+const kInside_px = 11;
 /** Enlarged is by one of a few factors: each other one would be a style of every text. */
 const kSteps = 10;
 const kStep = kFar ** (1 / kSteps);
