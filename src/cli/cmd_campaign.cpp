@@ -352,7 +352,7 @@ std::optional<Given> given_by(const CampaignCommand& command) {
 
 fs::path folder_for(const CampaignCommand& command, const Given& given) {
   fs::path where = !command.out.empty() ? fs::path(command.out)
-                                              : folder_of(command.project) / (command.search ? "search" : "campaign");
+                                        : folder_of(command.project) / (command.search ? "search" : "campaign");
   if (given.rank) return rank_folder(where, given.rank->index, given.rank->count);
   if (!command.out.empty() || given.shard.count == 1) return where;
   return where / fmt::format("shard-{}-of-{}", given.shard.index, given.shard.count);
