@@ -105,7 +105,9 @@ test("after a shorter run in between the timeline shows what it showed before", 
   await until(async () => (await view())[0] <= 0 && (await view())[1] > 38, "the whole run");
   await there_and_back();
   await until(async () => (await view())[0] <= 0 && (await view())[1] > 38, "the whole run again");
-  await page.locator(".timeline-lanes").hover();
+  // Around the moment on show, the run's end.
+  const lanes = await page.locator(".timeline-lanes").boundingBox();
+  await page.mouse.move(lanes.x + lanes.width - 4, lanes.y + 10);
   await page.keyboard.down("Control");
   await page.mouse.wheel(0, -400);
   await page.keyboard.up("Control");
