@@ -12,8 +12,8 @@ const kScreens = [[1920, 1080], [1440, 900], [1366, 768], [1024, 700]];
 /** The stage's share of the window; the side opens over it where the window is narrow. */
 const kStageMin = 0.6;
 const kReadable_px = 11;
-// A text that would have to be smaller than 10 px to stay inside of its node is.
-const kAll_px = 9.5;
+// A text that would leave its node is smaller than the others.
+const kAll_px = 8.5;
 const pictures = process.env.SENTREE_PICTURES;
 if (pictures) mkdirSync(pictures, { recursive: true });
 
