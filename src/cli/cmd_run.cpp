@@ -504,7 +504,8 @@ class OneRun {
       interrupts.wait_for_one();
     }
     const int code = exit_code(plan_.value->scenario, report);
-    return code == kOk && !is_recorded ? kEnvironment : code;
+    // Who has asked for none is not told by it that the mission went wrong.
+    return code == kOk && !is_recorded && !command_.record.empty() ? kEnvironment : code;
   }
 
   const RunCommand& command_;
