@@ -43,9 +43,9 @@ export interface Shown {
 /** Draws lanes and ruler outside of React: they change with every frame. */
 export class Timeline {
   private view: View = { from: 0, to: kWindowFirst_ns };
-  /** What is shown again where a run that was too short for it is followed by a longer one. */
+  /** What is to be shown; of a run that is too short for it there is less. */
   private meant: View = this.view;
-  /** The moment that was on show then; where it is again, it need not be brought into view. */
+  /** The moment that was on show when that was decided: it need not be brought into view. */
   private meant_at: Time = 0;
   /** Chosen by zooming; null: by the run's length. */
   private span: Time | null = null;
@@ -188,6 +188,8 @@ export class Timeline {
     const is_another = index !== this.index;
     if (is_another) this.asked = null;
     this.index = index;
+    const is_other_length = state.begin !== this.known.from || state.end !== this.known.to;
+    this.known = { from: state.begin, to: state.end };
     if (hello?.boot !== this.boot) {
       this.boot = hello?.boot;
       this.lanes = [];
@@ -195,30 +197,29 @@ export class Timeline {
       this.span = null;
       this.arrange();
     }
-    const follows = state.live || hello?.mode === "recording";
+    const length = state.end - state.begin;
+    const is_whole = this.span === null && state.run.state === "ended" && first_span(length) >= length;
+    const follows = state.live || hello?.mode === "recording" || is_whole;
     if (this.following === "all") this.look(fit(state.begin, state.end));
-    else if (this.following === "newest" && follows) this.look(newest(this.span ?? first_span(state.end - state.begin), state.begin, state.end));
+    else if (this.following === "newest" && follows) this.look(newest(this.span ?? first_span(length), state.begin, state.end));
     else {
-      const whole = first_span(state.end - state.begin);
-      if (is_another && this.following === "newest" && this.span === null && state.end - state.begin < whole) this.meant = newest(whole, state.begin, state.end);
-      // The moment may come after the run.
-      const is_back = state.time === this.meant_at;
-      if (is_another || (is_back && state.time !== this.shown_time)) this.view = clamp(this.meant, state.begin, state.end);
-      if (is_back) this.shown_time = state.time;
-      const { view, meant } = this;
-      const shown = useStudio.getState().replay > 0 || useStudio.getState().wanted === null ? this.reveal(state.time) : view;
-      // Where the run is long enough for it, what one looks at goes along with the moment.
-      this.look(shown, is_another || shown === view || span_of(view) < span_of(meant) * kAlike ? meant : shown);
+      // Of another run as much of what is meant as there is: a longer one has it again.
+      const view = is_another || is_other_length ? clamp(this.meant, state.begin, state.end) : this.view;
+      const shown = useStudio.getState().replay > 0 || useStudio.getState().wanted === null ? this.reveal(view, state.time) : view;
+      const has_all = span_of(view) >= span_of(this.meant) * kAlike && Math.abs(view.from - this.meant.from) <= span_of(view) * (1 - kAlike);
+      this.look(shown, shown !== view && has_all ? shown : this.meant);
     }
   }
 
   private shown_time: Time = 0;
+  /** Of the run, at the last update. */
+  private known: View = { from: 0, to: 0 };
 
-  /** The moment shown stays in view when it moves, but not when the person looks elsewhere meanwhile. */
-  private reveal(time: Time): View {
-    if (time === this.shown_time) return this.view;
+  /** The moment shown stays in view when it moves, but not when the person looks elsewhere meanwhile, nor when it is back where it was then. */
+  private reveal(view: View, time: Time): View {
+    if (time === this.shown_time) return view;
     this.shown_time = time;
-    return keep_in_view(this.view, time);
+    return time === this.meant_at ? view : keep_in_view(view, time);
   }
 
   private all_marks(): readonly (Mark | PastMark)[] {
