@@ -112,16 +112,14 @@ void Coverage::add(const project::Plan& plan) {
       if (chart.transitions()[transition].condition.empty()) continue;
       for (const bool holds : {true, false}) can(guard_thing(chart, transition, holds));
     }
-    for (const scxml::Chart& calling : scxml::with_invoked(chart)) {
-      for (const scxml::SendInfo& send : calling.sends()) {
-        if (send.type != "thrift" || !send.target || !send.event) continue;
-        const auto service = plan.services.find(*send.target);
-        if (service == plan.services.end()) continue;
-        const idl::Method* method = service->second.service->find(*send.event);
-        if (method == nullptr || method->oneway) continue;
-        for (const std::string_view outcome : kCallOutcomes)
-          can({Kind::kMethod, fmt::format("{}.{}", *send.target, *send.event), std::string(outcome), ""});
-      }
+    for (const scxml::SendInfo& send : scxml::sends_with_invoked(chart)) {
+      if (send.type != "thrift" || !send.target || !send.event) continue;
+      const auto service = plan.services.find(*send.target);
+      if (service == plan.services.end()) continue;
+      const idl::Method* method = service->second.service->find(*send.event);
+      if (method == nullptr || method->oneway) continue;
+      for (const std::string_view outcome : kCallOutcomes)
+        can({Kind::kMethod, fmt::format("{}.{}", *send.target, *send.event), std::string(outcome), ""});
     }
   }
   for (const monitor::Model& model : plan.monitors) can(requirement_thing(model));

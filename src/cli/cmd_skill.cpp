@@ -31,13 +31,10 @@ int skill(const SkillCommand& command) {
   if (!plan.ok()) return kInvalidInput;
   // What its chart never calls need not be reached.
   const bool is_open = scxml::invokes_unknown(plan.value->chart);
-  const std::vector<scxml::Chart> charts = scxml::with_invoked(plan.value->chart);
+  const std::vector<scxml::SendInfo> sends = scxml::sends_with_invoked(plan.value->chart);
   std::erase_if(plan.value->services, [&](const auto& service) {
-    const auto calls = [&](const scxml::SendInfo& send) {
+    return !is_open && std::none_of(sends.begin(), sends.end(), [&](const scxml::SendInfo& send) {
       return send.type.value_or("thrift") == "thrift" && send.target.value_or(service.first) == service.first;
-    };
-    return !is_open && std::none_of(charts.begin(), charts.end(), [&](const scxml::Chart& chart) {
-      return std::any_of(chart.sends().begin(), chart.sends().end(), calls);
     });
   });
   for (const auto& [name, service] : plan.value->services) {

@@ -346,16 +346,14 @@ class SkillService final : public rpc::Service {
 
   // So that the first call of the first leaf does not pay for connecting.
   void open_ports() {
-    for (const scxml::Chart& chart : scxml::with_invoked(plan_.chart)) {
-      for (const scxml::SendInfo& send : chart.sends()) {
-        if (send.type != "thrift" || !send.target) continue;
-        const auto service = plan_.services.find(*send.target);
-        if (service == plan_.services.end() || project::is_inside(service->second.at)) continue;
-        const auto [opened, is_new] = opened_.try_emplace(service->first);
-        if (!is_new) continue;
-        opened->second = port(service->second);
-        opened->second->open([] {});
-      }
+    for (const scxml::SendInfo& send : scxml::sends_with_invoked(plan_.chart)) {
+      if (send.type != "thrift" || !send.target) continue;
+      const auto service = plan_.services.find(*send.target);
+      if (service == plan_.services.end() || project::is_inside(service->second.at)) continue;
+      const auto [opened, is_new] = opened_.try_emplace(service->first);
+      if (!is_new) continue;
+      opened->second = port(service->second);
+      opened->second->open([] {});
     }
   }
 

@@ -31,12 +31,11 @@ class ModelCheck {
       for (const std::string& event : transition.events) request(event, transition);
     }
     calls(leaves);
-    const std::vector<scxml::Chart> charts = scxml::with_invoked(chart_);
-    for (const scxml::Chart& chart : charts) choices(chart);
+    for (const scxml::Chart& chart : scxml::with_invoked(chart_)) choices(chart);
+    const std::vector<scxml::SendInfo> sends = scxml::sends_with_invoked(chart_);
     const bool sends_nothing =
-        !scxml::invokes_unknown(chart_) && std::none_of(charts.begin(), charts.end(), [](const scxml::Chart& chart) {
-          return std::any_of(chart.sends().begin(), chart.sends().end(),
-                             [](const auto& send) { return send.type.value_or("thrift") == "thrift"; });
+        !scxml::invokes_unknown(chart_) && std::none_of(sends.begin(), sends.end(), [](const scxml::SendInfo& send) {
+          return send.type.value_or("thrift") == "thrift";
         });
     if (entry_.serves.empty() && entry_.subscribes.topics.empty() && sends_nothing) {
       error("check.model",

@@ -140,16 +140,14 @@ void check_publishers(const Project& project, const std::vector<LeafPlan>& leave
                       const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
   std::set<std::string> published;
   bool open = false;  // anything may be
-  const auto look = [&](const scxml::Chart& whole) {
-    open = open || scxml::invokes_unknown(whole);
-    for (const scxml::Chart& chart : scxml::with_invoked(whole)) {
-      for (const scxml::SendInfo& send : chart.sends()) {
-        if (send.type && *send.type != "thrift") continue;
-        if (!send.type || !send.target || !send.event)
-          open = true;
-        else
-          published.insert(fmt::format("{}.{}", *send.target, *send.event));
-      }
+  const auto look = [&](const scxml::Chart& chart) {
+    open = open || scxml::invokes_unknown(chart);
+    for (const scxml::SendInfo& send : scxml::sends_with_invoked(chart)) {
+      if (send.type && *send.type != "thrift") continue;
+      if (!send.type || !send.target || !send.event)
+        open = true;
+      else
+        published.insert(fmt::format("{}.{}", *send.target, *send.event));
     }
   };
   for (const LeafPlan& leaf : leaves) {

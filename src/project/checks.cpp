@@ -73,14 +73,10 @@ bool check_call(const scxml::Chart& chart, const scxml::SendInfo& send,
   return true;
 }
 
-// Of charts that are invoked.
 void check_calls(const scxml::Chart& chart, const std::map<std::string, ServicePlan>& services, const Project& project,
                  Diagnostics& diagnostics) {
   for (const scxml::SendInfo& send : chart.sends()) {
     if (send.type == "thrift") check_call(chart, send, services, project, diagnostics);
-  }
-  for (const scxml::Invoke& invoke : chart.model().invokes) {
-    if (invoke.child) check_calls(*invoke.child, services, project, diagnostics);
   }
 }
 
@@ -189,8 +185,8 @@ void check_skill_chart(const scxml::Chart& chart, const std::map<std::string, Se
     if (send.target && send.event) called.insert(fmt::format("{}.{}", *send.target, *send.event));
   }
   if (all_known) check_handled(chart, services, called, topics, diagnostics);
-  for (const scxml::Invoke& invoke : chart.model().invokes) {
-    if (invoke.child) check_calls(*invoke.child, services, project, diagnostics);
+  for (const scxml::Chart& one : scxml::with_invoked(chart)) {
+    if (!(one == chart)) check_calls(one, services, project, diagnostics);
   }
 }
 

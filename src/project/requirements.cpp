@@ -83,12 +83,10 @@ std::optional<std::vector<monitor::Vocabulary::Call>> calls_of(const std::vector
   std::vector<monitor::Vocabulary::Call> calls;
   for (const LeafPlan& leaf : leaves) {
     if (!leaf.chart || scxml::invokes_unknown(*leaf.chart)) return std::nullopt;
-    for (const scxml::Chart& chart : scxml::with_invoked(*leaf.chart)) {
-      for (const scxml::SendInfo& send : chart.sends()) {
-        if (send.type && *send.type != "thrift") continue;
-        if (!send.type || !send.target || !send.event) return std::nullopt;
-        calls.push_back({leaf.name, *send.target, *send.event});
-      }
+    for (const scxml::SendInfo& send : scxml::sends_with_invoked(*leaf.chart)) {
+      if (send.type && *send.type != "thrift") continue;
+      if (!send.type || !send.target || !send.event) return std::nullopt;
+      calls.push_back({leaf.name, *send.target, *send.event});
     }
   }
   return calls;

@@ -41,6 +41,7 @@ class NullSink final : public Sink {
 class FileSink final : public Sink {
  public:
   /// Folders above it are made. The file is locked while it is open, so that others see that it is being written.
+  /// Nobody is waited for who might read a pipe: without a reader that is an error.
   /// Error: record.unwritable.
   [[nodiscard]] static Result<std::unique_ptr<FileSink>> create(const std::filesystem::path& path);
   ~FileSink() override;

@@ -222,16 +222,14 @@ void SkillActor::inspect(std::function<void(const Skill*)> look) {
 
 std::vector<ServicePort*> SkillActor::make_ports() {
   std::vector<ServicePort*> made;
-  for (const scxml::Chart& chart : scxml::with_invoked(machine_.model().chart)) {
-    for (const scxml::SendInfo& send : chart.sends()) {
-      if (!send.target) continue;
-      const auto service = machine_.model().services->find(*send.target);
-      if (service == machine_.model().services->end() || project::is_inside(service->second.at)) continue;
-      auto& port = ports_[service->first];
-      if (port) continue;
-      port = make_port_(service->second);
-      made.push_back(port.get());
-    }
+  for (const scxml::SendInfo& send : scxml::sends_with_invoked(machine_.model().chart)) {
+    if (!send.target) continue;
+    const auto service = machine_.model().services->find(*send.target);
+    if (service == machine_.model().services->end() || project::is_inside(service->second.at)) continue;
+    auto& port = ports_[service->first];
+    if (port) continue;
+    port = make_port_(service->second);
+    made.push_back(port.get());
   }
   return made;
 }

@@ -36,6 +36,12 @@ std::vector<Chart> with_invoked(const Chart& chart) {
   return all;
 }
 
+std::vector<SendInfo> sends_with_invoked(const Chart& chart) {
+  std::vector<SendInfo> all;
+  for (const Chart& one : with_invoked(chart)) all.insert(all.end(), one.sends().begin(), one.sends().end());
+  return all;
+}
+
 bool invokes_unknown(const Chart& chart) {
   const std::vector<Chart> all = with_invoked(chart);
   return std::any_of(all.begin(), all.end(), [](const Chart& one) {

@@ -144,8 +144,11 @@ class Chart {
 };
 
 /// The chart itself, those that it invokes, and they in turn, as far as their text is known when it is loaded. Who is
-/// invoked in two places is there twice.
+/// invoked in two places is there twice. Cost: O(their number); likewise the next two, with their <send>s and
+/// <invoke>s.
 [[nodiscard]] std::vector<Chart> with_invoked(const Chart& chart);
+/// The <send>s of all of them.
+[[nodiscard]] std::vector<SendInfo> sends_with_invoked(const Chart& chart);
 /// Whether one of them invokes a chart of which the text is known at run time only.
 [[nodiscard]] bool invokes_unknown(const Chart& chart);
 

@@ -55,8 +55,9 @@ class ReadHashes {
   std::set<std::uint64_t> hashes_;
 };
 
-/// Writes beside the file and renames, so that a reader sees the old or the new content, never half.
-/// Error: file.unwritable.
+/// Writes beside the file and renames, so that a reader sees the old or the new content, never half. A link stays, and
+/// the file that it names is written; into a device or a pipe it is written as it stands, without waiting for who might
+/// read a pipe. Error: file.unwritable.
 [[nodiscard]] Result<void> write_file(const std::filesystem::path& path, std::string_view content);
 
 }  // namespace sentree::text

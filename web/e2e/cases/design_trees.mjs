@@ -132,6 +132,19 @@ async function save(page) {
 /** The files that are another than before. */
 const changed = (before, now) => Object.keys(now).filter((file) => now[file] !== before[file]).sort();
 
+/** Of the project these files are others now, by the name alone (but for `other`); undone, every byte is back. */
+async function is_renamed(page, folder, before, files, back, other = "") {
+  await page.getByTestId("problems").getByText("no problems").waitFor();
+  await save(page);
+  const after = contents(folder);
+  assert.deepEqual(changed(before, after), files);
+  for (const file of files.filter((name) => name !== other)) assert.equal(back(after[file]), before[file], file);
+  assert.equal((await run(["check", folder])).code, 0);
+  await undo_all(page);
+  await save(page);
+  assert.deepEqual(contents(folder), before);
+}
+
 test("a node gets another name where monitors and requirements name it, too; undone, every byte is back", async () => {
   const { page, close, program, folder } = await design_of_recharge();
   const before = contents(folder);
@@ -143,15 +156,7 @@ test("a node gets another name where monitors and requirements name it, too; und
   await node(page, "EnoughEnergy").waitFor();
   await done(page, "rename BatteryLevelAbove30 to EnoughEnergy");
   await settled(page);
-  await page.getByTestId("problems").getByText("no problems").waitFor();
-  await save(page);
-  const after = contents(folder);
-  assert.deepEqual(changed(before, after), ["mission.xml", "monitors/battery.scxml", "monitors/recharge.scxml", "requirements/published.req", "requirements/recharge.req"]);
-  for (const file of changed(before, after).filter((name) => !name.endsWith("battery.scxml"))) assert.equal(after[file].replaceAll("EnoughEnergy", "BatteryLevelAbove30"), before[file], file);
-  assert.equal((await run(["check", folder])).code, 0);
-  await undo_all(page);
-  await save(page);
-  assert.deepEqual(contents(folder), before);
+  await is_renamed(page, folder, before, ["mission.xml", "monitors/battery.scxml", "monitors/recharge.scxml", "requirements/published.req", "requirements/recharge.req"], (text) => text.replaceAll("EnoughEnergy", "BatteryLevelAbove30"), "monitors/battery.scxml");
   await close();
   await program.stop();
 });
@@ -174,15 +179,7 @@ test("a monitor's state gets another name where sentree.yaml names it, too; undo
   // It is still the one that is chosen.
   await until(async () => (await page.locator("#design-state").inputValue()) === "two_at_once", "it is chosen");
   await settled(page);
-  await page.getByTestId("problems").getByText("no problems").waitFor();
-  await save(page);
-  const after = contents(folder);
-  assert.deepEqual(changed(before, after), ["monitors/one_goal_at_a_time.scxml", "sentree.yaml"]);
-  for (const file of changed(before, after)) assert.equal(after[file].replaceAll("two_at_once", "two_goals"), before[file], file);
-  assert.equal((await run(["check", folder])).code, 0);
-  await undo_all(page);
-  await save(page);
-  assert.deepEqual(contents(folder), before);
+  await is_renamed(page, folder, before, ["monitors/one_goal_at_a_time.scxml", "sentree.yaml"], (text) => text.replaceAll("two_at_once", "two_goals"));
   await close();
   await program.stop();
 });

@@ -54,6 +54,16 @@ it("what is typed without a pause is one step, however slow the program is", asy
   expect(joined.at(-1)).toBe(false);
 });
 
+/** The program does each edit, and it is noted whether that joins the step before. */
+function program_edits(): void {
+  request.mockImplementation(async (_op: string, { edits, join }: { edits: { from: number; to: number; text: string }[]; join: boolean }) => {
+    joined.push(join);
+    const { text } = useDesign.getState().docs["mission.xml"]!;
+    is_now(text.slice(0, edits[0]!.from) + edits[0]!.text + text.slice(edits[0]!.to));
+    return { version };
+  });
+}
+
 it("a line is a step of its own, and so is what is typed on for long", async () => {
   const session = new Session("mission.xml");
   const type = async (text: string) => {
@@ -61,12 +71,7 @@ it("a line is a step of its own, and so is what is typed on for long", async () 
     session.typed(before + text);
     await vi.advanceTimersByTimeAsync(100);
   };
-  request.mockImplementation(async (_op: string, { edits, join }: { edits: { from: number; to: number; text: string }[]; join: boolean }) => {
-    joined.push(join);
-    const { text } = useDesign.getState().docs["mission.xml"]!;
-    is_now(text.slice(0, edits[0]!.from) + edits[0]!.text + text.slice(edits[0]!.to));
-    return { version };
-  });
+  program_edits();
   for (const letter of ["a", "b", "\n  ", "c", "d"]) await type(letter);
   expect(joined).toEqual([false, true, true, false, true]);
   joined = [];
@@ -80,12 +85,7 @@ it("what another page types in between ends the step", async () => {
     session.typed(text);
     await vi.advanceTimersByTimeAsync(100);
   };
-  request.mockImplementation(async (_op: string, { edits, join }: { edits: { from: number; to: number; text: string }[]; join: boolean }) => {
-    joined.push(join);
-    const { text } = useDesign.getState().docs["mission.xml"]!;
-    is_now(text.slice(0, edits[0]!.from) + edits[0]!.text + text.slice(edits[0]!.to));
-    return { version };
-  });
+  program_edits();
   await type("a");
   await type("ab");
   is_now("zab");
