@@ -364,6 +364,39 @@ Result<State> restore(const project::Plan& plan, std::string_view saved) {
   return state;
 }
 
+namespace {
+
+// A timer, of which nobody tells the other parts anything until it rings.
+bool is_timer(const Delivery& delivery) {
+  return std::visit(
+      [](const auto& to) {
+        return std::visit(
+            [](const auto& what) {
+              using What = std::decay_t<decltype(what)>;
+              return std::is_same_v<What, Period> || std::is_same_v<What, TreeTimer> ||
+                     std::is_same_v<What, AnswerDue> || std::is_same_v<What, HaltLimit> ||
+                     std::is_same_v<What, SkillTimer> || std::is_same_v<What, ModelTimer>;
+            },
+            to);
+      },
+      delivery.what);
+}
+
+bool owes_nothing(const SkillState& skill) {
+  return skill.phase != SkillPhase::kOwing && skill.phase != SkillPhase::kHalting && !skill.asked &&
+         std::all_of(skill.lines.begin(), skill.lines.end(),
+                     [](const SkillState::Line& line) { return line.waiting.empty(); });
+}
+
+}  // namespace
+
+bool is_at_rest(const State& state) {
+  return state.tree.leaves.empty() && state.tree.phase == TreePhase::kBetween &&
+         std::all_of(state.skills.begin(), state.skills.end(), owes_nothing) &&
+         std::all_of(state.queue.begin(), state.queue.end(),
+                     [](const Waiting& waiting) { return is_timer(waiting.what); });
+}
+
 void forget_history(State& state, std::size_t kept) {
   for (monitor::State& monitor : state.monitors.states) monitor.trail.forget_all_but(kept);
 }

@@ -50,6 +50,9 @@ struct State {
   friend bool operator==(const State&, const State&) = default;
 };
 
+/// Whether nothing is on its way between the parts but what they have told themselves to do later: no tick, halt or
+/// gate is waited for, nothing is held back. Calls that services answer elsewhere are not seen.
+[[nodiscard]] bool is_at_rest(const State& state);
 /// The state as octets, for `restore`; the same state gives the same octets.
 /// Error: mission.unsavable, of a script's or a C++ node's data that have no saved form.
 [[nodiscard]] Result<std::string> save(const project::Plan& plan, const State& state);

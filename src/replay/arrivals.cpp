@@ -36,7 +36,8 @@ What* first_of(std::deque<What*>& waiting) {
 
 }  // namespace
 
-Arrivals::Arrivals(const project::Plan& plan, NeverCame never_came) : plan_(plan), never_came_(never_came) {
+Arrivals::Arrivals(const project::Plan& plan, NeverCame never_came, From from)
+    : plan_(plan), never_came_(never_came), from_(from) {
   for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves_[plan_.leaves[i].name] = i;
 }
 
@@ -111,7 +112,10 @@ bool Arrivals::note_taken(const Message& message) {
     auto& all = (what == "kill.taken" ? kills_ : restarts_)[leaf->second];
     if (!all.empty()) all.back() = message.time;
   } else if (what == "timer.taken") {
-    if (const auto number = number_in(message, "number")) late_timers_[{leaf->second, *number}] = message.time;
+    if (const auto number = number_in(message, "number")) {
+      late_timers_[{leaf->second, *number}] = message.time;
+      timers_before_.try_emplace(leaf->second, from_ == From::kMiddle ? *number - 1 : 0);
+    }
   } else if (what == "topic.taken" || what == "topic.untaken") {
     note_topic(leaf->second, message, what == "topic.taken" ? message.time : kNever);
   } else {
@@ -226,7 +230,9 @@ TimePoint Arrivals::of_veto(std::size_t leaf, const std::string& call) {
 }
 
 TimePoint Arrivals::of_timer(std::size_t leaf, std::uint64_t number) const {
-  const auto late = late_timers_.find({leaf, number});
+  const auto before = timers_before_.find(leaf);
+  if (before == timers_before_.end()) return {};
+  const auto late = late_timers_.find({leaf, before->second + number});
   return late != late_timers_.end() ? late->second : TimePoint{};
 }
 

@@ -82,7 +82,7 @@ timeline:
 )");
   }
 
-  fs::path make(std::uint64_t seed) {
+  fs::path make(std::uint64_t seed, const std::string& duration = "3 s") {
     Rng rng(seed);
     for (const char* id : {"A", "B", "C"}) write(std::string("skills/") + id + ".scxml", chart(rng));
     static constexpr const char* kTrees[] = {
@@ -94,7 +94,7 @@ timeline:
     std::string tree = kTrees[rng.below(4)];
     tree.replace(tree.find("LEAVES"), 6, "<A/><B/><C/>");
     write("mission.xml", "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\">" + tree + "</BehaviorTree></root>");
-    std::string text = "duration: 3 s\ntimeline:\n";
+    std::string text = "duration: " + duration + "\ntimeline:\n";
     for (std::uint64_t entry = 2 + rng.below(3); entry > 0; --entry) text += "  - " + fault(rng, 1000) + "\n";
     for (std::uint64_t entry = rng.below(5); entry > 0; --entry) text += "  - " + act(rng) + "\n";
     return write("scenarios/faults.yaml", text);
@@ -196,39 +196,36 @@ std::string first_error(const Diagnostics& found) {
 
 class RealTime : public ::testing::Test {
  protected:
-  // What is different; empty: nothing.
-  std::string judge(const fs::path& file) {
-    const std::string recording = (folder_.path() / "run.mcap").string();
-    Deliveries then;
-    Deliveries now;
-    {
-      const text::ReadLog log;
-      auto scenario = project::load_scenario(file);
-      if (!scenario.value) return first_error(scenario.diagnostics);
-      scenario.value->virtual_time = false;
-      scenario.value->factor = kFactor;
-      const auto plan = project::prepare(std::move(*scenario.value));
-      if (!plan.value) return first_error(plan.diagnostics);
-      runtime::RunOptions options;
-      options.listeners.push_back([&](const Message& message) {
-        if (message.time < kCompared) note(then, message);
-      });
-      RunRecorder recorder(*plan.value, log.files(), std::move(*record::FileSink::create(recording)), {});
-      recorder.install(options);
-      const runtime::RunReport report = runtime::Run(*plan.value, std::move(options)).execute();
-      recorder.finish(report);
-      if (!report.error.empty()) return report.error;
-    }
-    auto recorded = RecordedRun::open(recording);
-    if (!recorded) return to_string(recorded.error());
-    auto scenario = recorded->scenario();
+  // Why there is no recording; empty: there is one.
+  std::string record(const fs::path& file, const runtime::Stream::Listener& listener) {
+    const text::ReadLog log;
+    auto scenario = project::load_scenario(file);
     if (!scenario.value) return first_error(scenario.diagnostics);
-    auto plan = project::prepare(std::move(*scenario.value));
+    scenario.value->virtual_time = false;
+    scenario.value->factor = kFactor;
+    const auto plan = project::prepare(std::move(*scenario.value));
     if (!plan.value) return first_error(plan.diagnostics);
-    ReplayOptions options;
-    options.run.listeners.push_back([&](const Message& message) { note(now, message); });
-    const auto report = replay(*recorded, std::move(*plan.value), std::move(options));
-    if (!report) return to_string(report.error());
+    runtime::RunOptions options;
+    options.listeners.push_back(listener);
+    RunRecorder recorder(*plan.value, log.files(), std::move(*record::FileSink::create(recording_)), {});
+    recorder.install(options);
+    const runtime::RunReport report = runtime::Run(*plan.value, std::move(options)).execute();
+    recorder.finish(report);
+    return report.error;
+  }
+
+  Result<ReplayReport> replay_again(ReplayOptions options) {
+    auto recorded = RecordedRun::open(recording_);
+    if (!recorded) return tl::unexpected(recorded.error());
+    auto scenario = recorded->scenario();
+    if (!scenario.value) return tl::unexpected(scenario.diagnostics.front());
+    auto plan = project::prepare(std::move(*scenario.value));
+    if (!plan.value) return tl::unexpected(plan.diagnostics.front());
+    return replay(*recorded, std::move(*plan.value), std::move(options));
+  }
+
+  // Where leaves did something else now; empty: nowhere.
+  static std::string difference(Deliveries& then, Deliveries& now) {
     for (const auto& [leaf, all] : then) {
       const auto [a, b] = std::mismatch(all.begin(), all.end(), now[leaf].begin(), now[leaf].end());
       if (a == all.end()) continue;
@@ -236,13 +233,53 @@ class RealTime : public ::testing::Test {
              "\nnow: " + (b != now[leaf].end() ? *b : "nothing more") +
              "\nbefore: " + (a != all.begin() ? *(a - 1) : "nothing");
     }
+    return "";
+  }
+
+  // What is different; empty: nothing.
+  std::string judge(const fs::path& file) {
+    Deliveries then;
+    Deliveries now;
+    const std::string error = record(file, [&](const Message& message) {
+      if (message.time < kCompared) note(then, message);
+    });
+    if (!error.empty()) return error;
+    ReplayOptions options;
+    options.run.listeners.push_back([&](const Message& message) { note(now, message); });
+    const auto report = replay_again(std::move(options));
+    if (!report) return to_string(report.error());
+    if (const std::string found = difference(then, now); !found.empty()) return found;
     differences_ = report->differences;
     if (!report->unrecorded.empty() && report->unrecorded_at < kCompared)
       return report->unrecorded + ", which was not recorded";
     return "";
   }
 
+  // The same from the last moment before `moment` at which the run was at rest. Nothing: there is none.
+  std::optional<std::string> judge_at(TimePoint moment, const std::vector<Message>& messages) {
+    Deliveries then;
+    Deliveries now;
+    std::uint64_t first = 0;
+    ReplayOptions options;
+    options.at = moment;
+    options.run.listeners.push_back([&](const Message& message) {
+      if (first == 0) first = message.sequence;
+      note(now, message);
+    });
+    const auto report = replay_again(std::move(options));
+    if (!report) return to_string(report.error());
+    if (!report->restored) return std::nullopt;
+    EXPECT_TRUE(report->moment.has_value());
+    // What the machine has done by then takes no time in a replay.
+    for (const Message& message : messages) {
+      if (message.sequence >= first && message.time < moment) note(then, message);
+    }
+    if (const std::string found = difference(then, now); !found.empty()) return found;
+    return report->unrecorded;
+  }
+
   const TemporaryFolder folder_{"real-time"};
+  const std::string recording_ = (folder_.path() / "run.mcap").string();
   std::vector<Difference> differences_;  // in the replay that was judged last
 };
 
@@ -259,6 +296,26 @@ TEST_F(RealTime, FaultsThatStandTogetherAreReplayedAsTheyRan) {
     const fs::path file = project.make(seed);
     EXPECT_EQ(judge(file), "") << "seed " << seed;
   }
+}
+
+TEST_F(RealTime, AMomentIsTheSameFromTheLastSnapshotAtRest) {
+  NoisyProject project;
+  std::size_t restored = 0;
+  std::size_t moments = 0;
+  for (const std::uint64_t seed : seeds(kScenarios / 2)) {
+    std::vector<Message> messages;
+    ASSERT_EQ(record(project.make(seed, "13 s"), [&](const Message& message) { messages.push_back(message); }), "");
+    Rng rng(seed);
+    for (int i = 0; i < 4; ++i, ++moments) {
+      const TimePoint moment(std::chrono::milliseconds(6000 + rng.below(6800)));
+      const auto found = judge_at(moment, messages);
+      if (!found) continue;
+      ++restored;
+      EXPECT_EQ(*found, "") << "seed " << seed << ", at " << moment.time_since_epoch().count() << " ns";
+    }
+  }
+  // Of some something is always on its way.
+  EXPECT_GT(restored, moments / 2);
 }
 
 }  // namespace

@@ -92,6 +92,10 @@ void pack_data(record::PackedJson& out, const scxml::Chart& chart, const scxml::
   out.mark('}');
 }
 
+// In real time a run is tried to be met at rest that often, with so much of the machine's time in between.
+constexpr int kRestTriesMax = 40;
+constexpr Duration kRestTry = std::chrono::milliseconds(3);
+
 }  // namespace
 
 struct RunRecorder::Impl {
@@ -424,23 +428,44 @@ struct RunRecorder::Impl {
   }
 
   void snapshot_at(TimePoint when) {
-    inside->scheduler().at(inside->director(), when, mission::Rank::kInjection, [this, when] {
-      if (!write_whole_run()) {
-        take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
-          write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
-        });
-      }
-      snapshot_at(std::max(when + kSnapshotPeriod, inside->scheduler().now()));
-    });
+    inside->scheduler().at(inside->director(), when, mission::Rank::kInjection,
+                           [this, when] { snapshot(when, kRestTriesMax); });
   }
 
-  // In virtual time, where the run is one value. False: it is not, or something of it has no saved form.
-  bool write_whole_run() {
-    if (!inside->scheduler().is_virtual()) return false;
-    mission::State state = inside->capture();
+  // In the director's actor. In real time a part may be at work, and soon is not.
+  void snapshot(TimePoint when, int tries) {
+    runtime::Scheduler& scheduler = inside->scheduler();
+    const Captured whole = write_whole_run();
+    if (whole == Captured::kNotAtRest && tries > 0) {
+      const auto soon =
+          Duration(static_cast<std::int64_t>(static_cast<double>(kRestTry.count()) * plan.scenario.factor));
+      return scheduler.at(inside->director(), add_saturating(scheduler.now(), soon), mission::Rank::kInjection,
+                          [this, when, tries] { snapshot(when, tries - 1); });
+    }
+    if (whole != Captured::kWritten) {
+      take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
+        write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
+      });
+    }
+    snapshot_at(std::max(when + kSnapshotPeriod, scheduler.now()));
+  }
+
+  enum class Captured : std::uint8_t { kWritten, kNotAtRest, kNeverCan };
+
+  // The run as one value. It cannot be one where parts of it are elsewhere, or something of it has no saved form.
+  Captured write_whole_run() {
+    for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
+      if (inside->skill(leaf) == nullptr) return Captured::kNeverCan;
+    }
+    // What takes its time, before the others have to wait for it.
+    if (inside->sim() != nullptr && !inside->scheduler().is_virtual()) inside->sim()->inspect([](const sim::State&) {});
+    mission::State state;
+    const auto capture = [&] { state = inside->capture(); };
+    if (!inside->scheduler().look_at_rest(inside->director(), capture)) return Captured::kNotAtRest;
+    if (!mission::is_at_rest(state) && !inside->scheduler().is_virtual()) return Captured::kNotAtRest;
     mission::forget_history(state, kSnapshotTrailMax);
     const auto saved = mission::save(plan, state);
-    if (!saved) return false;
+    if (!saved) return Captured::kNeverCan;
     // Base64 hides from a chunk's compression what repeats.
     std::string packed;
     record::compress(record::Compression::kZstd, *saved, packed);
@@ -450,7 +475,7 @@ struct RunRecorder::Impl {
                                {"size", static_cast<std::int64_t>(saved->size())},
                                {"state", Bytes{{octets, octets + packed.size()}}}};
     write(snapshots, state.now, [&](record::PackedJson& out) { out.value(snapshot); });
-    return true;
+    return Captured::kWritten;
   }
 
   struct Seen {

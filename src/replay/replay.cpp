@@ -59,6 +59,9 @@ mission::CallOutcome outcome_of(const Message& message) {
   return outcome;
 }
 
+// A moment of a run in real time is looked for in so many snapshots before it.
+constexpr int kSnapshotsTriedMax = 4;
+
 // What the replay itself has done to the world, to do it to a restored one.
 struct Act {
   TimePoint time{};
@@ -82,7 +85,21 @@ class Replay {
         return fail("replay.after-end", fmt::format("at that moment the run was over: it ended at {} s",
                                                     shortest_decimal(seconds(recorded_.ended()))));
     }
-    if (can_restore()) return run_restored();
+    if (!can_restore()) return run_recorded(std::nullopt);
+    return recorded_.is_virtual() ? run_restored() : run_recorded(state_at_rest());
+  }
+
+ private:
+  // What a run in real time was at some moment, with all of the recording that what follows depends on.
+  struct AtRest {
+    mission::State state;
+    std::vector<Message> messages;
+  };
+
+  // The recorded messages are executed again: from there on, or from the beginning.
+  Result<ReplayReport> run_recorded(Result<std::optional<AtRest>> from) {
+    if (!from) return tl::unexpected(from.error());
+    std::optional<AtRest>& at_rest = *from;
     if (options_.go_on_at && !plan_.world) {
       return fail("replay.no-simulator",
                   "from a moment on it is the simulated robot that answers, and the project has none: what its models "
@@ -90,10 +107,10 @@ class Replay {
                   "virtual time gone on with from any moment if its project is unchanged");
     }
     if (auto adapted = adapt(); !adapted) return tl::unexpected(adapted.error());
-    auto messages = recorded_.observations();
+    auto messages = at_rest ? Result<std::vector<Message>>(std::move(at_rest->messages)) : recorded_.observations();
     if (!messages) return tl::unexpected(messages.error());
     for (Message& message : *messages) restore_numbers(plan_, message);
-    remember(*messages);
+    remember(*messages, at_rest ? Arrivals::From::kMiddle : Arrivals::From::kBeginning);
     if (!recorded_.is_virtual() && recorded_.fact("ended_by") == "time limit") end_as_late_as(*messages);
 
     runtime::RunOptions options = std::move(options_.run);
@@ -105,6 +122,10 @@ class Replay {
       if (message.name != "mission.tick") continue;
       options.tick_times.push_back(message.time);
       ticked_[message.tick] = message.time;
+    }
+    if (at_rest) {
+      go_on_from(at_rest->state, options.tick_times);
+      options.from = &at_rest->state;
     }
     options.listeners.insert(options.listeners.begin(), [this](const Message& message) {
       now_behaviour_.observe(message);
@@ -138,7 +159,6 @@ class Replay {
     return execute(std::move(options));
   }
 
- private:
   class Port final : public runtime::ServicePort {
    public:
     Port(Replay& replay, const project::ServicePlan& service, std::string leaf)
@@ -165,15 +185,70 @@ class Replay {
     std::uint64_t call = 0;
   };
 
-  // The recorded run is one of this plan, and a value at each of its moments.
+  // The recorded run is one of this plan, and was a value at some of its moments.
   bool can_restore() const {
-    return (options_.at || options_.go_on_at) && recorded_.is_virtual() &&
-           recorded_.fact("plan") == std::to_string(plan_.identity);
+    const bool is_whole = recorded_.is_virtual() || recorded_.fact("durable").empty();
+    return (options_.at || options_.go_on_at) && is_whole && recorded_.fact("plan") == std::to_string(plan_.identity);
+  }
+  [[nodiscard]] TimePoint moment() const {
+    return std::min(options_.at.value_or(kNever), options_.go_on_at.value_or(kNever));
+  }
+
+  // Until what was asked at a moment has been answered, or is late [run time].
+  [[nodiscard]] Duration longest_answer() const {
+    const project::Deadlines& deadlines = plan_.scenario.project.deadlines;
+    const Duration longest =
+        std::max({deadlines.call, deadlines.condition, deadlines.budget, deadlines.halt, deadlines.unresponsive});
+    return kSnapshotPeriod +
+           Duration(static_cast<std::int64_t>(static_cast<double>(longest.count()) * plan_.scenario.factor));
+  }
+
+  // The last snapshot before the moment at which nothing was under way; nothing if the last ones are none.
+  Result<std::optional<AtRest>> state_at_rest() {
+    const TimePoint known = add_saturating(moment(), options_.go_on_at ? longest_answer() : kSnapshotPeriod);
+    TimePoint before = moment();
+    for (int tries = 0; tries < kSnapshotsTriedMax; ++tries) {
+      const auto snapshot = recorded_.snapshot(before);
+      if (!snapshot || !*snapshot) break;
+      before = (*snapshot)->time - Duration(1);
+      auto state = mission::restore(plan_, (*snapshot)->state);
+      if (!state || !mission::is_at_rest(*state)) continue;
+      std::optional<AtRest> from(AtRest{std::move(*state), {}});
+      bool is_answer_due = false;  // a call was under way
+      auto read = recorded_.each(
+          [&](Message message) {
+            if (message.sequence <= from->state.published) return true;
+            const bool is_answer = message.kind == MessageKind::kReply || message.kind == MessageKind::kError;
+            is_answer_due = is_answer && message.call != 0 && message.call <= from->state.calls;
+            from->messages.push_back(std::move(message));
+            return !is_answer_due;
+          },
+          from->state.now, known);
+      if (!read) return tl::unexpected(read.error());
+      if (!is_answer_due) return from;
+    }
+    return std::nullopt;
+  }
+
+  // The next tick begins when it did, and models answer as they did.
+  void go_on_from(mission::State& state, const std::vector<TimePoint>& ticks) {
+    report_.restored = state.now;
+    tick_ = state.tick;
+    state.models.clear();
+    std::erase_if(state.queue, [](const mission::Waiting& waiting) {
+      return std::holds_alternative<mission::ModelDelivery>(waiting.what.what);
+    });
+    state.tree.given_tick = 0;
+    for (mission::Waiting& waiting : state.queue) {
+      const auto* const what = std::get_if<mission::TreeDelivery>(&waiting.what.what);
+      if (what == nullptr || !std::holds_alternative<mission::Period>(*what) || ticks.empty()) continue;
+      waiting.when = state.tree.planned = ticks.front();
+      state.tree.given_tick = 1;
+    }
   }
 
   Result<ReplayReport> run_restored() {
-    const TimePoint moment =
-        std::min(options_.at.value_or(kNever), options_.go_on_at ? *options_.go_on_at : TimePoint(kNever));
+    const TimePoint moment = this->moment();
     plan_.scenario.virtual_time = true;
     std::optional<mission::State> from;
     if (auto snapshot = recorded_.snapshot(moment); snapshot && *snapshot) {
@@ -300,11 +375,11 @@ class Replay {
            is_live(service->second);
   }
 
-  void remember(const std::vector<Message>& messages) {
+  void remember(const std::vector<Message>& messages, Arrivals::From from) {
     std::map<std::uint64_t, Exchange*> open;  // by call
     std::set<std::string_view> leaves;
     for (const project::LeafPlan& leaf : plan_.leaves) leaves.insert(leaf.name);
-    arrivals_.emplace(plan_, is_own_ ? Arrivals::NeverCame::kDoesNotCome : Arrivals::NeverCame::kComesAtOnce);
+    arrivals_.emplace(plan_, is_own_ ? Arrivals::NeverCame::kDoesNotCome : Arrivals::NeverCame::kComesAtOnce, from);
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
       const bool is_arrival = arrivals_->note(message);
@@ -575,6 +650,9 @@ class Replay {
     return state;
   }
 
+  // By what executes it; in a recording of real time the simulator's answers are those of then.
+  [[nodiscard]] bool is_world_restored() const { return report_.restored && recorded_.is_virtual(); }
+
   void go_on() {
     inside_->sim()->restore(world_at(inside_->scheduler().now()));
     inside_->spare(runtime::Spared::kNone);
@@ -587,7 +665,7 @@ class Replay {
   }
 
   void tell_moment() {
-    if (inside_->sim() != nullptr && !report_.continued && !report_.restored)
+    if (inside_->sim() != nullptr && !report_.continued && !is_world_restored())
       inside_->sim()->restore(world_at(inside_->scheduler().now()));
     take_snapshot(*inside_, plan_, [this](TimePoint, const Map& snapshot) {
       tell_moment(snapshot);
@@ -597,7 +675,7 @@ class Replay {
 
   void tell_end() {
     if (inside_ == nullptr) return;
-    if (inside_->sim() != nullptr && !report_.continued && !report_.restored)
+    if (inside_->sim() != nullptr && !report_.continued && !is_world_restored())
       inside_->sim()->restore(world_at(recorded_.ended()));
     tell_moment(snapshot_of_end(*inside_, plan_));
   }

@@ -48,6 +48,23 @@ class StretchedClock final : public Clock {
     held_ = held;
     anchor(present, factor_);
   }
+  /// Stands until `go_on`, after which it is as if it had not, unless it was changed meanwhile.
+  void stand() {
+    const std::lock_guard lock(mutex_);
+    went_ = read();
+    stands_ = true;
+    anchor(now(), factor_);
+    stood_ = version_;
+  }
+  void go_on() {
+    const std::lock_guard lock(mutex_);
+    const TimePoint present = now();
+    stands_ = false;
+    if (version_ == stood_)
+      write(went_);
+    else
+      anchor(present, factor_);
+  }
   void set(Pace pace) {
     const std::lock_guard lock(mutex_);
     const TimePoint present = now();
@@ -91,10 +108,15 @@ class StretchedClock final : public Clock {
     }
   }
   void anchor(TimePoint present, double factor) {
+    write({.run_ns = present.time_since_epoch().count(),
+           .wall_ns = SteadyClock::now().time_since_epoch().count(),
+           .slope = started_ && !paused_ && !held_ && !stands_ ? factor : 0.0});
+  }
+  void write(const Line& line) {
     ++version_;
-    run_ns_ = present.time_since_epoch().count();
-    wall_ns_ = SteadyClock::now().time_since_epoch().count();
-    slope_ = started_ && !paused_ && !held_ ? factor : 0.0;
+    run_ns_ = line.run_ns;
+    wall_ns_ = line.wall_ns;
+    slope_ = line.slope;
     ++version_;
   }
 
@@ -102,6 +124,9 @@ class StretchedClock final : public Clock {
   double factor_;
   bool paused_ = false;
   bool held_ = false;
+  bool stands_ = false;
+  Line went_;                // before it stood
+  std::uint64_t stood_ = 0;  // its version since
   bool started_ = false;
   std::atomic<std::uint64_t> version_ = 0;  // odd: being written
   std::atomic<std::int64_t> run_ns_ = 0;
@@ -156,7 +181,7 @@ class RealScheduler final : public Scheduler {
     if (!has_room(actor)) return;
     actor.tasks.push_back(std::move(task));
     if (actor.claimed()) return;
-    if (!running_ || stopped_ || own_worker() != nullptr) {
+    if (!running_ || stopped_ || is_looked_at_ || own_worker() != nullptr) {
       make_ready(actor);
       return;
     }
@@ -192,18 +217,12 @@ class RealScheduler final : public Scheduler {
     Worker* const me = own_worker();
     SENTREE_ASSERT(me != nullptr && me->actor == &actors_[actor]);
     release(me->next);
-    const auto at_work = [&] {
-      const TimePoint now = clock_.now();
-      return std::find_if(actors_.begin(), actors_.end(), [&](const Actor& other) {
-        return &other != me->actor && (other.claimed() || other.has_task(now));
-      });
-    };
     // Work is done in other threads of ours, some of which are woken by the rescuer only.
     const auto until = SteadyClock::now() + patience;
     for (;;) {
       if (stopped_) return fail("run.ended", "the run has ended");
-      const auto other = at_work();
-      if (other == actors_.end()) return {};
+      const Actor* const other = at_work_beside(*me->actor);
+      if (other == nullptr) return {};
       if (SteadyClock::now() >= until) {
         return fail("run.cannot-carry",
                     fmt::format("{} is still at work after {} s in which no time passed, and what is half done cannot "
@@ -213,6 +232,25 @@ class RealScheduler final : public Scheduler {
       arm_rescue();
       idle_.wait_until(lock, std::min(until, SteadyClock::now() + 10 * kPatience));
     }
+  }
+  bool look_at_rest(ActorId actor, const std::function<void()>& look) override {
+    std::unique_lock lock(mutex_);
+    SENTREE_ASSERT(own_worker() != nullptr && own_worker()->actor == &actors_[actor]);
+    clock_.stand();
+    const bool rests = at_work_beside(actors_[actor]) == nullptr;
+    if (rests) {
+      is_looked_at_ = true;
+      lock.unlock();
+      look();
+      lock.lock();
+      is_looked_at_ = false;
+    }
+    clock_.go_on();
+    if (watching_)
+      watch_until({});
+    else if (!ready_.empty())
+      call_worker();
+    return rests;
   }
   void save(mission::State& state) const override {
     const std::lock_guard lock(mutex_);
@@ -359,6 +397,15 @@ class RealScheduler final : public Scheduler {
     return t_worker != nullptr && &t_worker->owner == this && !t_worker->left ? t_worker : nullptr;
   }
 
+  // Another one that is at work, or has something to do now.
+  [[nodiscard]] const Actor* at_work_beside(const Actor& actor) const {
+    const TimePoint now = clock_.now();
+    const auto found = std::find_if(actors_.begin(), actors_.end(), [&](const Actor& other) {
+      return &other != &actor && (other.claimed() || other.has_task(now));
+    });
+    return found != actors_.end() ? &*found : nullptr;
+  }
+
   bool has_room(const Actor& actor) {
     if (actor.tasks.size() + actor.timers.size() < kQueueMax) return true;
     if (!error_) error_ = fmt::format("more than {} messages are waiting for {}", kQueueMax, actor.name);
@@ -468,6 +515,7 @@ class RealScheduler final : public Scheduler {
   }
 
   Actor* take(Worker& me) {
+    if (is_looked_at_) return nullptr;
     if (!me.next.empty()) {
       Actor* actor = me.next.back();
       me.next.pop_back();
@@ -609,6 +657,7 @@ class RealScheduler final : public Scheduler {
   std::condition_variable idle_;   // an actor has come to rest
   bool stopped_ = false;
   bool running_ = false;
+  bool is_looked_at_ = false;  // nobody takes anything
   std::function<void()> told_standing_;
   std::atomic<std::size_t> injected_ = 0;
   std::optional<std::string> error_;

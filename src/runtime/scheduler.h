@@ -128,6 +128,12 @@ class Scheduler : public Clock {
   /// While it is held, in a task of `actor`: waits until nobody else has anything left to do, for `patience` at most.
   /// Errors: run.cannot-carry (names who has), run.ended (it was stopped meanwhile).
   [[nodiscard]] virtual Result<void> settle(ActorId /*actor*/, std::chrono::milliseconds /*patience*/) { return {}; }
+  /// In a task of `actor`, in real time if nobody else is at work or has anything due: looks, while nothing else is
+  /// executed and time stands, which it makes up for afterwards. False: somebody is at work; it has not looked.
+  [[nodiscard]] virtual bool look_at_rest(ActorId /*actor*/, const std::function<void()>& look) {
+    look();
+    return true;
+  }
   /// Whether time stands still: paused, and in virtual time nothing is left to do at this instant.
   [[nodiscard]] virtual bool standing() const = 0;
   /// Told, in any thread, when time begins to stand still. Before `run()`.

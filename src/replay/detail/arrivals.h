@@ -26,8 +26,11 @@ class Arrivals {
   /// that of a changed one, which got there by itself.
   enum class NeverCame : std::uint8_t { kDoesNotCome, kComesAtOnce };
 
+  /// Whether all observations are noted, or those behind a moment at which nothing was on its way.
+  enum class From : std::uint8_t { kBeginning, kMiddle };
+
   /// @param plan  Of which leaves and deadlines are looked at; borrowed.
-  Arrivals(const project::Plan& plan, NeverCame never_came);
+  Arrivals(const project::Plan& plan, NeverCame never_came, From from = From::kBeginning);
   Arrivals(const Arrivals&) = delete;
   Arrivals& operator=(const Arrivals&) = delete;
 
@@ -83,6 +86,7 @@ class Arrivals {
 
   const project::Plan& plan_;
   NeverCame never_came_;
+  From from_;
   TimePoint ended_{};                          // the latest observation
   std::map<std::uint64_t, TimePoint> ticked_;  // when each tick of the root began
   std::deque<TimePoint> stops_;
@@ -100,6 +104,7 @@ class Arrivals {
   std::map<std::size_t, std::optional<Activation>> ticking_;  // by leaf: what was last asked of it
   std::map<std::size_t, std::optional<Activation>> halting_;
   std::map<std::pair<std::size_t, std::uint64_t>, TimePoint> late_timers_;       // by leaf and number
+  std::map<std::size_t, std::uint64_t> timers_before_;                           // by leaf: not noted
   std::map<std::pair<std::size_t, std::string>, std::deque<TimePoint>> vetoes_;  // by leaf and call
   std::map<std::size_t, Delayed> delayed_;                                       // by leaf
   std::map<std::size_t, std::deque<TimePoint>> kills_;                           // by leaf; time 0: when it was asked
