@@ -113,7 +113,7 @@ bool Arrivals::note_taken(const Message& message) {
     if (!all.empty()) all.back() = message.time;
   } else if (what == "timer.taken") {
     if (const auto number = number_in(message, "number")) {
-      late_timers_[{leaf->second, *number}] = message.time;
+      taken_timers_[{leaf->second, *number}] = message.time;
       timers_before_.try_emplace(leaf->second, from_ == From::kMiddle ? *number - 1 : 0);
     }
   } else if (what == "topic.taken" || what == "topic.untaken") {
@@ -230,10 +230,12 @@ TimePoint Arrivals::of_veto(std::size_t leaf, const std::string& call) {
 }
 
 TimePoint Arrivals::of_timer(std::size_t leaf, std::uint64_t number) const {
+  // A skill elsewhere tells nothing of its timers.
   const auto before = timers_before_.find(leaf);
   if (before == timers_before_.end()) return {};
-  const auto late = late_timers_.find({leaf, before->second + number});
-  return late != late_timers_.end() ? late->second : TimePoint{};
+  const auto taken = taken_timers_.find({leaf, before->second + number});
+  // One that was due, and had not been taken when its chart took it back.
+  return taken != taken_timers_.end() ? taken->second : never();
 }
 
 }  // namespace sentree::replay

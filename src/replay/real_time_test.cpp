@@ -298,6 +298,12 @@ TEST_F(RealTime, FaultsThatStandTogetherAreReplayedAsTheyRan) {
   }
 }
 
+// A publication that was late overtook it in that scenario, and the chart took it back.
+TEST_F(RealTime, ATimerThatWasDueAndNotTakenDoesNotRing) {
+  NoisyProject project;
+  EXPECT_EQ(judge(project.make(75)), "");
+}
+
 TEST_F(RealTime, AMomentIsTheSameFromTheLastSnapshotAtRest) {
   NoisyProject project;
   std::size_t restored = 0;

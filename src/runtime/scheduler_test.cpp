@@ -451,6 +451,44 @@ TEST(RealScheduler, SaysWhoDoesNotSettle) {
   EXPECT_EQ(scheduler->run(), std::nullopt);
 }
 
+TEST(RealScheduler, IsLookedAtOnlyWhileNobodyElseIsAtWork) {
+  const auto scheduler = make_real_scheduler();
+  const ActorId asking = scheduler->add_actor("asking");
+  const ActorId other = scheduler->add_actor("other");
+  std::atomic<bool> looking = false;
+  std::atomic<bool> done = false;
+  const auto look = [&] {
+    looking = true;
+    const TimePoint before = scheduler->now();
+    // A call elsewhere is answered meanwhile, and another one's time has come.
+    std::thread([&] {
+      scheduler->hand_over(other, [&] {
+        EXPECT_FALSE(looking);
+        done = true;
+        scheduler->stop();
+      });
+    }).join();
+    const auto until = std::chrono::steady_clock::now() + milliseconds(2);
+    while (std::chrono::steady_clock::now() < until) EXPECT_FALSE(done);
+    EXPECT_EQ(scheduler->now(), before);
+    looking = false;
+  };
+  scheduler->post(asking, [&] {
+    scheduler->post(other, [&] {
+      scheduler->post(asking, [&] {
+        const TimePoint before = scheduler->now();
+        scheduler->at(other, before + milliseconds(1), mission::Rank::kTimer, [&] { EXPECT_FALSE(looking); });
+        while (!scheduler->look_at_rest(asking, look)) {
+        }                                                       // while the other one ends its task
+        EXPECT_GE(scheduler->now() - before, milliseconds(2));  // as if it had not stood
+      });
+    });
+    EXPECT_FALSE(scheduler->look_at_rest(asking, [] { ADD_FAILURE() << "somebody has something to do"; }));
+  });
+  EXPECT_EQ(scheduler->run(), std::nullopt);
+  EXPECT_TRUE(done);
+}
+
 TEST(RealScheduler, GoesOnFromWhatAnotherOneHadToDeliverEachOnce) {
   constexpr std::size_t kLeaves = 3;
   mission::State state;

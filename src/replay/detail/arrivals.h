@@ -103,7 +103,7 @@ class Arrivals {
   std::map<TopicOf, std::size_t> published_now_;
   std::map<std::size_t, std::optional<Activation>> ticking_;  // by leaf: what was last asked of it
   std::map<std::size_t, std::optional<Activation>> halting_;
-  std::map<std::pair<std::size_t, std::uint64_t>, TimePoint> late_timers_;       // by leaf and number
+  std::map<std::pair<std::size_t, std::uint64_t>, TimePoint> taken_timers_;      // by leaf and number
   std::map<std::size_t, std::uint64_t> timers_before_;                           // by leaf: not noted
   std::map<std::pair<std::size_t, std::string>, std::deque<TimePoint>> vetoes_;  // by leaf and call
   std::map<std::size_t, Delayed> delayed_;                                       // by leaf
