@@ -27,6 +27,8 @@ expect 0 'design, execute, monitor and verify' "$sentree"
 expect 0 '^commit +([0-9a-f]{12}(\+changes)?|unknown)$' "$sentree" --version
 expect 0 '^sentree [0-9]+\.[0-9]+\.[0-9]+$' "$sentree" --version
 expect 0 'libyaml-cpp\.so\.' "$sentree" --version
+expect 4 'standard output' bash -c "exec '$sentree' --version >/dev/full"
+expect 4 'standard output' bash -c "exec '$sentree' run --help >/dev/full"
 # One file with versions, doctor's answers and the very recording.
 "$sentree" run examples/minimal --scenario visit --record "$work/visit.mcap" >/dev/null
 expect 0 'doctor.json' "$sentree" bug-report "$work/visit.mcap" -o "$work/report.tar.gz"

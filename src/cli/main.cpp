@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <iostream>
+#include <sstream>
 
 #include "sentree/cli/command_line.h"
 #include "sentree/cli/commands.h"
@@ -97,7 +99,10 @@ int command_line(int argc, char** argv) {
       say(unknown);
       return kUsage;
     }
-    return app.exit(error) == 0 ? kOk : kUsage;
+    std::ostringstream out;
+    const int code = app.exit(error, out, std::cerr);
+    if (answer) print(out.str());
+    return code == 0 ? kOk : kUsage;
   }
   const auto named =
       std::find_if(commands.begin(), commands.end(), [](const Command& one) { return one.app->parsed(); });

@@ -24,8 +24,10 @@ using std::filesystem::path;
 void files_below(const path& folder, std::vector<GivenFile>& all, Diagnostics& problems) {
   std::vector<path> found;
   std::error_code error;
+  path last = folder;  // which is opened by the next step, if it is a folder
   for (auto at = std::filesystem::recursive_directory_iterator(folder, error); at != decltype(at)();
        at.increment(error)) {
+    last = at->path();
     if (at->path().filename().string().starts_with('.')) {
       at.disable_recursion_pending();
     } else if (at->is_regular_file(error) && (at->path().extension() == ".xml" || is_chart_name(at->path()))) {
@@ -38,7 +40,7 @@ void files_below(const path& folder, std::vector<GivenFile>& all, Diagnostics& p
       return;
     }
   }
-  if (error) problems.push_back({Severity::kError, "file.unreadable", error.message(), SourceSpan{folder.string()}});
+  if (error) problems.push_back({Severity::kError, "file.unreadable", error.message(), SourceSpan{last.string()}});
   std::sort(found.begin(), found.end());
   for (path& file : found) all.push_back({std::move(file), false});
 }

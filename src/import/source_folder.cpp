@@ -22,10 +22,12 @@ Result<SourceFolder> SourceFolder::open(const std::filesystem::path& folder) {
     return fail("file.not-found", "there is no such folder", SourceSpan{folder.string()});
   SourceFolder source;
   source.folder_ = folder;
+  std::filesystem::path last = folder;  // which is opened by the next step, if it is a folder
   for (auto at = std::filesystem::recursive_directory_iterator(
            folder, std::filesystem::directory_options::skip_permission_denied, error);
        at != decltype(at)(); at.increment(error)) {
-    const std::string name = at->path().filename().string();
+    last = at->path();
+    const std::string name = last.filename().string();
     const bool is_folder = at->is_directory(error) && !at->is_symlink(error);
     if (is_folder) {
       const bool left_out = std::find(kLeftOut.begin(), kLeftOut.end(), name) != kLeftOut.end();
@@ -44,7 +46,7 @@ Result<SourceFolder> SourceFolder::open(const std::filesystem::path& folder) {
                   SourceSpan{folder.string()});
     }
   }
-  if (error) return fail("file.unreadable", error.message(), SourceSpan{folder.string()});
+  if (error) return fail("file.unreadable", error.message(), SourceSpan{last.string()});
   std::sort(source.files_.begin(), source.files_.end());
   return source;
 }
