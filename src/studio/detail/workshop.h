@@ -108,6 +108,8 @@ struct Workshop::Impl {
                               const Texts& texts) const;
   [[nodiscard]] std::string as_read(std::string message) const;
   void keep_findings(const Texts& texts, const Diagnostics& found, bool whole);
+  /// Files that are broken and that no part of a check has read: nothing names them, or what does is broken itself.
+  void add_unread(const Texts& texts, Diagnostics& found) const;
   void judge_past(const Texts& texts, const project::Plan& plan);
   void run_shadow(project::Plan plan, bool as_baseline, bool and_show, std::uint64_t of_revision);
 
