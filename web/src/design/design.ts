@@ -45,6 +45,8 @@ export interface DesignState {
   requirement: string | null;
   /** State to which a transition was drawn from the chosen one, "": one that is made for it; its event and condition are still to be said. */
   drawn_to: string | null;
+  /** The state that was just made, with the version that it left of its file, until its field is left. */
+  made: { file: string; state: string; version: number } | null;
   look: Look;
   /** Each edit is saved once it is checked. */
   autosave: boolean;
@@ -82,6 +84,7 @@ export const useDesign = create<DesignState>()(() => ({
   transition: null,
   requirement: null,
   drawn_to: null,
+  made: null,
   look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
   autosave: localStorage.getItem(kAutosaveStored) === "true",
   past: {},
@@ -738,9 +741,21 @@ export async function add_fresh_state(inside: string, kind: StateKind = "state")
   await gesture_then({ what: "add_state", inside, id, kind }, () => {
     is_chosen = true;
     choose_state(id);
+    const { file } = useDesign.getState();
+    if (file !== null) useDesign.setState({ made: { file, state: id, version: version_now() } });
     focus_field("design-state", id);
   });
   return is_chosen ? id : null;
+}
+
+/** A state that was just made goes again, unless something else was done to its file since. */
+export async function take_back_made(id: string): Promise<void> {
+  const { made, file } = useDesign.getState();
+  if (made?.state !== id || made.file !== file || made.version !== version_now()) return;
+  useDesign.setState({ made: null });
+  await undo();
+  if (chosen_state(useDesign.getState()) === null) choose_state(null);
+  focus_picture();
 }
 
 /** Frames that a field is waited for. */
