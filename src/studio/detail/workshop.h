@@ -59,6 +59,8 @@ struct Workshop::Impl {
     std::vector<design::Workspace::NewText> texts;
     std::size_t occurrences = 0;
   };
+  /// As pages are told it; of the texts of the index.
+  [[nodiscard]] List unfollowed_by(const lsp::Symbol& symbol) const;
   [[nodiscard]] Result<Renamed> renamed_texts(const lsp::Renaming& renaming) const;
   /// What may stand at a byte of a text, or what is known of what stands there (null: nothing).
   Result<Value> help_with(const std::string& file, std::uint64_t byte, bool complete);

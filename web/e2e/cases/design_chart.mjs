@@ -328,3 +328,15 @@ test("who chooses something else while an edit is on its way keeps that; picture
   await close();
   await program.stop();
 });
+
+test("renaming a state says what may mean it and cannot be told", async () => {
+  const { page, close, program, file } = await open_chart();
+  writeFileSync(file, kChart.replace('<transition event="halt"', '<transition event="halt" cond="In(_event.data.where)"'));
+  await state_at(page, "idle").click();
+  await until(async () => (await page.locator("#design-state").inputValue()) === "idle", "it is chosen");
+  await fill(page, "design-state", "still");
+  await did(page, "rename idle to still");
+  await page.getByTestId("refused").getByText("look at what may mean idle and stays as it is, for that cannot be told: skills/Own.scxml:5 In(…) of an expression").waitFor();
+  await close();
+  await program.stop();
+});
