@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
-#include "sentree/text/xml.h"
-#include "sentree/text/yaml.h"
+#include "sentree/design/detail/soundness.h"
 
 namespace sentree::design {
 
@@ -119,6 +120,12 @@ std::vector<Hunk> hunks(const Lines& a, const Lines& b) {
   return found;
 }
 
+// Of the same text. Where both come between the same two lines, which is first cannot be told.
+bool overlap(const Hunk& a, const Hunk& b) {
+  const bool same_gap = a.before_from == a.before_to && b.before_from == b.before_to && a.before_from == b.before_from;
+  return same_gap || (a.before_from < b.before_to && b.before_from < a.before_to);
+}
+
 bool is_inside_character(std::string_view text, std::size_t at) {
   return at < text.size() && (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
 }
@@ -200,8 +207,7 @@ std::optional<std::string> merge(std::string_view base, std::string_view mine, s
   std::size_t i = 0;
   std::size_t j = 0;
   while (i < ours.size() || j < others.size()) {
-    const bool touch = i < ours.size() && j < others.size() && ours[i].before_from <= others[j].before_to &&
-                       others[j].before_from <= ours[i].before_to;
+    const bool touch = i < ours.size() && j < others.size() && overlap(ours[i], others[j]);
     if (touch) {
       const bool same = ours[i].before_from == others[j].before_from && ours[i].before_to == others[j].before_to &&
                         my_lines.text(ours[i].after_from, ours[i].after_to) ==
@@ -209,8 +215,9 @@ std::optional<std::string> merge(std::string_view base, std::string_view mine, s
       if (!same) return std::nullopt;
       ++j;
     }
-    const bool mine_next =
-        touch || j >= others.size() || (i < ours.size() && ours[i].before_from < others[j].before_from);
+    // What comes before a line comes before what that has become.
+    const auto place = [](const Hunk& hunk) { return std::pair(hunk.before_from, hunk.before_to); };
+    const bool mine_next = touch || j >= others.size() || (i < ours.size() && place(ours[i]) < place(others[j]));
     const Hunk& next = mine_next ? ours[i] : others[j];
     out += lines.text(at, next.before_from);
     out += (mine_next ? my_lines : their_lines).text(next.after_from, next.after_to);
@@ -221,23 +228,13 @@ std::optional<std::string> merge(std::string_view base, std::string_view mine, s
   return out;
 }
 
-namespace {
-
-bool is_readable(const std::string& file, std::string_view text) {
-  if (file.ends_with(".yaml") || file.ends_with(".yml")) return text::parse_yaml(text, file).has_value();
-  if (!file.ends_with(".xml") && !file.ends_with(".scxml")) return true;
-  return text::XmlDocument::parse(std::string(text), file, {.lenient = true}).has_value();
-}
-
-}  // namespace
-
 Result<TextEdits> joined(const std::string& file, std::string_view earlier, std::string_view now,
                          const TextEdits& edits) {
   const auto edited = with_edits(earlier, edits);
   if (!edited) return tl::unexpected(edited.error());
   const auto merged = merge(earlier, now, *edited);
   if (!merged) return fail("design.conflict", fmt::format("the same lines of {} have been changed meanwhile", file));
-  if (!is_readable(file, *merged) && is_readable(file, now) && is_readable(file, *edited))
+  if (!is_sound(file, *merged) && is_sound(file, now) && is_sound(file, *edited))
     return fail("design.conflict", fmt::format("with what has been changed meanwhile, {} could not be read", file));
   return edits_between(now, *merged);
 }

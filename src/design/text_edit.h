@@ -38,12 +38,12 @@ inline constexpr int kDifferentLinesMax = 1000;
 /// Lines that the edits make end as the first line of `text` does: with CR LF, or LF.
 void end_lines_alike(std::string_view text, TextEdits& edits);
 
-/// Both changes of `base` in one text, line by line; what both made alike counts once. Nothing: they change lines that
-/// are the same or stand next to each other.
+/// Both changes of `base` in one text, line by line; what both made alike counts once. Nothing: they change the same
+/// lines, or put lines at the same place.
 [[nodiscard]] std::optional<std::string> merge(std::string_view base, std::string_view mine, std::string_view theirs);
 
 /// `edits` of an earlier text of a file as edits of what it is `now`. Errors: design.bad-edit; design.conflict: both
-/// changed the same lines, or a file that both leave readable would be none any more.
+/// changed the same lines, or a file that both leave sound would not be any more.
 [[nodiscard]] Result<TextEdits> joined(const std::string& file, std::string_view earlier, std::string_view now,
                                        const TextEdits& edits);
 

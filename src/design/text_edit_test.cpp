@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <random>
+#include <string>
+#include <utility>
 
 namespace sentree::design {
 namespace {
@@ -58,10 +61,57 @@ TEST(Merge, JoinsChangesOfDifferentLines) {
   EXPECT_EQ(merge("1\n2\n3\n", "x\n2\n3\n", "x\n2\n3\nnew\n"), "x\n2\n3\nnew\n");
 }
 
-TEST(Merge, RefusesTwoChangesOfOneLineOrOfNeighbours) {
+TEST(Merge, JoinsChangesOfNeighbours) {
+  EXPECT_EQ(merge("1\n2\n3\n", "1\nmine\n3\n", "1\n2\ntheirs\n"), "1\nmine\ntheirs\n");
+  EXPECT_EQ(merge("1\n2\n3\n", "1\nmine\n3\n", "1\n2\nnew\n3\n"), "1\nmine\nnew\n3\n");
+  EXPECT_EQ(merge("1\n2\n3\n", "1\nnew\n2\n3\n", "1\ntheirs\n3\n"), "1\nnew\ntheirs\n3\n");
+  EXPECT_EQ(merge("1\n2\n3\n", "1\n3\n", "1\n2\n"), "1\n");
+}
+
+TEST(Merge, RefusesTwoChangesOfOneLineOrAtOnePlace) {
   EXPECT_EQ(merge("1\n2\n3\n", "1\nmine\n3\n", "1\ntheirs\n3\n"), std::nullopt);
   EXPECT_EQ(merge("1\n2\n", "1\n2\nmine\n", "1\n2\ntheirs\n"), std::nullopt);
-  EXPECT_EQ(merge("1\n2\n3\n", "1\nmine\n3\n", "1\n2\ntheirs\n"), std::nullopt);
+  EXPECT_EQ(merge("1\n2\n3\n4\n", "1\nmine\n4\n", "1\n2\n3\nnew\n4\n"), "1\nmine\nnew\n4\n");
+  EXPECT_EQ(merge("1\n2\n3\n4\n", "1\nmine\n4\n", "1\n2\nnew\n3\n4\n"), std::nullopt);
+}
+
+// Whoever comes first: with the same lines changed, all of both is there.
+TEST(Merge, IsTheSameFromBothSidesAndHasAllOfBoth) {
+  const auto seed = std::random_device()();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  int joined_texts = 0;
+  for (int round = 0; round < 3000; ++round) {
+    std::string base;
+    std::string mine;
+    std::string theirs;
+    for (int line = 0; line < 6; ++line) {
+      const std::string text = "line " + std::to_string(line) + "\n";
+      base += text;
+      const auto edited = [&](const std::string& who) {
+        const std::string own = who + std::to_string(line) + "\n";
+        switch (random() % 8) {
+          case 0: return own;
+          case 1: return own + text;
+          case 2: return std::string();
+          default: return text;
+        }
+      };
+      mine += edited("mine ");
+      theirs += edited("theirs ");
+    }
+    const auto merged = merge(base, mine, theirs);
+    ASSERT_EQ(merged, merge(base, theirs, mine)) << base << "---\n" << mine << "---\n" << theirs;
+    if (!merged) continue;
+    ++joined_texts;
+    for (const auto& [one, who] : {std::pair(mine, "mine "), std::pair(theirs, "theirs ")}) {
+      for (int line = 0; line < 6; ++line) {
+        const std::string own = who + std::to_string(line) + "\n";
+        ASSERT_EQ(merged->find(own) != std::string::npos, one.find(own) != std::string::npos) << *merged;
+      }
+    }
+  }
+  EXPECT_GT(joined_texts, 300);
 }
 
 TEST(TextEdit, EditsOfAnEarlierTextAreJoinedWithWhatHappenedSince) {
@@ -79,6 +129,21 @@ TEST(TextEdit, EditsOfAnEarlierTextAreJoinedWithWhatHappenedSince) {
   // Each is readable, both together are not.
   const auto late = joined("m.yaml", "a: 1\n\n\nb: 2\n", "a: 1\n\n\nb: 2\n\nc: 3\n", {{0, 0, "c: 4\n"}});
   EXPECT_EQ(late.error().message, "with what has been changed meanwhile, m.yaml could not be read");
+  // Two states of one id; a decorator with two children.
+  const std::string chart = "<scxml><state id=\"a\"/>\n<state id=\"b\"/>\n</scxml>\n";
+  const std::size_t last = chart.find("</scxml>");
+  const std::string with_first = "<scxml><state id=\"new\"/><state id=\"a\"/>\n<state id=\"b\"/>\n</scxml>\n";
+  EXPECT_FALSE(joined("c.scxml", chart, with_first, {{last, last, "<state id=\"new\"/>\n"}}));
+  EXPECT_TRUE(joined("c.scxml", chart, with_first, {{last, last, "<state id=\"other\"/>\n"}}));
+  const std::string tree =
+      "<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\"><Inverter>\n<Sequence>\n<a/>\n</Sequence>\n"
+      "</Inverter></BehaviorTree></root>\n";
+  TextEdits unwrap;
+  for (const std::string& tag : {std::string("<Sequence>\n"), std::string("</Sequence>\n")})
+    unwrap.push_back({tree.find(tag), tree.find(tag) + tag.size(), ""});
+  std::string with_second = tree;
+  with_second.replace(tree.find("<a/>"), 4, "<a/><b/>");
+  EXPECT_FALSE(joined("m.xml", tree, with_second, unwrap));
 }
 
 }  // namespace

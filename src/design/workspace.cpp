@@ -11,6 +11,7 @@
 
 #include "sentree/base/shown.h"
 #include "sentree/design/detail/disk.h"
+#include "sentree/design/detail/soundness.h"
 #include "sentree/design/detail/step_order.h"
 #include "sentree/text/encoding.h"
 #include "sentree/text/xml.h"
@@ -171,8 +172,11 @@ Result<void> Workspace::edit(const std::string& file, std::uint64_t base, const 
   if (!edited) return tl::unexpected(edited.error());
   TextEdits made = edits;
   if (from != &now) {
-    auto merged = merge(*from, now, *edited);
-    if (!merged) return fail("design.conflict", fmt::format("the same lines of {} have been changed meanwhile", file));
+    auto merged = merged_soundly(file, *from, now, *edited);
+    if (!merged)
+      return fail(
+          "design.conflict",
+          fmt::format("the same lines of {} have been changed meanwhile, or both together could not be read", file));
     edited = std::move(*merged);
     made = edits_between(now, *edited);
   }
@@ -475,7 +479,7 @@ bool Workspace::take_from_disk(const std::string& file, Step& step) {
     document.theirs.reset();
     return true;
   }
-  auto merged = merge(document.saved, document.text, *there);
+  auto merged = merged_soundly(file, document.saved, document.text, *there);
   if (!merged || document.theirs) {
     document.theirs = *there;
     journal_due_ = true;

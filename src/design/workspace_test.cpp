@@ -565,6 +565,22 @@ TEST_F(WorkspaceTest, TakesWhatAnotherEditorWrites) {
   EXPECT_THAT(workspace.refresh({"mission.xml"}), ElementsAre());
 }
 
+TEST_F(WorkspaceTest, JoinsNeighbouringLinesButMakesNoBrokenFileOfTwoSoundOnes) {
+  Workspace workspace = open();
+  replace(workspace, "mission.xml", "<b/>", "<B/>");
+  write("mission.xml", "<root>\n  <A/>\n  <b/>\n  <C/>\n  <d/>\n</root>\n");
+  EXPECT_THAT(workspace.refresh({""}), ElementsAre("mission.xml"));
+  EXPECT_EQ(workspace.find("mission.xml")->text, "<root>\n  <A/>\n  <B/>\n  <C/>\n  <d/>\n</root>\n");
+  ASSERT_TRUE(workspace.save("mission.xml"));
+  // One opens an element around a line, the other another around the next.
+  replace(workspace, "mission.xml", "  <A/>\n", "  <x>\n  <A/>\n");
+  replace(workspace, "mission.xml", "  <C/>\n", "  <C/>\n  </x>\n");
+  write("mission.xml", "<root>\n  <A/>\n  <y>\n  <B/>\n  <C/>\n  <d/>\n  </y>\n</root>\n");
+  workspace.refresh({""});
+  EXPECT_TRUE(workspace.find("mission.xml")->theirs.has_value());
+  EXPECT_THAT(workspace.find("mission.xml")->text, testing::Not(testing::HasSubstr("<y>")));
+}
+
 TEST_F(WorkspaceTest, TakesWhatChangedAtOnceAsOneStep) {
   write("notes.req", "a: always level > 1.\n");
   write("more.yaml", "a: 1\n");

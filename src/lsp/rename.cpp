@@ -11,6 +11,7 @@
 #include "sentree/lsp/file_names.h"
 #include "sentree/monitor/requirement.h"
 #include "sentree/project/mission_tree.h"
+#include "sentree/scxml/edit.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
 #include "sentree/text/yaml.h"
@@ -273,6 +274,48 @@ Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::str
     }
   }
   return renaming;
+}
+
+namespace {
+
+// Between dots, as in "done.state.moving"; a name may have dots itself.
+bool has_part(std::string_view text, std::string_view name) {
+  for (std::size_t at = text.find(name); at != std::string_view::npos; at = text.find(name, at + 1)) {
+    const std::size_t end = at + name.size();
+    if ((at == 0 || text[at - 1] == '.') && (end == text.size() || text[end] == '.')) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<Unfollowed> unfollowed(const Index& index, const Symbol& symbol) {
+  std::vector<Unfollowed> found;
+  const bool is_state = symbol.kind == SymbolKind::kState;
+  if (!is_state && symbol.kind != SymbolKind::kNode && symbol.kind != SymbolKind::kSkill &&
+      symbol.kind != SymbolKind::kService)
+    return found;
+  const std::string name = written_name(symbol);
+  const std::string in_messages = is_state ? name : bt::event_name(name);
+  for (const auto& [file, content] : index.files()) {
+    if (content.kind != FileKind::kChart || (is_state && symbol.name != fmt::format("{}#{}", file, name))) continue;
+    const auto document = text::XmlDocument::parse(content.text, file, {.lenient = true});
+    if (!document) continue;
+    const auto is_followed = [&, &occurrences = content.occurrences](const scxml::TextInScript& text) {
+      return std::any_of(occurrences.begin(), occurrences.end(),
+                         [&](const Occurrence& one) { return one.from >= text.from && one.to <= text.to; });
+    };
+    text::for_each_element(document->root(), [&, &path = file](const text::XmlElement& element) {
+      for (const scxml::TextInScript& text : scxml::texts_in_scripts(*document, element)) {
+        if (text.computed && is_state)
+          found.push_back({path, text.from, "In(…) of an expression"});
+        else if (!text.computed && (has_part(text.text, name) || has_part(text.text, in_messages)) &&
+                 !is_followed(text))
+          found.push_back({path, text.from, fmt::format("'{}'", text.text)});
+      }
+    });
+  }
+  return found;
 }
 
 }  // namespace sentree::lsp

@@ -27,4 +27,16 @@ struct Renaming {
 /// that may name it cannot be read).
 [[nodiscard]] Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::string& name);
 
+/// A place that a renaming leaves as it is, though it may mean the symbol.
+struct Unfollowed {
+  std::string file;      ///< Absolute.
+  std::size_t from = 0;  ///< Byte of its text.
+  std::string what;      ///< "In(…) of an expression", "'moving'".
+};
+/// What scripts and expressions of charts have that may mean a state, a node, a skill or a service and of which that
+/// cannot be told: texts that have its name, alone or between dots, and, of a state, every `In` of an expression in its
+/// chart. Of other symbols nothing.
+/// Cost: the charts that have the name are read.
+[[nodiscard]] std::vector<Unfollowed> unfollowed(const Index& index, const Symbol& symbol);
+
 }  // namespace sentree::lsp

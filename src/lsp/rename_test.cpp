@@ -21,7 +21,9 @@ namespace sentree::lsp {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 /// A project on disk, in which things are called otherwise.
 class Renamed {
@@ -260,6 +262,29 @@ TEST(RenamingOfStates, FollowsScriptsBlanksAndNamesWithDots) {
   EXPECT_EQ(project.rename(project.of_file(SymbolKind::kState, file, "l\u00F6ok"), "plain"), "");
   EXPECT_THAT(project.text(file),
               AllOf(HasSubstr("id=\"seeing\""), HasSubstr("target=\"plain\""), HasSubstr("<state id=\"plain\"/>")));
+}
+
+TEST(RenamingOfStates, TellsOfWhatMayMeanThemAndIsNotFollowed) {
+  Renamed project("handover");
+  project.write(
+      "skills/Inspect.scxml",
+      "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" name=\"Inspect\" "
+      "datamodel=\"ecmascript\"><datamodel><data id=\"next\" expr=\"'looking'\"/></datamodel>\n"
+      "<script><![CDATA[var a = In('looking'); // 'looking' in a comment\nvar b = 'it is looking';]]></script>"
+      "<state id=\"looking\"><transition cond=\"In(next) || In('look' + 'ing')\" target=\"other\"/>"
+      "<transition cond=\"_event.name == &quot;done.state.looking&quot;\" target=\"other\"/></state>"
+      "<state id=\"other\"/><final id=\"success\"/></scxml>");
+  const auto told = [&](const Symbol& symbol) {
+    std::vector<std::string> all;
+    for (const Unfollowed& one : unfollowed(project.index(), symbol)) all.push_back(one.what);
+    return all;
+  };
+  const std::string file = "skills/Inspect.scxml";
+  const std::string computed = "In(…) of an expression";
+  EXPECT_THAT(told(project.of_file(SymbolKind::kState, file, "looking")),
+              ElementsAre("'looking'", computed, computed, "'done.state.looking'"));
+  EXPECT_THAT(told(project.of_file(SymbolKind::kState, file, "other")), ElementsAre(computed, computed));
+  EXPECT_THAT(told({SymbolKind::kLocation, "looking"}), IsEmpty());
 }
 
 TEST(RenamingOfTrees, FindsThemByWhatReferencesMean) {

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
+#include <string>
+#include <string_view>
 
 #include "sentree/bt/load.h"
 #include "sentree/bt/write.h"
@@ -166,6 +170,23 @@ Value Server::Impl::prepare_rename(const Value& params) {
              {"placeholder", written_name(occurrence->symbol)}};
 }
 
+// The answer has no place for it.
+void Server::Impl::tell_unfollowed(const Index& index, const Symbol& symbol) {
+  std::string places;
+  for (const Unfollowed& one : unfollowed(index, symbol)) {
+    const auto before = std::string_view(index.find(one.file)->text).substr(0, one.from);
+    places += fmt::format("{}{}:{} {}", places.empty() ? "" : ", ",
+                          std::filesystem::path(one.file).lexically_relative(index.folder()).generic_string(),
+                          1 + std::count(before.begin(), before.end(), '\n'), one.what);
+  }
+  if (places.empty()) return;
+  constexpr std::int64_t kWarning = 2;
+  note("window/showMessage",
+       Map{{"type", kWarning},
+           {"message", fmt::format("{} may be meant here too, which cannot be told and stays as it is: {}",
+                                   written_name(symbol), places)}});
+}
+
 Value Server::Impl::renamed(const Value& params) {
   const Where at = where(params, true);
   const Occurrence* const occurrence = at.index.at(at.file, at.offset);
@@ -174,6 +195,7 @@ Value Server::Impl::renamed(const Value& params) {
   if (!renaming) throw Refusal{kRequestFailed, renaming.error().message};
   if (!renaming->files.empty() && !renames_files)
     throw Refusal{kRequestFailed, "the skill's chart would have to be renamed, which this editor cannot do"};
+  tell_unfollowed(at.index, occurrence->symbol);
   if (!renames_files) {
     Map changes;
     for (const auto& [file, edits] : renaming->edits) {

@@ -493,6 +493,15 @@ TEST_F(Renaming, OfAStateChangesTransitionsAndWhatTheProjectSaysOfIt) {
   EXPECT_THAT(problems(), ::testing::IsEmpty());
 }
 
+TEST_F(Renaming, OfAStateTellsOfWhatItCannotFollow) {
+  rename("skills/GoToLocation.scxml", "id=\"moving\"", 6, "driving");
+  EXPECT_THAT(editor.shown, ::testing::IsEmpty());
+  editor.replace("skills/GoToLocation.scxml", "<transition ", "<transition cond=\"In(_event.data)\" ");
+  editor.ask("rename", "skills/GoToLocation.scxml", "id=\"moving\"", 6, Map{{"newName", "driving"}});
+  EXPECT_THAT(editor.shown, ::testing::ElementsAre(HasSubstr("moving may be meant here too")));
+  EXPECT_THAT(editor.shown.back(), HasSubstr("skills/GoToLocation.scxml:"));
+}
+
 TEST_F(Renaming, OfASkillRenamesItsChart) {
   rename("mission.xml", "<WaitForUser", 3, "AwaitPerson");
   EXPECT_TRUE(std::filesystem::exists(editor.folder() / "skills/AwaitPerson.scxml"));

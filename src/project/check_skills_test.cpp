@@ -283,8 +283,8 @@ TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
             {"skills/Unused.scxml", nullptr, "<scxml/>"},
             {"scenarios/other.yml", nullptr, "duration: 1 s"}});
   EXPECT_THAT(all,
-              HasSubstr("sentree.yaml: warning: requirements/speed.req is watched by nobody; name it under monitors: "
-                        "- {file: requirements/speed.req}"));
+              HasSubstr("requirements/speed.req: warning: requirements/speed.req is watched by nobody; name it under "
+                        "monitors: - {file: requirements/speed.req}"));
   EXPECT_THAT(all, HasSubstr("speed.req:1:17: warning: the project has no service \"batery\""));
   EXPECT_THAT(all, HasSubstr("warning: monitors/other.scxml is watched by nobody"));
   EXPECT_THAT(all, HasSubstr("note: skills/Unused.scxml is run by nobody: the mission has no leaf \"Unused\""));

@@ -135,7 +135,7 @@ void check_unnamed(const Project& project, Diagnostics& diagnostics) {
       message = fmt::format("{0} is watched by nobody; name it under monitors: - {{file: {0}}}", name);
     }
     diagnostics.push_back({name.starts_with("skills/") && !is_never_run ? Severity::kNote : Severity::kWarning,
-                           "check.unnamed", std::move(message), SourceSpan{project.file}});
+                           "check.unnamed", std::move(message), SourceSpan{project.shown(name)}});
     if (one.file.extension() != ".req") continue;
     Diagnostics found;
     check_requirements(project, one.file, vocabulary, found);

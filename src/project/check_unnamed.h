@@ -12,7 +12,8 @@ inline constexpr int kNamedDepthMax = 4;
 /// also by its leaf; comments count, so that what is left out on purpose can be written down.
 ///
 /// Warnings: check.unnamed of requirements (with what is wrong with them, as far as they stand in this project),
-/// monitors and scenarios, and of skills that are called like a built-in node; note: of other skills.
+/// monitors and scenarios, and of skills that are called like a built-in node; note: of other skills. Each is told at
+/// the file that nothing names.
 /// Cost: the files of those four folders are listed; texts are read until each of them has been named.
 void check_unnamed(const Project& project, Diagnostics& diagnostics);
 

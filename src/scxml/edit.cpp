@@ -107,32 +107,51 @@ WrittenCode written_code(std::string_view source, std::size_t from, std::size_t 
   return code;
 }
 
-void collect_states(const WrittenCode& code, bool bare, std::vector<StateInScript>& found) {
-  for (const std::string_view id : states_asked_for(code.text, bare)) {
-    const auto at = static_cast<std::size_t>(id.data() - code.text.data());
-    // What follows is a quote, a blank or a parenthesis: where the last byte ends.
-    found.push_back({std::string(id), code.places[at], code.places[at + id.size()]});
-  }
-}
-
-}  // namespace
-
-std::vector<StateInScript> states_in_scripts(const text::XmlDocument& document, const text::XmlElement& element) {
+// The expressions of an element, and the script that it holds.
+std::vector<WrittenCode> codes_of(const text::XmlDocument& document, const text::XmlElement& element) {
   const std::string_view source = document.source();
-  const std::string_view data_model = document.root().attribute("datamodel").value_or("null");
-  const bool bare = data_model == "null";
-  std::vector<StateInScript> found;
+  std::vector<WrittenCode> codes;
   for (const text::XmlAttributePlace& place : element.attribute_places()) {
     const std::string_view name = source.substr(place.name_begin, place.name_end - place.name_begin);
     const bool is_code = name == "cond" || name == "location" || name == "array" || name.ends_with("expr");
     if (is_code && name.find(':') == std::string_view::npos)
-      collect_states(written_code(source, place.value_begin, place.value_end, true), bare, found);
+      codes.push_back(written_code(source, place.value_begin, place.value_end, true));
   }
   const std::string_view kind = element.local_name();
   if ((kind == "script" || kind == "data" || kind == "assign") && !element.first_child()) {
     const std::string_view inside = element.inner_source();
     const auto from = static_cast<std::size_t>(inside.data() - source.data());
-    if (!inside.empty()) collect_states(written_code(source, from, from + inside.size(), false), bare, found);
+    if (!inside.empty()) codes.push_back(written_code(source, from, from + inside.size(), false));
+  }
+  return codes;
+}
+
+bool asks_without_quotes(const text::XmlDocument& document) {
+  return document.root().attribute("datamodel").value_or("null") == "null";
+}
+
+}  // namespace
+
+std::vector<StateInScript> states_in_scripts(const text::XmlDocument& document, const text::XmlElement& element) {
+  std::vector<StateInScript> found;
+  for (const WrittenCode& code : codes_of(document, element)) {
+    for (const std::string_view id : states_asked_for(code.text, asks_without_quotes(document))) {
+      const auto at = static_cast<std::size_t>(id.data() - code.text.data());
+      // What follows is a quote, a blank or a parenthesis: where the last byte ends.
+      found.push_back({std::string(id), code.places[at], code.places[at + id.size()]});
+    }
+  }
+  return found;
+}
+
+std::vector<TextInScript> texts_in_scripts(const text::XmlDocument& document, const text::XmlElement& element) {
+  std::vector<TextInScript> found;
+  for (const WrittenCode& code : codes_of(document, element)) {
+    for (const ScriptMention& one : texts_in_script(code.text, asks_without_quotes(document))) {
+      const auto at = static_cast<std::size_t>(one.text.data() - code.text.data());
+      found.push_back(
+          {std::string(one.text), one.is_computed_state, code.places[at], code.places[at + one.text.size()]});
+    }
   }
   return found;
 }

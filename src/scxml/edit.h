@@ -24,6 +24,17 @@ struct StateInScript {
 [[nodiscard]] std::vector<StateInScript> states_in_scripts(const text::XmlDocument& document,
                                                            const text::XmlElement& element);
 
+/// What else of them may name a state: texts, of which the ids in those places are some, and every `In` that asks for a
+/// state by an expression.
+struct TextInScript {
+  std::string text;       ///< As it is meant: references resolved.
+  bool computed = false;  ///< `In` of an expression.
+  std::size_t from = 0;   ///< Bytes of the document, without the quotes.
+  std::size_t to = 0;
+};
+[[nodiscard]] std::vector<TextInScript> texts_in_scripts(const text::XmlDocument& document,
+                                                         const text::XmlElement& element);
+
 /// Changes to a chart's document. What is not touched stays as it was written, byte for byte: comments, the order of
 /// attributes, and what other tools keep in them (Qt Creator's qt:editorinfo).
 ///

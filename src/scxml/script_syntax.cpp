@@ -427,10 +427,10 @@ std::optional<std::vector<ScriptToken>> script_tokens(std::string_view source) {
   return tokens;
 }
 
-std::vector<std::string_view> states_asked_for(std::string_view source, bool bare) {
-  std::vector<std::string_view> found;
-  if (source.find("In") == std::string_view::npos) return found;
-  // Where something is no token, the calls before and behind it are still found.
+namespace {
+
+// Where something is no token, what stands before and behind it is still found.
+std::vector<Token> tokens_as_far_as_there_are(std::string_view source) {
   std::vector<Token> tokens;
   Lexer lexer(source);
   bool divides = false;
@@ -439,19 +439,52 @@ std::vector<std::string_view> states_asked_for(std::string_view source, bool bar
     divides = divides_behind(token);
     tokens.push_back(std::move(token));
   }
-  for (std::size_t i = 0; i + 3 < tokens.size(); ++i) {
-    const bool calls = tokens[i].kind == Token::Kind::kName && tokens[i].raw == "In" && tokens[i + 1].raw == "(";
-    if (!calls || (i > 0 && (tokens[i - 1].raw == "." || tokens[i - 1].raw == "function"))) continue;
-    const Token& id = tokens[i + 2];
-    if (id.kind == Token::Kind::kText && tokens[i + 3].raw == ")") {
-      const std::string_view inside = id.raw.substr(1, id.raw.size() - 2);
-      if (!inside.empty() && inside.find('\\') == std::string_view::npos) found.push_back(inside);
-    } else if (bare && id.kind == Token::Kind::kName) {
-      const auto from = static_cast<std::size_t>(id.raw.data() - source.data());
-      const std::size_t end = source.find_first_of("'\"() \t\r\n", from);
-      const std::size_t close = source.find_first_not_of(" \t\r\n", end);
-      if (close != std::string_view::npos && source[close] == ')') found.push_back(source.substr(from, end - from));
-    }
+  return tokens;
+}
+
+bool asks_for_state(const std::vector<Token>& tokens, std::size_t i) {
+  const bool calls = tokens[i].kind == Token::Kind::kName && tokens[i].raw == "In" && i + 3 < tokens.size() &&
+                     tokens[i + 1].raw == "(";
+  return calls && (i == 0 || (tokens[i - 1].raw != "." && tokens[i - 1].raw != "function"));
+}
+
+std::string_view inside_of(const Token& text) { return text.raw.substr(1, text.raw.size() - 2); }
+
+// By a call at `i`: the id, as written; empty: what that is, is computed.
+std::string_view state_asked_for(std::string_view source, const std::vector<Token>& tokens, std::size_t i, bool bare) {
+  const Token& id = tokens[i + 2];
+  if (id.kind == Token::Kind::kText && tokens[i + 3].raw == ")") {
+    const std::string_view inside = inside_of(id);
+    return inside.find('\\') == std::string_view::npos ? inside : std::string_view();
+  }
+  if (!bare || id.kind != Token::Kind::kName) return {};
+  const auto from = static_cast<std::size_t>(id.raw.data() - source.data());
+  const std::size_t end = source.find_first_of("'\"() \t\r\n", from);
+  const std::size_t close = source.find_first_not_of(" \t\r\n", end);
+  return close != std::string_view::npos && source[close] == ')' ? source.substr(from, end - from) : std::string_view();
+}
+
+}  // namespace
+
+std::vector<std::string_view> states_asked_for(std::string_view source, bool bare) {
+  std::vector<std::string_view> found;
+  if (source.find("In") == std::string_view::npos) return found;
+  const std::vector<Token> tokens = tokens_as_far_as_there_are(source);
+  for (std::size_t i = 0; i < tokens.size(); ++i) {
+    if (!asks_for_state(tokens, i)) continue;
+    if (const std::string_view id = state_asked_for(source, tokens, i, bare); !id.empty()) found.push_back(id);
+  }
+  return found;
+}
+
+std::vector<ScriptMention> texts_in_script(std::string_view source, bool bare) {
+  std::vector<ScriptMention> found;
+  const std::vector<Token> tokens = tokens_as_far_as_there_are(source);
+  for (std::size_t i = 0; i < tokens.size(); ++i) {
+    if (tokens[i].kind == Token::Kind::kText)
+      found.push_back({inside_of(tokens[i]), false});
+    else if (asks_for_state(tokens, i) && state_asked_for(source, tokens, i, bare).empty())
+      found.push_back({tokens[i].raw, true});
   }
   return found;
 }

@@ -77,6 +77,15 @@ struct ScriptToken {
 /// quotes too, as the null data model has it.
 [[nodiscard]] std::vector<std::string_view> states_asked_for(std::string_view source, bool bare = false);
 
+/// What a name may be in, in a script, without being found by `states_asked_for`: a text, or an `In` that asks for a
+/// state by an expression.
+struct ScriptMention {
+  std::string_view text;  ///< Between the quotes, as written; `In` itself.
+  bool is_computed_state = false;
+};
+/// Every one of a script, in order. `bare` as there.
+[[nodiscard]] std::vector<ScriptMention> texts_in_script(std::string_view source, bool bare = false);
+
 /// Whether every heap has a global of that name: `Math`, `parseInt`, …
 [[nodiscard]] bool is_script_global(std::string_view name);
 

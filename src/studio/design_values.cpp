@@ -10,6 +10,7 @@
 #include "sentree/graph/chart.h"
 #include "sentree/project/interface_file.h"
 #include "sentree/scxml/model.h"
+#include "sentree/text/xml.h"
 #include "sentree/text/yaml.h"
 
 namespace sentree::studio {
@@ -136,6 +137,13 @@ Value edited_chart_value(const scxml::Chart& chart) {
              {"data", texts_value(parts.data)}};
 }
 
+std::optional<Diagnostic> why_no_chart(const Loaded<scxml::Chart>& chart) {
+  if (chart.value) return std::nullopt;
+  const auto error = std::find_if(chart.diagnostics.begin(), chart.diagnostics.end(),
+                                  [](const Diagnostic& d) { return d.severity == Severity::kError; });
+  return error != chart.diagnostics.end() ? std::optional(*error) : std::nullopt;
+}
+
 }  // namespace
 
 Value chart_value(const scxml::Chart& chart) {
@@ -198,13 +206,10 @@ Value document_value(const std::string& file, const design::Document& document, 
     }
   } else if (file.ends_with(".scxml")) {
     const auto chart = scxml::load(document.text, file);
-    if (chart.value) {
+    if (chart.value)
       value["chart"] = edited_chart_value(*chart.value);
-    } else {
-      const auto error = std::find_if(chart.diagnostics.begin(), chart.diagnostics.end(),
-                                      [](const Diagnostic& d) { return d.severity == Severity::kError; });
-      if (error != chart.diagnostics.end()) wrong(*error);
-    }
+    else if (const auto why = why_no_chart(chart))
+      wrong(*why);
   } else if (file.ends_with(".yaml") || file.ends_with(".yml")) {
     if (const auto read = text::parse_yaml(document.text, file); !read) wrong(read.error());
   } else if (kind == "requirement") {
@@ -217,6 +222,18 @@ Value document_value(const std::string& file, const design::Document& document, 
     }
   }
   return value;
+}
+
+std::optional<Diagnostic> unreadable(const std::string& file, std::string_view text, const design::Kinds& kinds) {
+  const auto why_not = [](const auto& read) {
+    return read ? std::optional<Diagnostic>() : std::optional<Diagnostic>(read.error());
+  };
+  if (kind_of_file(file, text) == "mission") return why_not(design::outline_of(text, kinds, file));
+  if (file.ends_with(".xml")) return why_not(text::XmlDocument::parse(std::string(text), file, {.lenient = true}));
+  if (file.ends_with(".scxml")) return why_no_chart(scxml::load(text, file));
+  if (file.ends_with(".yaml") || file.ends_with(".yml")) return why_not(text::parse_yaml(text, file));
+  if (file.ends_with(".req")) return why_not(design::sentences_of(text, file));
+  return std::nullopt;
 }
 
 namespace {

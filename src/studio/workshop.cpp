@@ -317,7 +317,9 @@ Result<Value> Workshop::Impl::rename(const AskedEdit& asked) {
     const Value* const renamed = done ? done->find("places") : nullptr;
     if (renamed == nullptr || renamed->number() != 0 || !asked.has("gesture")) return done;
     if (auto edited = edit_by_gesture(asked); !edited) return edited;
-    return Value(Map{{"files", List{asked.text("file")}}, {"places", 0}});
+    const Value* const left = done->find("left");
+    return Value(
+        Map{{"files", List{asked.text("file")}}, {"places", 0}, {"left", left != nullptr ? *left : Value(List())}});
   }
   return fail("studio.request", "what is to be renamed: a location, tree, node or state?");
 }

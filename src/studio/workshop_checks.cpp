@@ -1,8 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <set>
+#include <string>
 
 #include "sentree/base/json.h"
+#include "sentree/project/check_unnamed.h"
+#include "sentree/project/interface_file.h"
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/skill_models.h"
 #include "sentree/studio/detail/design_values.h"
@@ -108,6 +113,30 @@ void Workshop::Impl::keep_findings(const Texts& texts, const Diagnostics& found,
     }
   }
   findings = std::move(located);
+}
+
+void Workshop::Impl::add_unread(const Texts& texts, Diagnostics& found) const {
+  std::set<std::string> told;
+  for (const Diagnostic& diagnostic : found) {
+    const bool is_broken = diagnostic.severity != Severity::kNote && diagnostic.span.line > 0;
+    if (is_broken) told.insert(design::file_inside(folder, diagnostic.span.file));
+  }
+  for (const auto& [file, text] : texts.texts) {
+    if (told.contains(file)) continue;
+    // YAML of others may have more in it than is read here.
+    if (kind_of_file(file, text) == "other" && !file.ends_with(".xml")) continue;
+    std::optional<Diagnostic> why = unreadable(file, text, kinds);
+    if (!why && file.ends_with(".thrift")) {
+      const auto schema = project::load_interface(folder / file, file);
+      const auto error = std::find_if(schema.diagnostics.begin(), schema.diagnostics.end(),
+                                      [](const Diagnostic& d) { return d.severity == Severity::kError; });
+      if (error != schema.diagnostics.end()) why = *error;
+    }
+    if (!why) continue;
+    // Nothing that runs rests on it.
+    why->severity = Severity::kWarning;
+    found.push_back(std::move(*why));
+  }
 }
 
 // What the open requirements say of the last runs.
@@ -265,7 +294,9 @@ void Workshop::Impl::check_and_run() {
     if (is_current()) {
       // A scope in between may have taken the texts away from this thread.
       const text::ReadThrough again(texts.overlay);
-      const Diagnostics whole = project::check_project(project, parts);
+      Diagnostics whole = project::check_project(project, parts);
+      if (project.ok()) project::check_unnamed(*project.value, whole);
+      add_unread(texts, whole);
       if (is_current()) {
         keep_findings(texts, whole, true);
         const std::lock_guard lock(mutex);

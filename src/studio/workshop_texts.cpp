@@ -78,6 +78,17 @@ Result<Workshop::Impl::Renamed> Workshop::Impl::renamed_texts(const lsp::Renamin
   return renamed;
 }
 
+List Workshop::Impl::unfollowed_by(const lsp::Symbol& symbol) const {
+  List left;
+  for (const lsp::Unfollowed& one : lsp::unfollowed(index, symbol)) {
+    const auto before = std::string_view(index.find(one.file)->text).substr(0, one.from);
+    left.push_back(Map{{"file", design::file_inside(folder, one.file)},
+                       {"line", 1 + static_cast<std::int64_t>(std::count(before.begin(), before.end(), '\n'))},
+                       {"text", one.what}});
+  }
+  return left;
+}
+
 Result<Value> Workshop::Impl::uses_of(const std::string& file) {
   if (workspace.find(file) == nullptr)
     return fail("design.no-such-file", fmt::format("\"{}\" is no file of this project", file));
@@ -139,7 +150,7 @@ Result<Value> Workshop::Impl::rename(const lsp::Symbol& symbol, const std::strin
       const auto defining =
           std::count_if(found.begin(), found.end(), [](const auto& place) { return place.occurrence->defines; });
       if (defining == 1 && found.size() > 1) break;
-      return Value(Map{{"files", List()}, {"places", 0}});
+      return Value(Map{{"files", List()}, {"places", 0}, {"left", unfollowed_by(symbol)}});
     }
     default:
       if (!found.empty()) break;
@@ -150,6 +161,7 @@ Result<Value> Workshop::Impl::rename(const lsp::Symbol& symbol, const std::strin
   if (!renaming) return tl::unexpected(renaming.error());
   auto renamed = renamed_texts(*renaming);
   if (!renamed) return tl::unexpected(renamed.error());
+  List left = unfollowed_by(symbol);
   auto& [texts, occurrences] = *renamed;
   std::vector<std::string> files;
   for (const auto& text : texts) files.push_back(text.file);
@@ -160,7 +172,8 @@ Result<Value> Workshop::Impl::rename(const lsp::Symbol& symbol, const std::strin
   }
   List named;
   for (const std::string& file : files) named.emplace_back(file);
-  return Value(Map{{"files", std::move(named)}, {"places", static_cast<std::int64_t>(occurrences)}});
+  return Value(
+      Map{{"files", std::move(named)}, {"places", static_cast<std::int64_t>(occurrences)}, {"left", std::move(left)}});
 }
 
 }  // namespace sentree::studio

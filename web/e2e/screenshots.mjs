@@ -1,15 +1,17 @@
 // The pictures of the README and of docs/designing.md, from real runs and a project that is edited: node e2e/screenshots.mjs [FOLDER]
 import { spawnSync } from "node:child_process";
-import { mkdirSync } from "node:fs";
+import { mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
 import { open_page, text, until } from "./harness/browser.mjs";
 import { copy_of, open_design, serve_design, settled } from "./harness/design.mjs";
+import { smaller } from "./harness/png.mjs";
 import { example, kRoot, program as sentree, serve_run } from "./harness/program.mjs";
 
 const folder = process.argv[2] ?? join(kRoot, "docs/images");
 mkdirSync(folder, { recursive: true });
+const keep = async (page, name) => writeFileSync(join(folder, `${name}.png`), smaller(await page.screenshot()));
 
 for (const theme of ["light", "dark"]) {
   test(`studio-${theme}`, async () => {
@@ -22,7 +24,7 @@ for (const theme of ["light", "dark"]) {
     await page.keyboard.press("v");
     await page.getByTestId("violation-story").waitFor();
     await page.evaluate(() => new Promise((settle) => requestAnimationFrame(() => requestAnimationFrame(settle))));
-    await page.screenshot({ path: join(folder, `studio-${theme}.png`) });
+    await keep(page, `studio-${theme}`);
     await close();
     await program.stop();
   });
@@ -45,13 +47,18 @@ test("design", async () => {
   for (const [name, [file, shown]] of Object.entries(kDesigns)) {
     const { page, close } = await open_design(program.url, { width: 1280, height: 800, file });
     await page.locator(shown).first().waitFor();
+    await page.locator(".cm-content").waitFor();
     await settled(page);
     if (name === "chart") {
       await page.locator('[data-testid=design-chart] [data-id="starting"] .name').first().click();
       await page.getByTestId("design-chart").press("t");
     }
-    if (name === "requirement") await page.getByTestId("past").locator("summary").first().click();
-    await page.screenshot({ path: join(folder, `design-${name}.png`) });
+    if (name === "requirement") {
+      const chart = page.locator("details", { hasText: "The chart that watches for it" }).first();
+      await chart.locator("summary").click();
+      await chart.evaluate((element) => element.scrollIntoView({ block: "end" }));
+    }
+    await keep(page, `design-${name}`);
     await close();
   }
   await program.stop();

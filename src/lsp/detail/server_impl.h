@@ -176,6 +176,7 @@ struct Server::Impl {
   Value references(const Value& params);
   Value highlights(const Value& params);
   Value prepare_rename(const Value& params);
+  void tell_unfollowed(const Index& index, const Symbol& symbol);
   Value renamed(const Value& params);
   Value outline_value(const IndexedFile& file, const std::vector<OutlinePart>& parts) const;
   Value symbols(const Value& params);

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/base/value.h"
@@ -101,6 +102,7 @@ class Editor {
       if (const Value* method = message.find("method"); method != nullptr) {
         if (method->text() == "textDocument/publishDiagnostics")
           diagnostics[std::string(message.at({"params", "uri"})->text())] = *message.at({"params", "diagnostics"});
+        if (method->text() == "window/showMessage") shown.emplace_back(message.at({"params", "message"})->text());
       } else if (const Value* id = message.find("id"); id != nullptr && id->as_int() != nullptr) {
         answers[*id->as_int()] = std::move(message);
       } else {
@@ -113,6 +115,7 @@ class Editor {
   Value initialized;
   std::map<std::int64_t, Value> answers;
   List unasked;
+  std::vector<std::string> shown;            // to who edits
   std::map<std::string, Value> diagnostics;  // by URI
   std::map<std::string, std::string> texts;  // that are open
 

@@ -2,10 +2,13 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "sentree/base/diagnostic.h"
 #include "sentree/base/value.h"
 #include "sentree/design/chart_edit.h"
 #include "sentree/design/comparison.h"
@@ -27,6 +30,10 @@ namespace sentree::studio {
 /// their parts.
 [[nodiscard]] Value document_value(const std::string& file, const design::Document& document,
                                    const design::Kinds& kinds);
+
+/// Why a text cannot be read as what its name says that it is; nothing: it can, or that is not known.
+[[nodiscard]] std::optional<Diagnostic> unreadable(const std::string& file, std::string_view text,
+                                                   const design::Kinds& kinds);
 
 /// A chart's picture, with the lines of its parts.
 [[nodiscard]] Value chart_value(const scxml::Chart& chart);

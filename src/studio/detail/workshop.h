@@ -59,6 +59,8 @@ struct Workshop::Impl {
     std::vector<design::Workspace::NewText> texts;
     std::size_t occurrences = 0;
   };
+  /// As pages are told it; of the texts of the index.
+  [[nodiscard]] List unfollowed_by(const lsp::Symbol& symbol) const;
   [[nodiscard]] Result<Renamed> renamed_texts(const lsp::Renaming& renaming) const;
   /// What may stand at a byte of a text, or what is known of what stands there (null: nothing).
   Result<Value> help_with(const std::string& file, std::uint64_t byte, bool complete);
@@ -108,6 +110,8 @@ struct Workshop::Impl {
                               const Texts& texts) const;
   [[nodiscard]] std::string as_read(std::string message) const;
   void keep_findings(const Texts& texts, const Diagnostics& found, bool whole);
+  /// Files that are broken and that no part of a check has read: nothing names them, or what does is broken itself.
+  void add_unread(const Texts& texts, Diagnostics& found) const;
   void judge_past(const Texts& texts, const project::Plan& plan);
   void run_shadow(project::Plan plan, bool as_baseline, bool and_show, std::uint64_t of_revision);
 

@@ -169,6 +169,37 @@ test("states are carried into each other and out, and made what they are to be, 
   await program.stop();
 });
 
+test("Escape in the name of a state that was just made takes it back, and later does not", async () => {
+  const { page, close, program, file } = await open_chart();
+  const focused = (id) => until(() => page.evaluate((wanted) => (document.activeElement?.id || document.activeElement?.dataset.testid) === wanted, id), `${id} has the keys`);
+  const make = async () => {
+    const { x, y } = await until(() => floor(page), "there is a bare place");
+    await page.mouse.dblclick(x, y);
+    await did(page, "add state state1");
+    await focused("design-state");
+  };
+  for (const typed of ["", "astray"]) {
+    await make();
+    await page.keyboard.type(typed);
+    await page.keyboard.press("Escape");
+    await did(page, "");
+    await focused("design-chart");
+    await until(async () => (await state_at(page, "state1").count()) === 0, "it is gone");
+    assert.equal(await page.locator("[data-dirty=true]").count(), 0);
+  }
+  // A field that was left is as any other.
+  await make();
+  await page.keyboard.press("Tab");
+  await page.locator("#design-state").focus();
+  await page.keyboard.press("Escape");
+  await page.locator("#design-state").fill("kept");
+  await page.keyboard.press("Enter");
+  await did(page, "rename state1 to kept");
+  assert.match(await saved(page, file), /<state id="kept"\/>/);
+  await close();
+  await program.stop();
+});
+
 test("by keyboard alone a chart is gone through and edited", async () => {
   const { page, close, program } = await open_chart();
   await page.getByTestId("design-chart").focus();
@@ -294,6 +325,18 @@ test("who chooses something else while an edit is on its way keeps that; picture
   release();
   await did(page, "rename still to calm");
   assert.equal(await page.locator("#design-state").inputValue(), "calm");
+  await close();
+  await program.stop();
+});
+
+test("renaming a state says what may mean it and cannot be told", async () => {
+  const { page, close, program, file } = await open_chart();
+  writeFileSync(file, kChart.replace('<transition event="halt"', '<transition event="halt" cond="In(_event.data.where)"'));
+  await state_at(page, "idle").click();
+  await until(async () => (await page.locator("#design-state").inputValue()) === "idle", "it is chosen");
+  await fill(page, "design-state", "still");
+  await did(page, "rename idle to still");
+  await page.getByTestId("refused").getByText("look at what may mean idle and stays as it is, for that cannot be told: skills/Own.scxml:5 In(…) of an expression").waitFor();
   await close();
   await program.stop();
 });

@@ -70,3 +70,26 @@ test("an undo takes back what its own page did last, or says that another's edit
   await other.close();
   await program.stop();
 });
+
+test("a tab that was duplicated is a page of its own, and undoes nothing of the other", async () => {
+  const folder = copy_of("recharge");
+  const program = await serve_design(folder);
+  const one = await open_page_of(program.url);
+  await type(one.page, kStation, "<!--one-->");
+  await until(async () => (await one.page.getByTestId("undo").innerText()) === "Undo 1", "it is one's own");
+  // What the browser keeps of a tab is copied with it.
+  const [copy] = await Promise.all([one.page.context().waitForEvent("page"), one.page.evaluate(() => void window.open(window.location.href))]);
+  await shows(copy, "<!--one-->");
+  const name_of = (page) => page.evaluate(() => window.sessionStorage.getItem("sentree.page"));
+  await until(async () => (await name_of(copy)) !== (await name_of(one.page)), "they are called differently");
+  await until(async () => (await undo_name(copy)) === "", "that is not the copy's to undo");
+  await type(copy, kKitchen, "<!--copy-->");
+  await shows(one.page, "<!--one--> <!--copy-->");
+  await one.page.locator(".cm-content").press("Control+z");
+  for (const page of [one.page, copy]) await shows(page, "<!--copy-->");
+  // Each is the same one after it was loaded anew.
+  await copy.reload();
+  await until(async () => (await copy.getByTestId("undo").innerText()) === "Undo 1", "the copy's step is still its own");
+  await one.close();
+  await program.stop();
+});

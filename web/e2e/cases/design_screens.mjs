@@ -43,10 +43,13 @@ test("the whole tree is visible and readable on every screen, and nothing seriou
     assert.ok(alone.least >= 10 && beside.least >= 10, `texts at ${width}×${height}`);
     await page.getByRole("button", { name: "Both", exact: true }).click();
     await page.locator(".code").waitFor();
-    // With less room for it, too; but what is chosen is called can be read.
+    // With less room for it, too; and what is chosen is called can be read.
     await page.getByTestId("problems").click();
     await page.locator(".problems-none").waitFor();
-    assert.deepEqual((await crossing(page)).filter((text) => text !== "BatteryLevelAbove30"), [], `texts that cross their nodes beside what is wrong, at ${width}×${height}`);
+    assert.deepEqual(await crossing(page), [], `texts that cross their nodes beside what is wrong, at ${width}×${height}`);
+    const chosen_px = await page.locator("[data-testid=design-tree] .chosen > .name").first().evaluate((text) => parseFloat(getComputedStyle(text).fontSize) * Math.hypot(text.getScreenCTM().a, text.getScreenCTM().b));
+    assert.ok(chosen_px >= 10.99, `the chosen node's name has ${chosen_px.toFixed(2)} px at ${width}×${height}`);
+    if (pictures) await page.screenshot({ path: join(pictures, `design-problems-${width}.png`) });
     await page.getByTestId("problems").click();
     assert.deepEqual(await serious(page), [], `axe at ${width}×${height}`);
     // Where there is no room for it, the run over time is there for who asks.

@@ -5,7 +5,7 @@ import { useStudio } from "../store/store";
 import { Actions } from "./Actions";
 import { part_lines } from "./chart_places";
 import { condition_words, event_words, is_history, leads_out, transition_text } from "./chart_words";
-import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, findings_of, focus_field, focus_picture, fresh_id, gesture, gesture_then, rename_state, useDesign } from "./design";
+import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, findings_of, focus_field, focus_picture, fresh_id, gesture, gesture_then, rename_state, take_back_made, useDesign } from "./design";
 import { Editable } from "./Editable";
 import { Wrong } from "./Inspector";
 import { Options, TextField } from "./TextField";
@@ -77,7 +77,7 @@ function StatePart({ chart, state }: { chart: EditedChart; state: EditedState })
     <>
       <h2 className="inspector-title">{id}</h2>
       <Editable>
-        <TextField id="design-state" label="id, here and wherever it is named" value={id} tell={rename} />
+        <TextField id="design-state" label="id, here and wherever it is named" value={id} tell={rename} escape={() => void take_back_made(id)} left={() => useDesign.setState({ made: null })} />
         <Select id="design-kind" label="kind" value={kind} tell={(value) => void gesture({ what: "set_kind", state: id, kind: value as StateKind })}>
           {kStateKinds.filter((one) => is_history(one.kind) === is_history(kind)).map((one) => (
             <option key={one.kind} value={one.kind}>

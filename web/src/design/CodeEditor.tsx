@@ -222,7 +222,7 @@ function mark(view: EditorView, file: string): void {
       actions: finding.fixes.map((which) => ({ name: `Write “${which.title}”`, apply: () => void fix(finding, which) })),
     };
   });
-  if (doc.error && !marks.some(({ severity }) => severity === "error")) {
+  if (doc.error && !marks.some(({ severity, message }) => severity === "error" || message === doc.error?.message)) {
     const line = view.state.doc.line(Math.min(Math.max(doc.error.line, 1), view.state.doc.lines));
     marks.push({ from: line.from, to: line.to, severity: "error", message: doc.error.message });
   }

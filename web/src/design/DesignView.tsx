@@ -24,6 +24,7 @@ import { ReachedBelow } from "./ReachedBelow";
 import { useMode } from "./mode";
 import { line_start } from "./places";
 import { Picture, type PictureHandle } from "./Picture";
+import { useProblems } from "./problems";
 import { ProjectTree } from "./ProjectTree";
 import { RequirementBlocks } from "./RequirementBlocks";
 import { set_share, useShares } from "./shares";
@@ -199,7 +200,8 @@ function DesignBar() {
   const trees = useDesign((state) => doc_of(state)?.shown_trees ?? null);
   const shown = useDesign((state) => tree_of(state)?.id);
   // Not of the files: what is missing is none of them.
-  const found = (of: string) => summary?.findings.filter(({ severity }) => severity === of).length ?? 0;
+  const problems = useProblems();
+  const found = (of: string) => problems.filter(({ severity }) => severity === of).length;
   const errors = found("error");
   const warnings = found("warning");
   const dirty = summary?.files.filter((each) => each.dirty).length ?? 0;

@@ -7,8 +7,9 @@ import { useStudio } from "../store/store";
 import { seek } from "../store/time_travel";
 import { Icon } from "../widgets/Icon";
 import { useWindow } from "../widgets/layout";
-import { choose_part_at, choose_scenario, fix, held, open_file, show_node, tree_of, useDesign, kNoFindings, kNoNames } from "./design";
+import { choose_part_at, choose_scenario, fix, held, open_file, show_node, tree_of, useDesign, kNoNames } from "./design";
 import { show_recording, useMode } from "./mode";
+import { useProblems } from "./problems";
 
 const kSigns: Record<string, string> = { violated: "✗", satisfied: "✓", undecided: "·" };
 
@@ -201,7 +202,7 @@ function Verdicts() {
 
 /** Everything that is wrong, with its ways out. */
 export function Problems() {
-  const findings = useDesign((state) => state.summary?.findings ?? kNoFindings);
+  const findings = useProblems();
   const is_held = useDesign(held);
   if (findings.length === 0) return <p className="problems-none muted">Nothing to complain about.</p>;
   return (
@@ -211,7 +212,8 @@ export function Problems() {
           <button className="problem" onClick={() => finding.file !== "" && void open_file(finding.file, finding.from).then(() => choose_part_at(finding.from))}>
             <span className="sign" aria-label={finding.severity}>{finding.severity === "error" ? "✗" : "!"}</span>
             <span className="mono muted">
-              {finding.file}:{finding.line}
+              {finding.file}
+              {finding.line > 0 && `:${finding.line}`}
             </span>
             <span className="problem-text">{finding.message}</span>
           </button>

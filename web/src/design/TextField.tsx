@@ -18,10 +18,14 @@ interface TextFieldProps {
   /** Several lines; Shift+Enter begins one. */
   area?: boolean;
   tell(text: string): void;
+  /** Escape was pressed. */
+  escape?(): void;
+  /** The field has been left. */
+  left?(): void;
 }
 
 /** A value that is told when one leaves the field or presses Enter; Escape brings back what it was. */
-export function TextField({ id, label, described, value, hint, options = [], area = false, tell }: TextFieldProps) {
+export function TextField({ id, label, described, value, hint, options = [], area = false, tell, escape, left }: TextFieldProps) {
   const why_not = useDesign(obstacle);
   const [text, set_text] = useState(value);
   // Enter tells, and so does leaving the field; once is enough.
@@ -57,13 +61,20 @@ export function TextField({ id, label, described, value, hint, options = [], are
       told.current = value;
       set_text(event.target.value);
     },
-    onBlur: done,
+    onBlur: () => {
+      done();
+      left?.();
+    },
     onKeyDown: (event: React.KeyboardEvent) => {
       if (event.key === "Enter" && !event.shiftKey) {
         event.preventDefault();
         by_enter.current = text !== value;
         done();
-      } else if (event.key === "Escape") set_text(value);
+      } else if (event.key === "Escape") {
+        set_text(value);
+        told.current = text;
+        escape?.();
+      }
     },
   };
   return (

@@ -1,7 +1,7 @@
 import { create } from "zustand";
 
 import { BusyError, LostError } from "../protocol/client";
-import type { Design, DesignDocument, DesignPast, DesignSteps, EditedState, EditedTransition, Finding, Gesture, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
+import type { Design, DesignDocument, DesignPast, DesignSteps, EditedState, EditedTransition, Finding, Gesture, Operations, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
 import { useEdit } from "../store/edit";
 import { note, on_design, page_name, request, request_whole, type DesignMessage } from "../store/store";
 import { part_lines } from "./chart_places";
@@ -45,6 +45,8 @@ export interface DesignState {
   requirement: string | null;
   /** State to which a transition was drawn from the chosen one, "": one that is made for it; its event and condition are still to be said. */
   drawn_to: string | null;
+  /** The state that was just made, with the version that it left of its file, until its field is left. */
+  made: { file: string; state: string; version: number } | null;
   look: Look;
   /** Each edit is saved once it is checked. */
   autosave: boolean;
@@ -82,6 +84,7 @@ export const useDesign = create<DesignState>()(() => ({
   transition: null,
   requirement: null,
   drawn_to: null,
+  made: null,
   look: (localStorage.getItem(kLookStored) as Look | null) ?? "both",
   autosave: localStorage.getItem(kAutosaveStored) === "true",
   past: {},
@@ -677,18 +680,29 @@ export async function remove_file(file: string): Promise<void> {
   if (next) await open_file(next.file);
 }
 
-/** Gives something another name, wherever it is named. In how many places; null: refused, as is said. */
-async function rename(what: { location: string } | { tree: string } | { node: string; file: string; base: number; gesture: Gesture } | { state: string; file: string }, to: string): Promise<number | null> {
+type Renamed = Operations["design_rename"][1];
+/** Gives something another name, wherever it is named. Null: refused, as is said. */
+async function rename(what: { location: string } | { tree: string } | { node: string; file: string; base: number; gesture: Gesture } | { state: string; file: string }, to: string): Promise<Renamed | null> {
   const done = await attempt(() => request_whole("design_rename", { ...what, to }));
   if (done && done.places > 0) note("info", `${Object.values(what)[0]} is ${to} now: in ${done.places} ${done.places === 1 ? "place" : "places"} of ${done.files.join(", ")}`);
-  return done?.places ?? null;
+  return done;
+}
+const kLeftShown = 3;
+/** What may have been meant as well stays said. */
+function tell_left(name: string, { left }: Renamed): void {
+  if (left.length === 0) return;
+  const places = left.slice(0, kLeftShown).map(({ file, line, text }) => `${file}:${line} ${text}`);
+  const more = left.length > kLeftShown ? ` and ${left.length - kLeftShown} more` : "";
+  useDesign.setState({ refused: `look at what may mean ${name} and stays as it is, for that cannot be told: ${places.join(", ")}${more}` });
 }
 export const rename_place = async (location: string, to: string) => (await rename({ location }, to)) !== null;
 /** Of the open chart; it stays chosen. */
 export async function rename_state(state: string, to: string): Promise<boolean> {
   const { file } = useDesign.getState();
-  if (file === null || (await rename({ state, file }, to)) === null) return false;
+  const done = file === null ? null : await rename({ state, file }, to);
+  if (!done) return false;
   if (useDesign.getState().file === file && useDesign.getState().state === state) choose_state(to);
+  tell_left(state, done);
   return true;
 }
 /** With what else names it; an empty name takes it away. One request, so that what follows it finds it done. */
@@ -696,7 +710,8 @@ export async function rename_node(node: OutlineNode, to: string): Promise<void> 
   const wanted: Gesture = { what: "set", node: node.element, name: "name", value: to === "" ? null : to };
   const doc = doc_of(useDesign.getState());
   if (node.name === "" || to === "" || !doc) return void (await gesture(wanted));
-  await rename({ node: node.name, file: doc.file, base: doc.version, gesture: wanted }, to);
+  const done = await rename({ node: node.name, file: doc.file, base: doc.version, gesture: wanted }, to);
+  if (done) tell_left(node.name, done);
 }
 /** Of the open file; the picture stays with it. */
 export async function rename_tree(tree: string, to: string): Promise<boolean> {
@@ -738,9 +753,21 @@ export async function add_fresh_state(inside: string, kind: StateKind = "state")
   await gesture_then({ what: "add_state", inside, id, kind }, () => {
     is_chosen = true;
     choose_state(id);
+    const { file } = useDesign.getState();
+    if (file !== null) useDesign.setState({ made: { file, state: id, version: version_now() } });
     focus_field("design-state", id);
   });
   return is_chosen ? id : null;
+}
+
+/** A state that was just made goes again, unless something else was done to its file since. */
+export async function take_back_made(id: string): Promise<void> {
+  const { made, file } = useDesign.getState();
+  if (made?.state !== id || made.file !== file || made.version !== version_now()) return;
+  useDesign.setState({ made: null });
+  await undo();
+  if (chosen_state(useDesign.getState()) === null) choose_state(null);
+  focus_picture();
 }
 
 /** Frames that a field is waited for. */

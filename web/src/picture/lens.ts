@@ -15,7 +15,7 @@ const kFarDetail_px = 10.1;
 
 /** Names that would be smaller on the screen are left out, but for those of the chosen node and around it. */
 const kLeast_px = 3;
-/** Of names around the chosen node: where they would have to be smaller than that to stay inside of their nodes, they do not. */
+/** Of the chosen node's name and of those around it: where they would have to be smaller to stay inside of their nodes, these grow. */
 const kInside_px = 11;
 /** Enlarged is by one of a few factors: each other one would be a style of every text. */
 const kSteps = 10;
@@ -26,16 +26,31 @@ export function set_lens(group: SVGGElement | null, scale: number, lines = false
   if (!group) return;
   const enlarged = (px: number, drawn_px = kName_px) => Math.max(1, px / (drawn_px * scale));
   // Of the few that are concerned alone: what all would inherit is a style of all.
-  for (const name of group.querySelectorAll<SVGTextElement>(".node:is(.chosen, .near) > .name")) {
-    const wanted = enlarged(name.parentElement?.classList.contains("chosen") ? kChosen_px : kNear_px);
-    const inside = fit_of(name);
-    name.style.setProperty("--lens", (kName_px * scale * inside >= kInside_px ? Math.min(wanted, inside) : wanted).toFixed(3));
+  for (const node of group.querySelectorAll<SVGGElement>(".node:is(.chosen, .near)")) {
+    const wanted = enlarged(node.classList.contains("chosen") ? kChosen_px : kNear_px);
+    let grown = 1;
+    for (const name of node.querySelectorAll<SVGTextElement>(":scope > .name")) {
+      const inside = fit_of(name);
+      const lens = Math.min(wanted, Math.max(inside, enlarged(kInside_px)));
+      name.style.setProperty("--lens", lens.toFixed(3));
+      grown = Math.max(grown, lens / inside);
+    }
+    grow(node, grown);
   }
   if (lines) for (const line of group.querySelectorAll<SVGTextElement>(".node:is(.chosen, .near) > .detail")) line.style.setProperty("--lens", Math.min(enlarged(kNear_px, kDetail_px), fit_of(line)).toFixed(3));
   const far = enlarged(kFar_px);
   all_as(group, "names", "--far-lens", kName_px * scale < kLeast_px ? null : far <= kFar ? far : 1);
   const detail = enlarged(kFarDetail_px, kDetail_px);
   all_as(group, "details", "--detail-lens", detail <= kFar ? detail : null);
+}
+
+/** Draws a node's outline larger, about its middle. */
+function grow(node: SVGGElement, by: number): void {
+  const shape = by > 1 ? node.querySelector<SVGGraphicsElement>(":scope > .shape") : null;
+  if (!shape) return void node.style.removeProperty("--grow");
+  const { x, y, width, height } = shape.getBBox();
+  node.style.setProperty("--grow", by.toFixed(3));
+  node.style.setProperty("--middle", `${(x + width / 2).toFixed(2)}px ${(y + height / 2).toFixed(2)}px`);
 }
 
 /** By how much a text of a node may be enlarged inside of it; it is drawn with that. */

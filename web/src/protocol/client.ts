@@ -10,8 +10,8 @@ export interface ClientOptions {
   phase(phase: Phase, attempt: number): void;
   /** Allows to steer when the program does not listen on loopback. */
   token?: string;
-  /** What the page calls itself. */
-  page?: string;
+  /** What the page calls itself now. */
+  page?(): string;
   /** The program has said whether this page may steer. */
   greeted?(may_steer: boolean): void;
   set_timer?: (callback: () => void, milliseconds: number) => number;
@@ -77,6 +77,13 @@ export class Client {
     });
   }
 
+  /** Tells the program who this is. */
+  greet(): void {
+    const { token, page, greeted } = this.options;
+    if (token === undefined && page === undefined) return;
+    void this.request("hello", { ...(token === undefined ? {} : { token }), ...(page === undefined ? {} : { page: page() }) }).then(({ steerable }) => greeted?.(steerable), () => undefined);
+  }
+
   private connect(): void {
     this.attempt += 1;
     this.options.phase(this.attempt === 1 ? "connecting" : "lost", this.attempt);
@@ -86,9 +93,7 @@ export class Client {
       if (this.socket !== socket) return;
       this.attempt = 0;
       this.options.phase("open", 0);
-      const { token, page, greeted } = this.options;
-      if (token === undefined && page === undefined) return;
-      void this.request("hello", { ...(token === undefined ? {} : { token }), ...(page === undefined ? {} : { page }) }).then(({ steerable }) => greeted?.(steerable), () => undefined);
+      this.greet();
     };
     socket.onmessage = (event) => {
       if (this.socket === socket && typeof event.data === "string") this.receive(event.data);

@@ -600,7 +600,7 @@ export const Operations = {
   ],
   design_rename: [
     object({ location: optional(Type.String({ description: "Or an area, of the world" })), tree: optional(Type.String({ description: "Instead" })), node: optional(Type.String({ description: "Instead: its name" })), state: optional(Type.String({ description: "Instead, of a chart" })), file: optional(Type.String({ description: "Of the chart, or the node's" })), base: optional(index()), gesture: optional(Gesture), to: string() }),
-    object({ files: list(string()), places: Type.Integer({ description: "0: a node that nobody else names, or one of several of that name; the gesture is done instead" }) }),
+    object({ files: list(string()), places: Type.Integer({ description: "0: a node that nobody else names, or one of several of that name; the gesture is done instead" }), left: Type.Array(object({ file: string(), line: index(), text: string() }), { description: "What may mean it, and stays as it is: that cannot be told" }) }),
   ],
   design_apply: [
     nothing(),

@@ -16,6 +16,7 @@ import type {
   Violation,
 } from "../protocol/types";
 import { append, fold } from "./fold";
+import { PageName } from "./page_name";
 
 /** Observations that the page keeps while it follows the run; older ones are asked for. */
 export const kLiveMessagesMax = 2000;
@@ -225,12 +226,12 @@ function token(): string | undefined {
   return /(?:^#|&)token=([^&]+)/.exec(window.location.hash)?.[1];
 }
 
-const kPageStored = "sentree.page";
-/** What the page calls itself; the same after it is loaded anew. */
+let own_name: PageName | null = null;
+/** What the page calls itself. */
 export function page_name(): string {
-  const name = sessionStorage.getItem(kPageStored) ?? `${Date.now().toString(36)}-${Math.random().toString(36).slice(2)}`;
-  sessionStorage.setItem(kPageStored, name);
-  return name;
+  // The program is told of another name as soon as it is known.
+  own_name ??= new PageName(sessionStorage, new BroadcastChannel("sentree.pages"), performance.timeOrigin, () => client?.greet());
+  return own_name.current;
 }
 
 let client: Client | null = null;
@@ -266,7 +267,7 @@ export function connect(): void {
       stage((studio) => receive(studio, message));
       if (message.type === "state" && message.live) void fill_messages(message.sequence);
     },
-    page: page_name(),
+    page: page_name,
     greeted: (may_steer) => stage((studio) => ({ ...studio, may_steer })),
     phase: (phase, attempt) => {
       stage((studio) => ({ ...studio, phase, attempt }));
