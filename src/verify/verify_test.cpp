@@ -477,7 +477,8 @@ TEST_F(Verify, SaysWhichAnswerIsNone) {
 
 TEST_F(Verify, RefusesAModelThatLeavesNothingOpen) {
   requirements("small \"It says little.\": always said <= 6.\n");
-  for (const char* const wrong : {"choose()", "between(2, 1)", "pick('says')", "chance(2)", "draw([[0.5, 1]])"}) {
+  for (const char* const wrong : {"choose()", "between(2, 1)", "pick('says')", "chance(2)", "draw([[0.5, 1]])",
+                                  "choose(undefined, 1)", "choose(NaN, 'NaN')", "pick('says', 1 / 0, 'Infinity')"}) {
     model(wrong);
     const Verification found = verify(plan(), {});
     ASSERT_FALSE(found.errors.empty()) << wrong;
