@@ -525,6 +525,15 @@ TEST_F(Verify, LetsPartsSayMuchAtOneInstantIfTheyComeToAnEnd) {
   requirements("small \"It says little.\": always said <= 6.\n");
   write("models/door.scxml", kHead + R"(initial="there"><datamodel><data id="n" expr="0"/></datamodel><state id="there">
   <transition event="door.ask.request"><assign location="n" expr="n + 1"/>
+TEST_F(Verify, RefusesTooManyAlternativesWhereTheyStand) {
+  requirements("small \"It says little.\": always said <= 20000.\n");
+  model("between(0, 20000)");
+  const Verification found = verify(plan(), {});
+  ASSERT_FALSE(found.errors.empty());
+  EXPECT_EQ(found.errors.front().span.file, (folder_.path() / "models/door.scxml").string());
+  EXPECT_EQ(found.errors.front().span.line, 2);
+}
+
   <send type="thrift" target="door" event="ask.reply"><param name="result" expr="n &lt; 30000 ? 1 : 6"/></send>
   </transition></state></scxml>)");
   write("skills/Ask.scxml", kHead + R"(initial="asking"><state id="asking">
