@@ -196,6 +196,8 @@ std::string scenario_text(const project::Scenario& example, const Judgement& jud
   if (judgement.path->loop) {
     what +=
         fmt::format(" can be open for ever: what happens from {} s on comes again and again", shortest_decimal(at_s));
+  } else if (judgement.finding != Finding::kRefuted) {
+    what += fmt::format(" is open when the mission ends at {} s, which is no violation", shortest_decimal(at_s));
   } else if (judgement.state == "the mission ends") {
     what += fmt::format(" is still owed when the mission ends at {} s", shortest_decimal(at_s));
   } else {

@@ -110,6 +110,42 @@ TEST_F(Verify, HoldsOnEveryBehaviourOrShowsOne) {
   EXPECT_EQ(verdict_of(some, fails), monitor::Verdict::kViolated);
 }
 
+TEST_F(Verify, ShowsWhatTheEndOfTheMissionLeavesOpen) {
+  model("pick('says', 1, 6)");
+  requirements("answered: whenever said = 6, event(request(door.ask)) within 2 s.\n");
+  const project::Plan of = plan();
+  const Verification found = verify(of, {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  const Judgement& judgement = found.judgements.front();
+  EXPECT_EQ(judgement.finding, Finding::kHolds);
+  ASSERT_TRUE(judgement.can_stay_open);
+  const Judgement open = left_open(judgement);
+  EXPECT_EQ(open.at, TimePoint{}) << "the first answer ends it";
+  const project::Scenario example = counterexample(found.graph, open, of.scenario);
+  EXPECT_THAT(example.verdicts, ElementsAre(std::pair<const std::string, std::string>("answered", "owed")));
+  EXPECT_THAT(scenario_text(example, open, ""),
+              HasSubstr("is open when the mission ends at 0.0 s, which is no violation"));
+  auto prepared = project::prepare(example);
+  ASSERT_TRUE(prepared.ok());
+  const auto told = retell(*prepared.value);
+  ASSERT_TRUE(told);
+  monitor::MonitorSet monitors(prepared.value->monitors, TimePoint{});
+  std::vector<monitor::MonitorSet::Decided> decided;
+  for (const Told& tick : *told) {
+    for (const Message& message : tick.messages) monitors.observe(message, decided);
+  }
+  EXPECT_EQ(monitors.state(0).verdict, monitor::Verdict::kUndecided);
+  EXPECT_TRUE(monitor::standing(prepared.value->monitors[0], monitors.state(0)).pending);
+
+  // Of what is refuted nothing else is said.
+  ask_until_it_is_open();
+  requirements("answered: whenever said = 1, said = 6 within 50 ms.\nopen: whenever said = 6, said = 1 within 2 s.\n");
+  const Verification refuted = verify(plan(), {});
+  EXPECT_EQ(refuted.judgements[0].finding, Finding::kRefuted);
+  EXPECT_FALSE(refuted.judgements[0].can_stay_open);
+  EXPECT_TRUE(refuted.judgements[1].can_stay_open);
+}
+
 // Two throws of a coin, of which the second one only is another value than before in half of all cases.
 TEST_F(Verify, JudgesEventsOfMonitorsByWhatTheyAreMadeOf) {
   model("draw([[1/2, 1], [1/2, 2]])");
@@ -489,6 +525,15 @@ TEST_F(Verify, RefusesAModelThatLeavesNothingOpen) {
   }
 }
 
+TEST_F(Verify, RefusesTooManyAlternativesWhereTheyStand) {
+  requirements("small \"It says little.\": always said <= 20000.\n");
+  model("between(0, 20000)");
+  const Verification found = verify(plan(), {});
+  ASSERT_FALSE(found.errors.empty());
+  EXPECT_EQ(found.errors.front().span.file, (folder_.path() / "models/door.scxml").string());
+  EXPECT_EQ(found.errors.front().span.line, 2);
+}
+
 TEST_F(Verify, RefusesAModelThatDoesNotComeToRest) {
   write("models/door.scxml", kHead + R"(initial="there"><state id="there">
   <transition event="door.ask.request" target="here"/></state>
@@ -525,15 +570,6 @@ TEST_F(Verify, LetsPartsSayMuchAtOneInstantIfTheyComeToAnEnd) {
   requirements("small \"It says little.\": always said <= 6.\n");
   write("models/door.scxml", kHead + R"(initial="there"><datamodel><data id="n" expr="0"/></datamodel><state id="there">
   <transition event="door.ask.request"><assign location="n" expr="n + 1"/>
-TEST_F(Verify, RefusesTooManyAlternativesWhereTheyStand) {
-  requirements("small \"It says little.\": always said <= 20000.\n");
-  model("between(0, 20000)");
-  const Verification found = verify(plan(), {});
-  ASSERT_FALSE(found.errors.empty());
-  EXPECT_EQ(found.errors.front().span.file, (folder_.path() / "models/door.scxml").string());
-  EXPECT_EQ(found.errors.front().span.line, 2);
-}
-
   <send type="thrift" target="door" event="ask.reply"><param name="result" expr="n &lt; 30000 ? 1 : 6"/></send>
   </transition></state></scxml>)");
   write("skills/Ask.scxml", kHead + R"(initial="asking"><state id="asking">
