@@ -455,7 +455,7 @@ expect 0 'never_empty is violated at 9.0 s' "$sentree" test "$work/verified/veri
 expect 0 'scenario never_empty' "$sentree" info "$work/verified/verify/never_empty.mcap"
 expect 1 'as_published +REFUTED' "$sentree" verify "$work/verified" --only turns_to_station_as_published \
   --scenario "$work/verified/requirements/published.yaml" --faults none
-expect 0 '"verdict":"holds","vacuous":false,"complete":true' \
+expect 0 '"verdict":"holds","vacuous":false,"vacuous_because":null,"complete":true' \
   "$sentree" verify "$work/verified" --faults none --order virtual --only turns_to_station --json
 expect 124 'not refuted up to tick 5' "$sentree" verify "$work/verified" --only turns_to_station --ticks 5
 # Interrupted, it says what is known so far.
@@ -539,35 +539,65 @@ expect 0 'True False' bash -c "for all in '' --all-orders; do
     python3 -c 'import json, sys; print(json.load(sys.stdin)[\"orders_left_out\"], end=\" \")'; done"
 # The members of its result are a contract.
 cat >"$work/members.py" <<'END'
-import json, sys
+import hashlib, json, os, sys
+
+REPLAYED = ["scenario", "recording", "choices", "chosen", "orders", "loop"]
+MEMBERS = {
+    "": ["tool", "version", "models", "any_reply", "options", "requirements", "states", "transitions", "complete", "orders_left_out",
+         "coverage", "runs", "faults_left_out", "problems", "limits", "wall_s"],
+    "models": ["name", "file", "sha256", "serves", "any_reply"],
+    "options": ["scenario", "only", "order", "all_orders", "faults", "faults_at_most", "fair", "all_fair", "ticks", "states", "memory",
+                "time", "memo", "exact", "runs", "confidence", "at_least", "split", "seed"],
+    "requirements": ["name", "verdict", "vacuous", "vacuous_because", "complete", "states", "fair", "holds_if_fair", "can_stay_open",
+                     "never_seen", "first_violation", "counterexample", "probability", "violated", "still_owed", "at_least",
+                     "indifference", "undecided_because", "error"],
+    "first_violation": ["tick", "time", "observation"],
+    "counterexample": REPLAYED,
+    "can_stay_open": ["tick", "time"] + REPLAYED,
+    "chosen": ["name", "values", "times", "place"],
+    "loop": ["from", "ticks"],
+    "probability": ["low", "high", "least", "greatest", "mean", "method", "confidence", "runs", "branches", "repetitions", "seen"],
+    "limits": ["complete_to_tick", "ended_by", "most_values", "same_hash", "not_tried", "run_s"],
+    "coverage": ["not_reached", "kinds"],
+}
+
+
+def look(name, value):
+    if isinstance(value, list):
+        for item in value:
+            look(name, item)
+    elif isinstance(value, dict):
+        if name in MEMBERS:
+            assert list(value) == MEMBERS[name], (name, list(value))
+        for inner, member in value.items():
+            look(inner, member)
+
 
 found = json.load(sys.stdin)
-for name in ("tool", "version", "models", "order", "orders_left_out", "faults", "faults_at_most", "requirements", "states", "transitions", "complete",
-             "coverage", "problems", "limits", "wall_s"):
-    found[name]
-found["limits"]["complete_to_tick"], found["limits"]["same_hash"], found["coverage"]["not_reached"]
+look("", found)
 for model in found["models"]:
-    model["name"], model["chart"], model["fingerprint"], model["serves"]
+    with open(os.path.join(sys.argv[1], model["file"]), "rb") as chart:
+        assert hashlib.sha256(chart.read()).hexdigest() == model["sha256"], model
+is_sampled = found["runs"] is not None or found["options"]["split"] is not None
 verdicts = {}
 for one in found["requirements"]:
     verdicts[one["name"]] = one["verdict"]
-    one["vacuous"], one["complete"], one["states"], one["fair"], one["can_stay_open"], one["probability"]
-    assert (one["verdict"] == "refuted") == (one["first_violation"] is not None) == (one["counterexample"] is not None), one
+    assert is_sampled or (one["verdict"] == "refuted") == (one["first_violation"] is not None) == (one["counterexample"] is not None), one
     if one["counterexample"]:
-        one["first_violation"]["tick"], one["first_violation"]["time"], one["first_violation"]["observation"]
         for chosen in one["counterexample"]["chosen"]:
-            chosen["name"], chosen["values"], chosen["times"]
             assert chosen["place"] is None or chosen["place"].startswith("models/"), chosen
-        one["counterexample"]["recording"], one["counterexample"]["choices"], one["counterexample"]["orders"]
         assert open(one["counterexample"]["scenario"])
-    if one["probability"]:
-        one["probability"]["least"]["low"], one["probability"]["greatest"]["high"], one["probability"]["method"]
+    if one["probability"] and one["probability"]["least"]:
+        one["probability"]["least"]["low"], one["probability"]["greatest"]["high"]
         print("probability", round(one["probability"]["low"], 6), round(one["probability"]["high"], 6))
 print("members", verdicts)
 END
 expect 0 "members .*'never_empty': 'refuted', 'turns_to_station': 'holds'" \
-  bash -c "'$sentree' verify '$work/verified' --faults none --json | python3 '$work/members.py'"
-expect 0 'probability 0.027 0.027' bash -c "'$sentree' verify examples/grasp --json --out '$work/grasp' | python3 '$work/members.py'"
+  bash -c "'$sentree' verify '$work/verified' --faults none --json | python3 '$work/members.py' '$work/verified'"
+expect 0 'probability 0.027 0.027' bash -c "'$sentree' verify examples/grasp --json --out '$work/grasp' | python3 '$work/members.py' examples/grasp"
+for how in '--runs 50' '--at-least 97%' '--split owed --runs 2000' '--runs 5 --order virtual --seed 3'; do
+  expect 0 'members .*grasps' bash -c "'$sentree' verify examples/grasp --json $how | python3 '$work/members.py' examples/grasp"
+done
 # Statistics say the same whether what is known is looked up or executed.
 expect 1 '"verdict":"refuted".*"method":"Clopper-Pearson"' "$sentree" verify "$work/verified" --faults none --runs 50 --ticks 100 --json
 for only in never_empty turns_to_station; do
@@ -630,9 +660,58 @@ never_5: never said = 5.
 eventually_9: eventually said = 9 within 250 ms.'
 printf 'clock: virtual\nduration: 1 s\nstop_when_violated: true\n' >"$work/shown/scenarios/stops.yaml"
 expect 1 'eventually_9 +REFUTED .*0.25 s' "$sentree" verify "$work/shown" --scenario "$work/shown/scenarios/stops.yaml"
+# What the end of the mission leaves open is no violation, and is shown by a run that comes to that end. Counted of choices
+# are those that led to what is shown, not those behind it in its period.
+shown 'let said = reply(d.ask)
+again: whenever event(reply(d.ask)), event(request(d.ask)) within 2 s.
+never_6: never said = 6.'
+cat >"$work/shown/skills/Go.scxml" <<'END'
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="first"/></datamodel><state id="go">
+<transition event="tick"><send type="thrift" target="d" event="ask"/></transition><transition event="halt" target="halted"/>
+<transition event="d.ask.reply" target="second"><assign location="first" expr="_event.data.result"/><send type="thrift" target="d" event="stop"/></transition></state>
+<state id="second"><transition event="d.stop.reply" cond="first === 6" target="success"/><transition event="d.stop.reply" target="go"/></state>
+<final id="success"/><final id="halted"/></scxml>
+END
+sed -i -e "s/expr=\"k\"/expr=\"pick('says', 4, 6)\"/" -e "s/expr=\"5\"/expr=\"0\"/" \
+  -e "s/stop.request\">/&<assign location=\"k\" expr=\"0 * pick('stops', 1, 2)\"\/>/" "$work/shown/models/m.scxml"
+expect 0 'again +holds +[0-9]+ states with it   can stay open when the mission ends, at tick 2 .0.1 s.   [^ ]*/verify/again.open.yaml .mcap   chosen: m.says = 6 at models/m.scxml:2, m.stops = 1 at models/m.scxml:3 .*the mission ends, and again is open' \
+  bash -c "'$sentree' verify '$work/shown' --explain | tr '\n' ' '"
+expect 1 'never_6 +REFUTED +tick 1 .*   chosen: m.says = 6 at models/m.scxml:2 not' bash -c "'$sentree' verify '$work/shown' | tr '\n' ' '; exit \${PIPESTATUS[0]}"
+expect 0 'again is open when the mission ends at 0.1 s, which is no violation' "$sentree" test "$work/shown/verify/again.open.yaml"
+expect 0 'monitor again: undecided' "$sentree" info "$work/shown/verify/again.open.mcap"
+expect 0 '2 0.1 owed verify/again.open.mcap' bash -c "cd '$work/shown' && '$sentree' verify . --json | python3 -c '
+import json, os, sys
+for one in json.load(sys.stdin)[\"requirements\"]:
+    open_at = one[\"can_stay_open\"]
+    if open_at:
+        owed = \"again: owed\" in open(open_at[\"scenario\"]).read()
+        print(open_at[\"tick\"], open_at[\"time\"], \"owed\" if owed else \"?\", os.path.normpath(open_at[\"recording\"]))'"
+sed -i 's/again: owed/again: violated/' "$work/shown/verify/again.open.yaml"
+expect 1 'monitor again is undecided, expected violated' "$sentree" test "$work/shown/verify/again.open.yaml"
+sed -i 's/^again:.*/again: whenever event(request(d.ask)), event(reply(d.ask)) within 2 s./' "$work/shown/r.req"
+expect 1 'again.open.yaml is from before: again cannot stay open now' "$sentree" verify "$work/shown"
+# Choices of any reply are fair by the names with which they are told; a slip is told with those that there are.
+mkdir -p "$work/fair"/{skills,interfaces}
+cp "$work/shown/mission.xml" "$work/fair/" && echo 'service D { bool ask() }' >"$work/fair/interfaces/d.thrift"
+cat >"$work/fair/skills/Go.scxml" <<'END'
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="go"><transition event="tick"><send type="thrift" target="d" event="ask"/></transition>
+<transition event="d.ask.reply" cond="_event.data.result" target="success"/><transition event="halt" target="halted"/></state><final id="success"/><final id="halted"/></scxml>
+END
+echo 'ends: eventually node(Go) in SUCCESS.' >"$work/fair/r.req"
+fair() { # fair CHOICE
+  printf 'mission: {file: mission.xml, rate: 10 Hz}\nservices: {d: {interface: d.thrift/D}}\nmonitors: [{file: r.req}]\nverify: {fair: [%s]}\n' "$1" >"$work/fair/sentree.yaml"
+}
+fair ''
+expect 1 'a loop can avoid any_d.ask = true' "$sentree" verify "$work/fair"
+fair any_d.ask
+expect 0 'ends +holds .*.if fair: any_d.ask.' "$sentree" verify "$work/fair"
+for wrong in any_d.aks d.ask any_e.ask person.asks; do
+  fair $wrong
+  expect 3 "sentree.yaml:4:16: no model makes a choice called .$wrong.; .*; there are any_d.ask" "$sentree" verify "$work/fair"
+done
 # Faults have no probability, which is said.
 expect 0 'left out: the fault of verify:' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty
-expect 0 '"faults":0,"faults_left_out":[1-9]' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty --json
+expect 0 '"faults":\[\],.*"faults_left_out":[1-9]' "$sentree" verify "$work/verified" --runs 5 --ticks 90 --only never_empty --json
 printf 'any_of: [{late: battery.*}]\n' >"$work/late.yaml"
 expect 2 'none comes in statistics' "$sentree" verify "$work/verified" --runs 5 --faults "$work/late.yaml"
 # However many threads there are.
@@ -675,6 +754,10 @@ expect 3 'nowhere.mcap' "$sentree" verify "$work/verified" --against "$work/nowh
 expect 1 'nothing was compared' "$sentree" verify examples/grasp --against "$work/verified/verify/never_empty.mcap"
 # One thing at a time, and options that say nothing are told before anything is explored.
 expect 2 'excludes' "$sentree" verify examples/grasp --mutate --runs 4
+for option in --fair --all-orders --exact --explain '--states 5' '--time 5s'; do
+  # shellcheck disable=SC2086
+  expect 2 "--runs excludes ${option% *}|${option% *} excludes --runs" "$sentree" verify examples/grasp --runs 4 $option
+done
 expect 2 'not a size' "$sentree" verify examples/grasp --memory 0
 expect 2 'not a duration' "$sentree" verify examples/grasp --time soon
 expect 2 'ends in .aut or .dot' "$sentree" verify examples/grasp --graph "$work/graph.png"

@@ -47,23 +47,55 @@ std::string models_text(const std::vector<verify::MadeModel>& made) {
   return out;
 }
 
-// Executes a scenario in the run-time system: whether it comes out as it says of the requirement, and of all others but
-// those that cannot be judged.
-// @param violated  If given, receives the names of all monitors that are.
-bool confirmed(const project::Plan& plan, const std::string& requirement, std::unique_ptr<replay::RunRecorder> recorder,
-               std::vector<std::string>* violated = nullptr) {
+// What is wanted of a run besides whether it comes out as it should.
+struct Course {
+  std::vector<std::string> violated;  // names of all monitors that are
+  // Choices of models before the requirement was violated first, or all of them.
+  std::size_t choices = 0;
+  std::size_t led_there() const { return led_there_.value_or(choices); }
+
+  // @param options  Of the run; the course stays where it is until that has ended.
+  void watch(const project::Plan& plan, const std::string& requirement, runtime::RunOptions& options) {
+    for (const project::ModelPlan& model : plan.models) {
+      options.listeners_of.emplace_back(model.name + ".choice", [this, name = model.name](const Message& message) {
+        if (message.source != name) return;
+        ++choices;
+        if (deciding_ == message.sequence) ++*led_there_;  // monitors hear of it first
+      });
+    }
+    options.on_decision = [this, &requirement](const runtime::MonitorReport& monitor) {
+      const auto& decision = monitor.decision;
+      if (led_there_ || monitor.name != requirement || !decision || decision->verdict != monitor::Verdict::kViolated)
+        return;
+      led_there_ = choices;
+      if (decision->deciding) deciding_ = decision->deciding->sequence;
+    };
+  }
+
+ private:
+  std::optional<std::size_t> led_there_;
+  std::uint64_t deciding_ = 0;
+};
+
+// Executes a scenario in the run-time system: whether it comes out as it says of the requirement of what is shown, and
+// of all others but those that cannot be judged.
+bool confirmed(const project::Plan& plan, const verify::Judgement& judgement,
+               std::unique_ptr<replay::RunRecorder> recorder, Course* course = nullptr) {
   runtime::RunOptions options;
   if (recorder) recorder->install(options);
+  if (course != nullptr) course->watch(plan, judgement.requirement, options);
   runtime::Run run(plan, std::move(options));
   const runtime::RunReport report = run.execute();
   if (recorder) (void)recorder->finish(report);
   std::size_t given_up = 0;
   for (const runtime::MonitorReport& monitor : report.monitors) {
     const bool is_violated = monitor.verdict == monitor::Verdict::kViolated || monitor.violations > 0;
-    if (violated != nullptr && is_violated) violated->push_back(monitor.name);
-    if (!monitor.failure.empty() && monitor.name != requirement) ++given_up;
+    if (course != nullptr && is_violated) course->violated.push_back(monitor.name);
+    if (!monitor.failure.empty() && monitor.name != judgement.requirement) ++given_up;
   }
-  return report.error.empty() && report.given_up.empty() && report.unmet.size() == given_up;
+  // What is owed when the duration is over need not be so when the mission ends.
+  const bool has_ended = judgement.state != "the mission ends" || !report.timed_out;
+  return has_ended && report.error.empty() && report.given_up.empty() && report.unmet.size() == given_up;
 }
 
 class Verifying {
@@ -101,41 +133,62 @@ class Verifying {
     if (!command_.graph.empty() && !write_graph()) return kEnvironment;
     write_reached();
     for (verify::Judgement& judgement : result_.judgements) {
-      if (judgement.finding != verify::Finding::kRefuted) continue;
-      if (auto shown = show(judgement); !shown) {
-        // Nothing is claimed of that one; what is known of the others stays.
-        is_unshown_ = true;
-        judgement.finding = verify::Finding::kUnknown;
-        judgement.error = std::move(shown.error());
-        judgement.path.reset();
+      const bool is_refuted = judgement.finding == verify::Finding::kRefuted;
+      if (!is_refuted && !judgement.can_stay_open) continue;
+      const auto shown = is_refuted ? show(judgement, "", shown_) : show(left_open(judgement), kOpen, open_);
+      if (shown) continue;
+      if (!is_refuted && !shown.error().disagrees) {
+        say(fmt::format("{} {}", judgement.requirement, shown.error().why));
+        continue;
       }
+      // Nothing is claimed of that one; what is known of the others stays.
+      is_unshown_ = true;
+      judgement.finding = verify::Finding::kUnknown;
+      judgement.error = shown.error().why;
+      judgement.path.reset();
+      judgement.can_stay_open.reset();
     }
     say_what_is_left();
-    const Findings findings{plan_, asked, result_, any_, std::move(shown_)};
+    const Findings findings{command_, plan_, asked, result_, any_, std::move(shown_), std::move(open_)};
     print(command_.json ? to_json(to_value(findings, reached())) + "\n" : to_text(findings));
     return code();
   }
 
  private:
-  // Writes the counterexample as a scenario, and what comes of it in the run-time system as a recording. Error: why
-  // there is none.
-  tl::expected<void, std::string> show(const verify::Judgement& judgement) {
+  // Why something is not shown.
+  struct Unshown {
+    std::string why;
+    bool disagrees = false;  // a run of it comes out differently
+  };
+
+  // Writes what the judgement's path shows as a scenario, and what comes of it in the run-time system as a recording.
+  // @param kind  Of the files, behind the requirement's name.
+  tl::expected<void, Unshown> show(const verify::Judgement& judgement, std::string_view kind,
+                                   std::map<std::string, ShownCounterexample>& all) {
     ShownCounterexample shown;
     auto example = verify::counterexample(result_.graph, judgement, plan_.scenario);
-    if (auto written = write(judgement, example, shown); !written) return written;
+    if (auto written = write(judgement, kind, example, shown); !written) return written;
     if (judgement.path->loop) shown.loop_ticks = judgement.path->edges.size() - *judgement.path->loop;
-    shown_[judgement.requirement] = std::move(shown);
+    all[judgement.requirement] = std::move(shown);
     return {};
   }
 
-  // Counterexamples of an earlier verification: nobody takes them for this one's.
+  // What an earlier verification showed: nobody takes it for this one's.
   void say_what_is_left() const {
     std::error_code error;
     for (const verify::Judgement& judgement : result_.judgements) {
-      const fs::path file = out_folder() / (judgement.requirement + ".yaml");
+      const fs::path file = file_of(judgement, "");
       if (judgement.finding == verify::Finding::kHolds && fs::exists(file, error))
         say(fmt::format("{} is from before: {} holds now", file.string(), judgement.requirement));
+      const fs::path open = file_of(judgement, kOpen);
+      const bool is_settled = judgement.finding == verify::Finding::kHolds && !judgement.can_stay_open;
+      if (is_settled && fs::exists(open, error))
+        say(fmt::format("{} is from before: {} cannot stay open now", open.string(), judgement.requirement));
     }
+  }
+
+  fs::path file_of(const verify::Judgement& judgement, std::string_view kind) const {
+    return out_folder() / fmt::format("{}{}.yaml", judgement.requirement, kind);
   }
 
   // Where what is found is written.
@@ -192,12 +245,12 @@ class Verifying {
     if (!written) say(to_string(written.error()));
   }
 
-  tl::expected<void, std::string> write(const verify::Judgement& judgement, project::Scenario& example,
-                                        ShownCounterexample& shown) {
+  tl::expected<void, Unshown> write(const verify::Judgement& judgement, std::string_view kind,
+                                    project::Scenario& example, ShownCounterexample& shown) {
     const fs::path project = plan_.scenario.project.folder;
     const fs::path folder = out_folder();
     std::error_code error;
-    const fs::path file = folder / (judgement.requirement + ".yaml");
+    const fs::path file = file_of(judgement, kind);
     const bool beside = fs::weakly_canonical(folder, error).parent_path() == fs::weakly_canonical(project, error);
     const std::string above =
         beside ? "" : fs::relative(fs::weakly_canonical(project, error), fs::weakly_canonical(folder, error)).string();
@@ -209,14 +262,16 @@ class Verifying {
     if (!judgement.path->loop) {
       verify::simplify(example, plan_.scenario, [&](const project::Scenario& scenario) {
         const auto plan = prepared(scenario);
-        return plan.ok() && confirmed(*plan.value, judgement.requirement, nullptr);
+        return plan.ok() && confirmed(*plan.value, judgement, nullptr);
       });
     }
     // What else it violates is expected of it too: as a test, it would fail by that.
-    std::vector<std::string> violated;
-    if (const auto plan = prepared(example); plan.ok())
-      (void)confirmed(*plan.value, judgement.requirement, nullptr, &violated);
-    for (const std::string& name : violated) example.verdicts.try_emplace(name, "violated");
+    Course course;
+    if (const auto plan = prepared(example); plan.ok()) {
+      (void)confirmed(*plan.value, judgement, nullptr, &course);
+      shown.chosen = chosen(*plan.value, course.led_there(), judgement.path->edges.size());
+    }
+    for (const std::string& name : course.violated) example.verdicts.try_emplace(name, "violated");
     shown.choices = example.choices->size();
     shown.orders = example.orders.size();
     for (std::size_t i = plan_.scenario.timeline.size(); i < example.timeline.size(); ++i)
@@ -231,23 +286,56 @@ class Verifying {
         say(plan.diagnostics);
         fs::remove(file, error);  // nobody takes it for a scenario of the project
       }
-      return tl::unexpected(fmt::format(
-          "refuted at {} s, but {}", shortest_decimal(seconds(judgement.at)),
-          plan.ok() ? to_string(sink.error()) : file.string() + " cannot be written, or not be read again"));
+      return tl::unexpected(Unshown{fmt::format(
+          "{} at {} s, but {}", judgement.finding == verify::Finding::kRefuted ? "refuted" : "can be open in the end",
+          shortest_decimal(seconds(judgement.at)),
+          plan.ok() ? to_string(sink.error()) : file.string() + " cannot be written, or not be read again")});
     }
     auto recorder = std::make_unique<replay::RunRecorder>(
         *plan.value, files.files(), std::move(*sink),
         replay::RecordingOptions{.library = "sentree " SENTREE_VERSION,
                                  .on_failure = [](const std::string& what) { say("! " + what); },
                                  .story = story_without_witness});
-    if (!confirmed(*plan.value, judgement.requirement, std::move(recorder))) {
+    if (!confirmed(*plan.value, judgement, std::move(recorder))) {
       return tl::unexpected(
-          fmt::format("internal error: the counterexample {} does not come out so in a run; please report it with the "
-                      "project. Nothing is claimed of {}",
-                      file.string(), judgement.requirement));
+          Unshown{fmt::format("internal error: what {} shows does not come out so in a run; please report it with the "
+                              "project. Nothing is claimed of {}",
+                              file.string(), judgement.requirement),
+                  true});
     }
     if (command_.explain) shown.story = story_of(*plan.value, judgement);
     return {};
+  }
+
+  // The first `count` choices of models, of the first `ticks` ticks, as far as there was something to choose.
+  static std::vector<ShownCounterexample::Chosen> chosen(const project::Plan& plan, std::size_t count,
+                                                         std::size_t ticks) {
+    std::vector<ShownCounterexample::Chosen> out;
+    const auto told = verify::retell(plan);
+    if (!told) return out;
+    for (const verify::Told& tick : *told) {
+      if (tick.tick > ticks) break;
+      std::size_t index = 0;
+      for (const Message& message : tick.messages) {
+        if (!is_choice(plan, message) || index == tick.choices.size()) continue;
+        if (count-- == 0) return out;
+        if (tick.choices[index++].count < 2) continue;
+        const Value* const name = message.data.find("name");
+        const Value* const place = message.data.find("place");
+        out.push_back({.tick = tick.tick,
+                       .name = message.source + (name != nullptr ? fmt::format(".{}", name->text()) : ""),
+                       .place = place != nullptr ? std::string(place->text()) : "",
+                       .value = to_json(*message.data.find("value"))});
+      }
+    }
+    return out;
+  }
+
+  // Of a model; a topic of a service may be called so too.
+  static bool is_choice(const project::Plan& plan, const Message& message) {
+    return message.name == message.source + ".choice" && message.data.find("value") != nullptr &&
+           std::any_of(plan.models.begin(), plan.models.end(),
+                       [&](const project::ModelPlan& model) { return model.name == message.source; });
   }
 
   // What is not as in `before`, which it becomes: of a structure the members, cut to what one reads at a glance.
@@ -316,7 +404,7 @@ class Verifying {
         if (!loop && message.time > judgement.at) break;
         if (message.time != at) end_line();
         at = message.time;
-        if (message.name.ends_with(".choice")) {
+        if (is_choice(plan, message)) {
           const Value* name = message.data.find("name");
           const std::string value = to_json(*message.data.find("value"));
           const Value* place = message.data.find("place");
@@ -341,10 +429,12 @@ class Verifying {
       end_line();
     }
     if (loop) return out;
-    out += fmt::format("    {:>20} s  {}\n", shortest_decimal(seconds(judgement.at)),
-                       judgement.state == "the mission ends"
-                           ? fmt::format("the mission ends, and {} is owed", judgement.requirement)
-                           : judgement.requirement + " is VIOLATED");
+    const bool is_refuted = judgement.finding == verify::Finding::kRefuted;
+    out += fmt::format(
+        "    {:>20} s  {}\n", shortest_decimal(seconds(judgement.at)),
+        judgement.state == "the mission ends"
+            ? fmt::format("the mission ends, and {} is {}", judgement.requirement, is_refuted ? "owed" : "open")
+            : judgement.requirement + " is VIOLATED");
     return out;
   }
 
@@ -408,6 +498,9 @@ class Verifying {
   verify::Verification result_;
   bool is_unshown_ = false;  // a counterexample could not be shown
   std::map<std::string, ShownCounterexample> shown_;
+  std::map<std::string, ShownCounterexample> open_;
+  // Beside a counterexample's files those of what can stay open.
+  static constexpr std::string_view kOpen = ".open";
 };
 
 }  // namespace
@@ -450,7 +543,7 @@ int verify(const VerifyCommand& command) {
     if (command.runs || !command.at_least.empty() || !command.split.empty()) {
       const Diagnostics in_the_way = verify::obstacles(*plan.value);
       say(in_the_way);
-      return has_errors(in_the_way) ? kInvalidInput : verify_by_runs(command, *plan.value);
+      return has_errors(in_the_way) ? kInvalidInput : verify_by_runs(command, *plan.value, *any);
     }
     return Verifying(command, *plan.value, *any, std::move(read), parts)();
   });

@@ -171,15 +171,18 @@ void add_verify(CLI::App& app, Commands& commands) {
   sub->add_option("--order", command.order, "Of what happens at one instant: any, or as in virtual time")
       ->check(CLI::IsMember({"any", "virtual"}))
       ->capture_default_str();
-  sub->add_flag("--all-orders", command.all_orders, "Try also orders that no monitor and no part can tell apart");
+  CLI::Option* const all_orders =
+      sub->add_flag("--all-orders", command.all_orders, "Try also orders that no monitor and no part can tell apart");
   sub->add_option("--faults", command.faults,
                   "none: without the faults of `verify:`; FILE: with those of a file that is written as its `faults:`");
-  sub->add_flag("--fair", command.fair,
-                "Each alternative of a model's choice that is offered again and again is taken again and again");
+  CLI::Option* const fair =
+      sub->add_flag("--fair", command.fair,
+                    "Each alternative of a model's choice that is offered again and again is taken again and again");
   sub->add_option("--ticks", command.ticks, "Stop behind so many ticks")->check(whole_number(1));
-  sub->add_option("--states", command.states, "Stop behind so many states")->check(whole_number(1));
+  CLI::Option* const states =
+      sub->add_option("--states", command.states, "Stop behind so many states")->check(whole_number(1));
   sub->add_option("--memory", command.memory, "Stop when about so much is used, e.g. \"2 GB\"");
-  sub->add_option("--time", command.time, "Stop after that time, e.g. \"30 s\"");
+  CLI::Option* const time = sub->add_option("--time", command.time, "Stop after that time, e.g. \"30 s\"");
   sub->add_option("--out", command.out, "Folder of counterexamples (default: verify/ in the project)");
   CLI::Option* const graph =
       sub->add_option("--graph", command.graph, "Write the graph of the mission: FILE.aut (Aldebaran) or FILE.dot");
@@ -210,9 +213,10 @@ void add_verify(CLI::App& app, Commands& commands) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   sub->add_flag("--no-memo", command.no_memory, "Execute every step, also those that are known");
-  sub->add_flag("--exact", command.exact,
-                "Compare states, not 128 bits of their hashes, and execute every step; with --against, compare replies "
-                "as they are, not as the mission tells them apart");
+  CLI::Option* const exact = sub->add_flag(
+      "--exact", command.exact,
+      "Compare states, not 128 bits of their hashes, and execute every step; with --against, compare replies "
+      "as they are, not as the mission tells them apart");
   CLI::Option* const model =
       sub->add_flag("--model", command.model, "Write models/SERVICE.scxml for services without a model: any reply");
   CLI::Option* const mutate =
@@ -220,7 +224,8 @@ void add_verify(CLI::App& app, Commands& commands) {
   CLI::Option* const against =
       sub->add_option("--against", command.against, "A recording: tell which of its replies the models do not allow");
   // One thing at a time.
-  for (CLI::Option* const one : {model, mutate, against, graph}) {
+  CLI::Option* const explain = sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");
+  for (CLI::Option* const one : {model, mutate, against, graph, all_orders, fair, states, time, exact, explain}) {
     for (CLI::Option* const other : {runs, at_least, split}) one->excludes(other);
   }
   model->excludes(mutate)->excludes(against)->excludes(graph);
@@ -229,7 +234,6 @@ void add_verify(CLI::App& app, Commands& commands) {
   sub->add_option("--tolerance", command.tolerance,
                   "With --against: how much earlier or later than the model a reply may be (default: the period)")
       ->needs(against);
-  sub->add_flag("--explain", command.explain, "Tell counterexamples tick by tick");
   sub->add_flag("--json", command.json, "Print the results as JSON");
 }
 

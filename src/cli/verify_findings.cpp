@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "sentree/base/shown.h"
+#include "sentree/cli/verify_result.h"
+#include "sentree/project/any_reply.h"
 #include "sentree/studio/reached.h"
 
 namespace sentree::cli {
@@ -26,8 +28,9 @@ class Telling {
     for (const project::ModelPlan& model : found_.plan.models) {
       std::string serves;
       for (const std::string& service : model.serves) serves += (serves.empty() ? "" : ", ") + service;
-      const bool is_any = std::any_of(found_.any.begin(), found_.any.end(),
-                                      [&](const auto& m) { return "any_" + m.service == model.name; });
+      const bool is_any = std::any_of(found_.any.begin(), found_.any.end(), [&](const auto& m) {
+        return project::kAnyReplyPrefix + m.service == model.name;
+      });
       models += (models.empty() ? "" : ", ") + (is_any ? serves : model.name) +
                 (is_any ? ": any reply" : fmt::format(" ({})", serves));
     }
@@ -43,8 +46,9 @@ class Telling {
     for (const auto& judgement : found_.result.judgements) width = std::max(width, judgement.requirement.size());
     for (const auto& judgement : found_.result.judgements) {
       out += fmt::format("{:<{}}   {}\n", judgement.requirement, width, told(judgement));
-      if (const auto shown = found_.shown.find(judgement.requirement); shown != found_.shown.end())
-        out += shown->second.story;
+      for (const auto* all : {&found_.shown, &found_.open}) {
+        if (const auto shown = all->find(judgement.requirement); shown != all->end()) out += shown->second.story;
+      }
     }
     for (const std::string& problem : graph.problems) out += fmt::format("! {}\n", problem);
     constexpr std::size_t kShownMax = 12;
@@ -57,104 +61,27 @@ class Telling {
 
   Value value(const campaign::Coverage& reached) const {
     const verify::Graph& graph = found_.result.graph;
+    Map out = verify_result(found_.command, found_.plan, found_.any, found_.asked.explore.faults);
     List requirements;
-    for (const auto& judgement : found_.result.judgements) {
-      Map one{{"name", judgement.requirement},
-              {"verdict", to_string(judgement.finding)},
-              {"vacuous", !judgement.vacuous.empty()},
-              {"complete", graph.complete && judgement.limit.empty()},
-              {"states", static_cast<std::int64_t>(judgement.states)},
-              {"first_violation", Value()},
-              {"counterexample", Value()},
-              {"probability", Value()}};
-      if (!judgement.vacuous.empty()) one["vacuous_because"] = judgement.vacuous;
-      if (!judgement.never_seen.empty()) {
-        List never_seen;
-        for (const std::string& what : judgement.never_seen) never_seen.emplace_back(what);
-        one["never_seen"] = std::move(never_seen);
-      }
-      if (!judgement.error.empty()) one["error"] = judgement.error;
-      if (!judgement.limit.empty()) one["undecided_because"] = judgement.limit;
-      List fair;
-      for (const std::string& name : judgement.fair) fair.emplace_back(name);
-      one["fair"] = std::move(fair);
-      if (judgement.path) {
-        one["first_violation"] = Map{{"tick", static_cast<std::int64_t>(tick_of(*judgement.path))},
-                                     {"time", seconds(judgement.at)},
-                                     {"observation", judgement.observation}};
-        const ShownCounterexample& shown = found_.shown.at(judgement.requirement);
-        Map example{{"scenario", shown.scenario},
-                    {"recording", shown.recording},
-                    {"choices", static_cast<std::int64_t>(shown.choices)},
-                    {"chosen", chosen_value(judgement)},
-                    {"orders", static_cast<std::int64_t>(shown.orders)}};
-        if (judgement.path->loop) {
-          example["loop"] = Map{{"from", static_cast<std::int64_t>(tick_of(*judgement.path))},
-                                {"ticks", static_cast<std::int64_t>(shown.loop_ticks)}};
-        }
-        one["counterexample"] = std::move(example);
-      }
-      if (!judgement.avoided.empty()) {
-        List avoided;
-        for (const std::string& name : judgement.avoided) avoided.emplace_back(name);
-        one["holds_if_fair"] = std::move(avoided);
-      }
-      one["can_stay_open"] = judgement.can_stay_open.has_value();
-      if (judgement.least) {
-        const auto bounds = [](const verify::Judgement::Probability& p) {
-          return Map{{"low", p.low}, {"high", p.high}};
-        };
-        one["probability"] = Map{{"low", judgement.least->low},       {"high", judgement.greatest->high},
-                                 {"least", bounds(*judgement.least)}, {"greatest", bounds(*judgement.greatest)},
-                                 {"method", "interval iteration"},    {"confidence", 1.0}};
-      }
-      requirements.emplace_back(std::move(one));
-    }
-    List not_reached;
-    for (const std::string& what : found_.result.not_reached) not_reached.emplace_back(what);
-    List problems;
-    for (const std::string& what : graph.problems) problems.emplace_back(what);
-    List models;
-    for (const project::ModelPlan& model : found_.plan.models) {
-      List serves;
-      for (const std::string& service : model.serves) serves.emplace_back(service);
-      models.emplace_back(Map{{"name", model.name},
-                              {"chart", model.chart.name()},
-                              {"fingerprint", fmt::format("{:016x}", model.chart.fingerprint())},
-                              {"serves", std::move(serves)}});
-    }
-    Map any;
-    for (const verify::MadeModel& model : found_.any) {
-      List tried;
-      for (const std::string& line : model.tried) tried.emplace_back(line);
-      any[model.service] = Map{{"file", model.file}, {"tried", std::move(tried)}};
-    }
-    Map limits{{"complete_to_tick", static_cast<std::int64_t>(graph.complete_to)}, {"same_hash", same_hash()}};
+    for (const auto& judgement : found_.result.judgements) requirements.emplace_back(value_of(judgement));
+    out["requirements"] = std::move(requirements);
+    out["states"] = static_cast<std::int64_t>(graph.nodes.size());
+    out["transitions"] = static_cast<std::int64_t>(graph.edges.size());
+    out["complete"] = graph.complete;
+    out["orders_left_out"] = graph.reduced;
+    out["coverage"] =
+        Map{{"not_reached", to_list(found_.result.not_reached)},
+            {"kinds", *studio::coverage_value(reached, found_.plan.scenario.project.folder).find("kinds")}};
+    out["problems"] = to_list(graph.problems);
+    Map& limits = *out["limits"].as_map();
+    limits["complete_to_tick"] = static_cast<std::int64_t>(graph.complete_to);
+    limits["same_hash"] = same_hash();
     if (!graph.limit.empty()) limits["ended_by"] = graph.limit;
-    if (!found_.asked.untried.empty()) {
-      List not_tried;
-      for (const verify::Untried& one : found_.asked.untried) not_tried.emplace_back(to_string(one.told));
-      limits["not_tried"] = std::move(not_tried);
-    }
     if (!graph.grows.empty()) limits["most_values"] = graph.grows;
-    return Map{{"tool", "sentree verify"},
-               {"version", SENTREE_VERSION},
-               {"models", std::move(models)},
-               {"any_reply", std::move(any)},
-               {"order", found_.asked.explore.order == verify::Order::kAny ? "any" : "virtual"},
-               {"orders_left_out", graph.reduced},
-               {"faults", static_cast<std::int64_t>(found_.asked.explore.faults.size())},
-               {"faults_at_most", static_cast<std::int64_t>(found_.asked.explore.faults_at_most)},
-               {"requirements", std::move(requirements)},
-               {"states", static_cast<std::int64_t>(graph.nodes.size())},
-               {"transitions", static_cast<std::int64_t>(graph.edges.size())},
-               {"complete", graph.complete},
-               {"coverage",
-                Map{{"not_reached", std::move(not_reached)},
-                    {"kinds", *studio::coverage_value(reached, found_.plan.scenario.project.folder).find("kinds")}}},
-               {"problems", std::move(problems)},
-               {"limits", std::move(limits)},
-               {"wall_s", found_.result.explored_s}};
+    for (const verify::Untried& one : found_.asked.untried)
+      limits["not_tried"].as_list()->emplace_back(to_string(one.told));
+    out["wall_s"] = found_.result.explored_s;
+    return out;
   }
 
  private:
@@ -165,12 +92,67 @@ class Telling {
   }
 
   std::string basis() const {
-    std::string text = found_.asked.explore.faults.empty()
-                           ? "no faults"
-                           : fmt::format("{} faults, {} at a time", found_.asked.explore.faults.size(),
-                                         found_.asked.explore.faults_at_most);
+    std::string text =
+        found_.asked.explore.faults.empty()
+            ? "no faults"
+            : fmt::format("{} fault{}, {} at a time", found_.asked.explore.faults.size(),
+                          found_.asked.explore.faults.size() == 1 ? "" : "s", found_.asked.explore.faults_at_most);
     return text + (found_.asked.explore.order == verify::Order::kAny ? ", any order at one instant"
                                                                      : ", order of virtual time");
+  }
+
+  Map value_of(const verify::Judgement& judgement) const {
+    Map one = requirement_result(judgement.requirement, to_string(judgement.finding));
+    one["vacuous"] = !judgement.vacuous.empty();
+    if (!judgement.vacuous.empty()) one["vacuous_because"] = judgement.vacuous;
+    one["complete"] = found_.result.graph.complete && judgement.limit.empty();
+    one["states"] = static_cast<std::int64_t>(judgement.states);
+    one["fair"] = to_list(judgement.fair);
+    one["holds_if_fair"] = to_list(judgement.avoided);
+    one["can_stay_open"] = can_stay_open(judgement);
+    one["never_seen"] = to_list(judgement.never_seen);
+    if (judgement.path) {
+      one["first_violation"] = Map{{"tick", static_cast<std::int64_t>(tick_of(*judgement.path))},
+                                   {"time", seconds(judgement.at)},
+                                   {"observation", judgement.observation}};
+      one["counterexample"] = value_of(found_.shown.at(judgement.requirement), judgement);
+    }
+    if (judgement.least) {
+      const auto bounds = [](const verify::Judgement::Probability& p) { return Map{{"low", p.low}, {"high", p.high}}; };
+      Map probability = probability_result(judgement.least->low, judgement.greatest->high, "interval iteration", 1.0);
+      probability["least"] = bounds(*judgement.least);
+      probability["greatest"] = bounds(*judgement.greatest);
+      one["probability"] = std::move(probability);
+    }
+    if (!judgement.limit.empty()) one["undecided_because"] = judgement.limit;
+    if (!judgement.error.empty()) one["error"] = judgement.error;
+    return one;
+  }
+
+  // Members of what is shown of a judgement.
+  Map value_of(const ShownCounterexample& shown, const verify::Judgement& judgement) const {
+    Map out{{"scenario", shown.scenario},
+            {"recording", shown.recording},
+            {"choices", static_cast<std::int64_t>(shown.choices)},
+            {"chosen", chosen_value(chosen(shown, judgement))},
+            {"orders", static_cast<std::int64_t>(shown.orders)},
+            {"loop", Value()}};
+    if (judgement.path->loop) {
+      out["loop"] = Map{{"from", static_cast<std::int64_t>(tick_of(*judgement.path))},
+                        {"ticks", static_cast<std::int64_t>(shown.loop_ticks)}};
+    }
+    return out;
+  }
+
+  Value can_stay_open(const verify::Judgement& judgement) const {
+    if (!judgement.can_stay_open) return {};
+    const verify::Judgement open = left_open(judgement);
+    const auto shown = found_.open.find(judgement.requirement);
+    Map out{{"tick", static_cast<std::int64_t>(tick_of(*open.path))}, {"time", seconds(open.at)}};
+    for (auto& [name, value] : value_of(shown == found_.open.end() ? ShownCounterexample() : shown->second, open))
+      out[name] = value;
+    if (shown == found_.open.end()) out["scenario"] = out["recording"] = Value();
+    return out;
   }
 
   // What models chose in one place, or which faults came, on a path.
@@ -181,30 +163,34 @@ class Telling {
     std::size_t times = 0;
   };
 
-  // In the order of their first; of faults those that the scenario still has.
-  std::vector<Chosen> chosen(const verify::Judgement& judgement) const {
+  // In the order of their first, faults before the choices of their tick; of faults those that the scenario still has.
+  std::vector<Chosen> chosen(const ShownCounterexample& shown, const verify::Judgement& judgement) const {
+    std::vector<Chosen> all;
+    const auto add = [&](const std::string& name, const std::string& place, const std::string& value) {
+      auto one = std::find_if(all.begin(), all.end(),
+                              [&](const Chosen& known) { return known.name == name && known.place == place; });
+      if (one == all.end()) one = all.insert(all.end(), {name, place, {}, 0});
+      ++one->times;
+      if (std::find(one->values.begin(), one->values.end(), value) == one->values.end()) one->values.push_back(value);
+    };
     const verify::Path& path = *judgement.path;
     const verify::Graph& graph = found_.result.graph;
-    std::map<std::string, std::size_t> faults = found_.shown.at(judgement.requirement).faults;
-    std::vector<Chosen> all;
-    for (const std::uint32_t edge : path.edges) {
-      for (const verify::Made& made : graph.decisions[graph.edges[edge].made]) {
-        const bool is_fault = made.kind == verify::Made::Kind::kFault && made.alternative > 0;
-        if (!is_fault && (made.kind != verify::Made::Kind::kChoice || made.count < 2)) continue;
+    std::map<std::string, std::size_t> faults = shown.faults;
+    auto choice = shown.chosen.begin();
+    for (std::size_t i = 0; i < path.edges.size(); ++i) {
+      for (const verify::Made& made : graph.decisions[graph.edges[path.edges[i]].made]) {
+        // Just before its tick, which may be behind what violates it.
+        const bool is_late = !path.loop && TimePoint{} + graph.period * static_cast<std::int64_t>(i) > judgement.at;
+        if (made.kind != verify::Made::Kind::kFault || made.alternative == 0 || is_late) continue;
         const verify::ChoicePoint& point = graph.choices[made.what];
-        const std::string name = is_fault ? point.function : point.model + (point.name.empty() ? "" : "." + point.name);
-        const std::string& place = graph.places[made.place];
-        const std::string& value = is_fault ? point.name : point.value;
-        if (is_fault && point.function == "fault" && !path.loop && faults[value]-- == 0) {
-          faults[value] = 0;
+        if (point.function == "fault" && !path.loop && faults[point.name]-- == 0) {
+          faults[point.name] = 0;
           continue;
         }
-        auto one = std::find_if(all.begin(), all.end(),
-                                [&](const Chosen& known) { return known.name == name && known.place == place; });
-        if (one == all.end()) one = all.insert(all.end(), {name, place, {}, 0});
-        ++one->times;
-        if (std::find(one->values.begin(), one->values.end(), value) == one->values.end()) one->values.push_back(value);
+        add(point.function, "", point.name);
       }
+      for (; choice != shown.chosen.end() && choice->tick == i + 1; ++choice)
+        add(choice->name, choice->place, choice->value);
     }
     return all;
   }
@@ -225,9 +211,9 @@ class Telling {
     return all.size() > kShownMax ? out + ", …" : out;
   }
 
-  List chosen_value(const verify::Judgement& judgement) const {
+  static List chosen_value(const std::vector<Chosen>& all) {
     List out;
-    for (const Chosen& one : chosen(judgement)) {
+    for (const Chosen& one : all) {
       List values;
       for (const std::string& value : one.values) values.emplace_back(value);
       Map entry{{"name", one.name}, {"values", std::move(values)}, {"times", static_cast<std::int64_t>(one.times)}};
@@ -263,13 +249,14 @@ class Telling {
       out = fmt::format("REFUTED  {}tick {} ({} s)", judgement.path->loop ? "" : beside_tick(tick, judgement.at), tick,
                         shortest_decimal(seconds(judgement.at)));
       if (judgement.path->loop)
-        out += fmt::format(": from here {} ticks can come again for ever", shown.loop_ticks);
+        out += fmt::format(": from here {} tick{} can come again for ever", shown.loop_ticks,
+                           shown.loop_ticks == 1 ? "" : "s");
       else if (judgement.state == "the mission ends")
         out += ": the mission ends, and it is still owed";
       else
         out += judgement.observation.empty() ? ": time passed" : ": " + judgement.observation;
       out += fmt::format("   {} .mcap", shown.scenario);
-      if (const std::string what = text_of(chosen(judgement)); !what.empty()) out += "\n  chosen: " + what;
+      if (const std::string what = text_of(chosen(shown, judgement)); !what.empty()) out += "\n  chosen: " + what;
       if (shown.orders > 0) {
         out +=
             fmt::format("\n  needs messages of one instant in another order than that of virtual time, at {} instant{}",
@@ -290,8 +277,7 @@ class Telling {
     }
     if (!judgement.fair.empty() && judgement.finding == verify::Finding::kHolds)
       out += fmt::format(" (if fair: {})", few(judgement.fair));
-    if (judgement.can_stay_open)
-      out += fmt::format("\n  can stay open when the mission ends, at tick {}", judgement.can_stay_open->edges.size());
+    if (judgement.can_stay_open) out += told_open(judgement);
     if (judgement.least) {
       const double alike = 1e-9 * judgement.greatest->high;
       out += fmt::format("\n  violated with probability {:.10g}", judgement.least->low);
@@ -300,6 +286,17 @@ class Telling {
       if (judgement.greatest->high - judgement.greatest->low > alike)
         out += fmt::format("; bounds: {:.10g} to {:.10g}", judgement.least->low, judgement.greatest->high);
     }
+    return out;
+  }
+
+  std::string told_open(const verify::Judgement& judgement) const {
+    const verify::Judgement open = left_open(judgement);
+    std::string out = fmt::format("\n  can stay open when the mission ends, at tick {} ({} s)", tick_of(*open.path),
+                                  shortest_decimal(seconds(open.at)));
+    const auto shown = found_.open.find(judgement.requirement);
+    if (shown == found_.open.end()) return out;
+    out += fmt::format("   {} .mcap", shown->second.scenario);
+    if (const std::string what = text_of(chosen(shown->second, open)); !what.empty()) out += "\n  chosen: " + what;
     return out;
   }
 

@@ -10,6 +10,7 @@
 #include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
+#include "sentree/cli/verify_result.h"
 #include "sentree/verify/splitting.h"
 
 namespace sentree::cli {
@@ -33,7 +34,8 @@ Estimate estimate(const verify::Splits& found, double confidence) {
 
 }  // namespace
 
-int verify_rare(const VerifyCommand& command, const project::Plan& plan, const Sampled& sampled) {
+int verify_rare(const VerifyCommand& command, const project::Plan& plan, const Sampled& sampled,
+                const std::vector<verify::MadeModel>& any_replies) {
   const Interrupts interrupts;
   verify::Splitting splitting;
   splitting.score = command.split;
@@ -77,40 +79,27 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
     if (found->owed > 0) out += fmt::format(", still owed at the end of {} of {} runs", found->owed, found->runs);
     out += '\n';
     any = any || mean > 0;
-    requirements.emplace_back(
-        Map{{"name", name},
-            {"verdict", mean > 0 ? "refuted" : "unknown"},
-            {"vacuous", false},
-            {"complete", false},
-            {"fair", List()},
-            {"first_violation", Value()},
-            {"counterexample", Value()},
-            {"still_owed", static_cast<std::int64_t>(found->owed)},
-            {"probability", Map{{"low", in.low},
-                                {"high", in.high},
-                                {"mean", mean},
-                                {"method", "adaptive multilevel splitting"},
-                                {"confidence", sampled.confidence},
-                                {"runs", static_cast<std::int64_t>(found->runs)},
-                                {"branches", static_cast<std::int64_t>(found->branches)},
-                                {"repetitions", static_cast<std::int64_t>(found->estimates.size())},
-                                {"seen", static_cast<std::int64_t>(seen)}}}});
+    Map probability = probability_result(in.low, in.high, "adaptive multilevel splitting", sampled.confidence);
+    probability["mean"] = mean;
+    probability["runs"] = static_cast<std::int64_t>(found->runs);
+    probability["branches"] = static_cast<std::int64_t>(found->branches);
+    probability["repetitions"] = static_cast<std::int64_t>(found->estimates.size());
+    probability["seen"] = static_cast<std::int64_t>(seen);
+    Map one = requirement_result(name, mean > 0 ? "refuted" : "unknown");
+    one["probability"] = std::move(probability);
+    one["still_owed"] = static_cast<std::int64_t>(found->owed);
+    requirements.emplace_back(std::move(one));
     if (is_interrupted()) break;
   }
   if (command.json) {
     const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-    out = to_json(Value(Map{{"tool", "sentree verify"},
-                            {"version", SENTREE_VERSION},
-                            {"complete", false},
-                            {"limits", Map{{"time", seconds(splitting.length)}}},
-                            {"order", command.order},
-                            {"split", splitting.score},
-                            {"faults", 0},
-                            {"faults_left_out", static_cast<std::int64_t>(sampled.faults_left_out)},
-                            {"seed", static_cast<std::int64_t>(splitting.seed)},
-                            {"requirements", std::move(requirements)},
-                            {"wall_s", wall_s}})) +
-          "\n";
+    Map result = verify_result(command, plan, any_replies, {});
+    result["requirements"] = std::move(requirements);
+    result["faults_left_out"] = static_cast<std::int64_t>(sampled.faults_left_out);
+    (*result["limits"].as_map())["run_s"] = seconds(splitting.length);
+    if (is_interrupted()) (*result["limits"].as_map())["ended_by"] = "interrupted";
+    result["wall_s"] = wall_s;
+    out = to_json(Value(std::move(result))) + "\n";
   }
   print(out);
   return any ? kFindings : is_interrupted() ? kInterrupted : kOk;

@@ -11,6 +11,7 @@
 #include "sentree/cli/share.h"
 #include "sentree/cli/verify_options.h"
 #include "sentree/cli/verify_rare.h"
+#include "sentree/cli/verify_result.h"
 #include "sentree/verify/at_least.h"
 #include "sentree/verify/statistics.h"
 
@@ -77,20 +78,12 @@ class TallyOfRuns {
     out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({} %)", name, width_, violated_[k], runs,
                        in.low * 100, in.high * 100, as_percent(sampled_.confidence));
     if (owed_[k] > 0) out += fmt::format(", still owed at the end of {}", owed_[k]);
-    Map one{{"name", name},
-            {"verdict", violated_[k] > 0 ? "refuted" : "unknown"},
-            {"vacuous", false},
-            {"complete", false},
-            {"fair", List()},
-            {"first_violation", Value()},
-            {"counterexample", Value()},
-            {"violated", static_cast<std::int64_t>(violated_[k])},
-            {"still_owed", static_cast<std::int64_t>(owed_[k])},
-            {"probability", Map{{"low", in.low},
-                                {"high", in.high},
-                                {"method", "Clopper-Pearson"},
-                                {"confidence", sampled_.confidence},
-                                {"runs", static_cast<std::int64_t>(runs)}}}};
+    Map probability = probability_result(in.low, in.high, "Clopper-Pearson", sampled_.confidence);
+    probability["runs"] = static_cast<std::int64_t>(runs);
+    Map one = requirement_result(name, violated_[k] > 0 ? "refuted" : "unknown");
+    one["probability"] = std::move(probability);
+    one["violated"] = static_cast<std::int64_t>(violated_[k]);
+    one["still_owed"] = static_cast<std::int64_t>(owed_[k]);
     if (!is_tested()) return one;
     const auto state = tests_[k].state();
     out += fmt::format("   at least {}: {}", command_.at_least, verify::to_string(state));
@@ -116,11 +109,11 @@ class TallyOfRuns {
 
 }  // namespace
 
-int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
+int verify_by_runs(const VerifyCommand& command, const project::Plan& plan, const std::vector<verify::MadeModel>& any) {
   const auto read = read_statistics(command, plan);
   if (const int* code = std::get_if<int>(&read)) return *code;
   const Sampled& sampled = std::get<Sampled>(read);
-  if (!command.split.empty()) return verify_rare(command, plan, sampled);
+  if (!command.split.empty()) return verify_rare(command, plan, sampled, any);
   std::optional<double> rate;
   if (!command.at_least.empty()) {
     rate = share("--at-least", command.at_least);
@@ -154,18 +147,14 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan) {
   List requirements;
   tally.tell(*runs, out, requirements);
   if (command.json) {
-    out = to_json(Value(Map{{"tool", "sentree verify"},
-                            {"version", SENTREE_VERSION},
-                            {"complete", false},
-                            {"limits", Map{{"time", seconds(sampling.length)}}},
-                            {"order", command.order},
-                            {"runs", static_cast<std::int64_t>(*runs)},
-                            {"faults", 0},
-                            {"faults_left_out", static_cast<std::int64_t>(sampled.faults_left_out)},
-                            {"seed", static_cast<std::int64_t>(sampling.seed)},
-                            {"requirements", std::move(requirements)},
-                            {"wall_s", wall_s}})) +
-          "\n";
+    Map result = verify_result(command, plan, any, {});
+    result["requirements"] = std::move(requirements);
+    result["runs"] = static_cast<std::int64_t>(*runs);
+    result["faults_left_out"] = static_cast<std::int64_t>(sampled.faults_left_out);
+    (*result["limits"].as_map())["run_s"] = seconds(sampling.length);
+    if (is_interrupted()) (*result["limits"].as_map())["ended_by"] = "interrupted";
+    result["wall_s"] = wall_s;
+    out = to_json(Value(std::move(result))) + "\n";
   }
   print(out);
   return tally.code();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include <fmt/format.h>
@@ -27,6 +28,49 @@ constexpr double kStepsMax = 1e9;
 
 const Value* param(const scxml::OutgoingSend& send, std::string_view name) {
   return send.data ? send.data->find(name) : nullptr;
+}
+
+// Whether something in it, or it itself, is so.
+template <class Is>
+bool anywhere(const Value& value, const Is& is) {
+  if (is(value)) return true;
+  if (const List* const list = value.as_list())
+    return std::any_of(list->begin(), list->end(), [&](const Value& item) { return anywhere(item, is); });
+  const Map* const map = value.as_map();
+  return map != nullptr &&
+         std::any_of(map->begin(), map->end(), [&](const auto& member) { return anywhere(member.second, is); });
+}
+
+bool is_undefined(const Value& value) { return value.find("$undefined") != nullptr; }
+
+// What is written as another value is: a number that is none as a text, octets as an object.
+bool is_written_as_another(const Value& value) {
+  const double* const number = value.as_double();
+  return (number != nullptr && !std::isfinite(*number)) || value.as_bytes() != nullptr;
+}
+
+// That scenarios and recordings, which have the alternatives' written forms, tell them apart. Equal ones need not be.
+Result<void> check_written(const Choice& choice) {
+  bool may_be_alike = false;
+  for (std::uint64_t i = 0; i < choice.count; ++i) {
+    const Value value = choice.alternative(i);
+    may_be_alike = may_be_alike || anywhere(value, is_written_as_another);
+    if (!anywhere(value, is_undefined)) continue;
+    return fail("model.choice",
+                fmt::format("{}(): alternative {} is, or holds, undefined or a function, which no scenario can write; "
+                            "leave null or a text open instead, and make of that what is meant",
+                            choice.function, i + 1));
+  }
+  std::map<std::string, std::uint64_t> written;
+  for (std::uint64_t i = 0; may_be_alike && i < choice.count; ++i) {
+    const auto [other, is_new] = written.emplace(to_json(choice.alternative(i)), i);
+    if (is_new || choice.alternative(i) == choice.alternative(other->second)) continue;
+    return fail("model.choice",
+                fmt::format("{}(): alternatives {} and {} are both written {}, so that no scenario tells them apart; "
+                            "leave texts open instead, and make of them what is meant",
+                            choice.function, other->second + 1, i + 1, other->first));
+  }
+  return {};
 }
 
 std::vector<std::string> names_of(const ComponentModel& model) {
@@ -143,6 +187,7 @@ void ModelMachine::add_choices() {
   const auto one_of = [this](const char* function, std::string name, Arguments of) {
     Choice choice{.function = function, .name = std::move(name), .place = place(), .count = of.size()};
     choice.alternative = [of](std::uint64_t i) { return of[i]; };
+    if (auto written = check_written(choice); !written) return Result<Value>(tl::unexpected(written.error()));
     return decide(choice, [of](Rng& rng) { return rng.below(of.size()); });
   };
   add("choose", [one_of](Arguments of) -> Result<Value> {
@@ -204,6 +249,7 @@ void ModelMachine::add_choices() {
     Choice choice{.function = "draw", .place = place(), .count = possible.size()};
     choice.alternative = [&possible](std::uint64_t i) { return (*possible[i])[1]; };
     choice.probability = [&possible](std::uint64_t i) { return (*possible[i])[0].number(); };
+    if (auto written = check_written(choice); !written) return tl::unexpected(written.error());
     return decide(choice, [&possible](Rng& rng) {
       double left = rng.uniform();
       for (std::size_t i = 0; i < possible.size(); ++i) {

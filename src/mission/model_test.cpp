@@ -15,6 +15,7 @@ namespace {
 using std::chrono::milliseconds;
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::Not;
 
 // A model in the hands of a test: what it does is written down as text.
 class ModelPlayer final : public ModelHost {
@@ -288,13 +289,31 @@ TEST(Model, ACopyGoesOnAlike) {
 }
 
 TEST(Model, AWrongChoiceIsAnErrorOfTheChart) {
-  for (const char* wrong : {"choose()", "pick(1, 2)", "between(2, 1)", "chance(2)", "draw([[0.5, 1]])", "fresh(1)"}) {
+  for (const char* wrong :
+       {"choose()", "pick(1, 2)", "between(2, 1)", "chance(2)", "draw([[0.5, 1]])", "fresh(1)", "choose(undefined, 1)",
+        "choose(NaN, 'NaN')", "pick('p', 1 / 0, 'Infinity')", "choose(['-Infinity'], [-1 / 0])",
+        "choose(function () {}, 1)", "choose([undefined], [null])", "choose({a: [0 / 0]}, {a: ['NaN']})",
+        "draw([[0.5, undefined], [0.5, null]])", "choose(new Uint8Array([1, 2]), {$bytes: 'AQI='})",
+        "draw([[0.5, NaN], [0.5, 'NaN']])"}) {
     ModelPlayer p(std::string(R"(<state id="a">
       <transition event="s.ask.request"><log expr=")") +
                   wrong + R"("/></transition>
       <transition event="error.execution"><log label="error"/></transition></state>)");
     p.call("ask", 1);
     EXPECT_THAT(p.done(), ElementsAre("robot.log {\"label\":\"error\",\"text\":\"\"}")) << wrong;
+  }
+}
+
+TEST(Model, AlternativesAreWhatAScenarioCanWrite) {
+  for (const char* right :
+       {"choose(null, -0, 0, 'NaN')", "choose(1, 1, NaN, 1 / 0)", "pick('p', [null], [], {}, {a: undefined})",
+        "choose(new Uint8Array([1, 2]), 'AQI=')", "draw([[1, 1e300], [0, undefined]])"}) {
+    ModelPlayer p(std::string(R"(<state id="a">
+      <transition event="s.ask.request"><log expr="typeof )") +
+                  right + R"("/></transition>
+      <transition event="error.execution"><log label="error"/></transition></state>)");
+    p.call("ask", 1);
+    EXPECT_THAT(p.done(), Not(ElementsAre("robot.log {\"label\":\"error\",\"text\":\"\"}"))) << right;
   }
 }
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sentree/project/any_reply.h"
 #include "sentree/project/model_choices.h"
 
 namespace sentree::project {
@@ -17,8 +18,19 @@ bool is_same(const Value& a, const Value& b) {
   return to_json(a) == to_json(b);
 }
 
-void check_fair(const VerifySection& verify, const std::map<std::string, KnownChoices>& known,
-                Diagnostics& diagnostics) {
+// Whether that may be a choice of a model that `sentree verify` is still to make, of a service without one. Once it is
+// at work, and has not made them yet, any name may be.
+bool may_be_of_any_reply(const std::string& choice, const Project& project) {
+  return std::any_of(project.services.begin(), project.services.end(), [&](const ServiceEntry& service) {
+    if (service.at != kAnyReply && !choice.starts_with(kAnyReplyPrefix)) return false;
+    return std::none_of(project.models.begin(), project.models.end(), [&](const ModelEntry& model) {
+      return std::find(model.serves.begin(), model.serves.end(), service.name) != model.serves.end();
+    });
+  });
+}
+
+void check_fair(const Project& project, const std::map<std::string, KnownChoices>& known, Diagnostics& diagnostics) {
+  const VerifySection& verify = project.verify;
   std::vector<std::string> all;
   bool open = false;
   for (const auto& [model, choices] : known) {
@@ -26,12 +38,8 @@ void check_fair(const VerifySection& verify, const std::map<std::string, KnownCh
     for (const std::string& name : choices.names()) all.push_back(fmt::format("{}.{}", model, name));
   }
   for (const std::string& fair : verify.fair) {
-    if (open || std::find(all.begin(), all.end(), fair) != all.end()) continue;
-    diagnostics.push_back({Severity::kError, "verify.fair",
-                           fmt::format("no model makes a choice called \"{}\"; a choice gets a name by pick('NAME', "
-                                       "…), and is called MODEL.NAME{}",
-                                       fair, did_you_mean(fair, all)),
-                           verify.fair_span});
+    if (open || std::find(all.begin(), all.end(), fair) != all.end() || may_be_of_any_reply(fair, project)) continue;
+    diagnostics.push_back(no_such_fair(fair, all, verify.fair_span));
   }
 }
 
@@ -104,7 +112,7 @@ void check_verify(const Scenario& scenario, const InterventionScope& scope, cons
   std::map<std::string, KnownChoices> known;
   for (const auto& [name, chart] : models) known[name] = choices_of(chart);
   // Charts that could not be read have been told, and may make any choice.
-  if (models.size() == scenario.project.models.size()) check_fair(verify, known, diagnostics);
+  if (models.size() == scenario.project.models.size()) check_fair(scenario.project, known, diagnostics);
   if (!scenario.choices) return;
   for (const ScenarioChoice& choice : *scenario.choices) {
     if (const auto model = known.find(choice.model); model != known.end())

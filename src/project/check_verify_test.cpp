@@ -72,7 +72,10 @@ TEST(CheckVerify, FairNamesAChoice) {
   EXPECT_THAT(
       said("verify: {fair: [robot.plugs_inn]}"),
       ElementsAre("sentree.yaml:17:16: no model makes a choice called \"robot.plugs_inn\"; a choice gets a name "
-                  "by pick('NAME', …), and is called MODEL.NAME; did you mean \"robot.plugs_in\"?"));
+                  "by pick('NAME', …), and is called MODEL.NAME; there are robot.plugs_in, robot.starts_at, "
+                  "robot.starts_with; did you mean \"robot.plugs_in\"?"));
+  // Services without a model get one when they are verified.
+  EXPECT_THAT(said("verify: {fair: [any_simulation.reset]}"), IsEmpty());
 }
 
 TEST(CheckVerify, ChoicesAreOfTheModelAndItsAlternatives) {

@@ -7,6 +7,8 @@
 #include <set>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/script_syntax.h"
 
@@ -92,6 +94,19 @@ KnownChoices choices_of(const scxml::Chart& chart) {
   for (const scxml::Chart& one : scxml::with_invoked(chart)) look_for_choices(one, found);
   if (scxml::invokes_unknown(chart)) found.open = found.all.open = true;
   return found;
+}
+
+Diagnostic no_such_fair(const std::string& fair, const std::vector<std::string>& choices, const SourceSpan& span) {
+  constexpr std::size_t kShownMax = 12;
+  std::string there;
+  for (std::size_t i = 0; i < std::min(choices.size(), kShownMax); ++i) there += (i > 0 ? ", " : "") + choices[i];
+  if (choices.size() > kShownMax) there += fmt::format(", … ({} in all)", choices.size());
+  return {Severity::kError, "verify.fair",
+          fmt::format("no model makes a choice called \"{}\"; a choice gets a name by pick('NAME', …), and is called "
+                      "MODEL.NAME{}{}",
+                      fair, there.empty() ? "" : "; there are ", there) +
+              did_you_mean(fair, choices),
+          span};
 }
 
 }  // namespace sentree::project

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sentree/base/diagnostic.h"
 #include "sentree/base/value.h"
 #include "sentree/scxml/chart.h"
 
@@ -31,5 +32,9 @@ struct KnownChoices {
 
 /// Those of the charts that it invokes too. Cost: O(length of its scripts).
 [[nodiscard]] KnownChoices choices_of(const scxml::Chart& chart);
+
+/// That `fair:` names none of the choices there are, which are told: verify.fair.
+[[nodiscard]] Diagnostic no_such_fair(const std::string& fair, const std::vector<std::string>& choices,
+                                      const SourceSpan& span);
 
 }  // namespace sentree::project

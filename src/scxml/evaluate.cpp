@@ -153,7 +153,7 @@ class Evaluator {
     arguments.reserve(node.c);
     for (std::uint32_t i = 0; i < node.c; ++i) {
       if (!evaluate(code_.arguments[node.b + i], out)) return false;
-      arguments.push_back(out.to_value().value_or(Value()));
+      arguments.push_back(out.to_value().value_or(Value(Map{{"$undefined", true}})));
     }
     Value result;
     if (!scope_.call(code_.strings[node.a], std::move(arguments), result)) return false;

@@ -149,7 +149,8 @@ struct Processor {
   std::string location;  ///< `_ioprocessors[type].location`.
 };
 
-/// A function of the embedding program that scripts can call.
+/// A function of the embedding program that scripts can call. Arguments, and items of lists in them, that are undefined
+/// or functions are maps with the member `$undefined`; members of objects that are so are left out.
 struct NativeFunction {
   std::string name;
   std::function<Result<Value>(std::span<const Value>)> call;

@@ -96,11 +96,12 @@ duk_ret_t call_native(duk_context* ctx) {
   call.arguments.clear();
   call.failure.clear();
   thread_local ValueReader reader;
+  reader.tags_undefined = true;
   for (int i = 0; i < count; ++i) {
     call.arguments.emplace_back();
     reader.failure.clear();
     reader.path.clear();
-    reader.read(ctx, i, call.arguments.back());
+    if (!reader.read(ctx, i, call.arguments.back())) call.arguments.back() = Map{{"$undefined", true}};
     if (!reader.failure.empty()) return duk_type_error(ctx, "argument %d holds %s", i + 1, reader.failure.c_str());
   }
   {

@@ -433,7 +433,8 @@ void ValueReader::read_array(duk_context* ctx, int index, List& list, int depth)
     if (duk_get_prop_index(ctx, index, static_cast<duk_uarridx_t>(i)) == 0 && mode == Mode::kState)
       refuse("a list with gaps");
     list.emplace_back();
-    if (!read(ctx, -1, list.back(), depth + 1) && mode == Mode::kState) list.back() = Map{{"$undefined", true}};
+    if (!read(ctx, -1, list.back(), depth + 1) && (mode == Mode::kState || tags_undefined))
+      list.back() = Map{{"$undefined", true}};
     duk_pop(ctx);
   }
 }

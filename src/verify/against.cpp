@@ -350,7 +350,7 @@ class Follower final : public mission::ModelHost {
     return {Severity::kError, "verify.choice",
             fmt::format("model {} can go on in more than {} ways at once; leave less open at {}{}", out_.model,
                         kWaysMax, fmt::join(places, ", "), all > places.size() ? ", …" : ""),
-            SourceSpan{plan_.models[index_].file}};
+            SourceSpan{plan_.models[index_].chart.file()}};
   }
 
   Result<void> encode(const Possible& one, std::string& form) const {
@@ -382,7 +382,7 @@ class Follower final : public mission::ModelHost {
   std::optional<mission::Admission> request(Message) override { return mission::Admission{}; }
   void deliver_at(TimePoint, mission::Rank, mission::ModelDelivery) override {}  // `ModelState::wake` says when
   std::optional<std::uint64_t> choose(const mission::Choice& choice) override {
-    if (choice.count > kAlternativesMax && !error_) error_ = too_many_alternatives(choice);
+    if (choice.count > kAlternativesMax && !error_) error_ = too_many_alternatives(plan_, choice);
     if (choice.count > 1) ++left_open_[choice.place];
     const std::uint64_t taken = made_.size() < script_.size() ? script_[made_.size()] : 0;
     made_.push_back({taken, error_ ? 1 : choice.count, choice.place});

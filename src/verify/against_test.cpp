@@ -29,6 +29,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
+using ::testing::StartsWith;
 
 const std::string kAgainstHead =
     "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" ";
@@ -253,10 +254,12 @@ TEST_F(Against, WhatLeavesTooMuchOpenIsToldWithItsPlace) {
     return all ? std::string() : to_string(all.error());
   };
   EXPECT_THAT(refused("between(0, 20000)"),
-              AllOf(HasSubstr("models/stove.scxml:4"), HasSubstr("cooker: between() leaves 20001 alternatives open"),
-                    HasSubstr("greater step"), HasSubstr("(0.3 s, tick 4: stove.ask.request)")));
+              AllOf(StartsWith((folder_.path() / "models/stove.scxml:4:").string()),
+                    HasSubstr("cooker: between() leaves 20001 alternatives open"), HasSubstr("greater step"),
+                    HasSubstr("(0.3 s, tick 4: stove.ask.request)")));
   EXPECT_THAT(refused("between(0, 999) + between(0, 999)"),
-              AllOf(HasSubstr("model cooker can go on in more than 100000 ways at once"),
+              AllOf(StartsWith((folder_.path() / "models/stove.scxml: ").string()),
+                    HasSubstr("model cooker can go on in more than 100000 ways at once"),
                     HasSubstr("leave less open at models/stove.scxml:4 (0.3 s, tick 4: stove.ask.request)")));
 }
 

@@ -12,6 +12,7 @@
 #include <set>
 #include <utility>
 
+#include "sentree/project/any_reply.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
 #include "sentree/text/yaml_node_edit.h"
@@ -445,8 +446,9 @@ Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const pro
                     .unsure = std::move(reply->unsure)});
   }
   for (const MadeModel& model : made) {
+    const std::string name = project::kAnyReplyPrefix + model.service;
     project::ModelEntry entry;
-    entry.name = "any_" + model.service;
+    entry.name = name;
     entry.file.path = model.file;
     entry.serves = {model.service};
     scenario.project.models.push_back(std::move(entry));
@@ -454,7 +456,7 @@ Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const pro
     models.kind = text::YamlNode::Kind::kSequence;
     text::YamlNode& item = models.items.emplace_back();
     text::set_scalar(item, "file", model.file);
-    text::set_scalar(item, "name", "any_" + model.service);
+    text::set_scalar(item, "name", name);
     text::YamlNode& serves = text::member(item, "serves");
     serves.kind = text::YamlNode::Kind::kSequence;
     serves.items.emplace_back().kind = text::YamlNode::Kind::kScalar;

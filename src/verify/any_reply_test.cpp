@@ -608,7 +608,7 @@ class RandomCondition {
     for (int i = -16; i <= 36; i += is_whole ? 4 : 3) numbers += ", " + std::to_string(i / 4.0);
     for (int i = 0; i < 2; ++i) numbers += ", " + std::to_string(static_cast<int>(rng_.uniform(0, 2'000)) - 1'000);
     return "({a: " + numbers +
-           "), s: pick('s', '', 'a', 'b', '5', 'x'), b: pick('b', true, false), o: pick('o', undefined, 0, 5, "
+           "), s: pick('s', '', 'a', 'b', '5', 'x'), b: pick('b', true, false), o: pick('o', null, 0, 5, "
            "-3)})";
   }
 

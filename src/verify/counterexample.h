@@ -13,9 +13,10 @@ namespace sentree::verify {
 /// Times that a loop is gone round in a scenario, unless its duration is changed.
 inline constexpr std::uint64_t kLoopRounds = 3;
 
-/// A refuting behaviour as something that a run can be made to do again: with choices, orders, faults and what is
-/// expected.
-/// @param scenario  Whose project and timeline were explored.
+/// A behaviour that refutes, or that leaves something open (`left_open`), as something that a run can be made to do
+/// again: with choices, orders, faults and what is expected.
+/// @param judgement  With a path.
+/// @param scenario   Whose project and timeline were explored.
 [[nodiscard]] project::Scenario counterexample(const Graph& graph, const Judgement& judgement,
                                                const project::Scenario& scenario);
 

@@ -203,12 +203,14 @@ class Explorer {
 
 }  // namespace
 
-Diagnostic too_many_alternatives(const mission::Choice& choice) {
-  // `place` is FILE:LINE.
+Diagnostic too_many_alternatives(const project::Plan& plan, const mission::Choice& choice) {
+  // `place` is FILE:LINE, with the file as the project has it.
   const std::size_t colon = choice.place.rfind(':');
+  const auto model = std::find_if(plan.models.begin(), plan.models.end(),
+                                  [&](const project::ModelPlan& one) { return one.name == choice.model; });
   SourceSpan span;
-  if (colon != std::string::npos)
-    span = {choice.place.substr(0, colon), std::atoi(choice.place.c_str() + colon + 1), 1, 0};
+  if (colon != std::string::npos && model != plan.models.end())
+    span = {model->chart.file(), std::atoi(choice.place.c_str() + colon + 1), 1, 0};
   return {Severity::kError, "verify.choice",
           fmt::format("{}: {}() leaves {} alternatives open; at most {} can be tried{}", choice.model, choice.function,
                       choice.count, kAlternativesMax,
@@ -220,7 +222,6 @@ Diagnostics obstacles(const project::Plan& plan) {
   Diagnostics out = mission::VirtualHost::obstacles(plan);
   const auto way_out = [](scxml::Ambient what) {
     switch (what) {
-      case scxml::Ambient::kInvokeId: return "give it an id";
       case scxml::Ambient::kIdText: return "compare ids, cancel and send by them, or give what they are of an id";
       default: return "let a model decide (chance, choose), or wait by delayed <send>s";
     }

@@ -144,8 +144,8 @@ struct Options {
 
 /// Alternatives of one choice that are tried; more are an error, since no machine tries them all.
 inline constexpr std::uint64_t kAlternativesMax = 10'000;
-/// Says so of a choice, with its line: verify.choice.
-[[nodiscard]] Diagnostic too_many_alternatives(const mission::Choice& choice);
+/// Says so of a choice of the plan's models, with its line: verify.choice.
+[[nodiscard]] Diagnostic too_many_alternatives(const project::Plan& plan, const mission::Choice& choice);
 /// Ways in which one period of one state can go on; more are a limit.
 inline constexpr std::size_t kWaysMax = 100'000;
 /// Executes one period after the other for every choice, breadth first.

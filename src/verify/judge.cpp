@@ -59,7 +59,10 @@ class Judge {
     }
     out_.states = pairs_.size();
     if (!all) {
-      if (out_.finding == Finding::kRefuted) out_.limit.clear();
+      if (out_.finding == Finding::kRefuted) {
+        out_.limit.clear();
+        out_.can_stay_open.reset();
+      }
       return std::move(out_);
     }
     if (out_.finding != Finding::kRefuted) {
@@ -71,6 +74,7 @@ class Judge {
         out_.never_seen = std::move(found.never_seen);
       }
     }
+    if (out_.finding == Finding::kRefuted) out_.can_stay_open.reset();
     if (wants_all()) probability();
     return std::move(out_);
   }
@@ -125,6 +129,7 @@ class Judge {
         out_.state = "the mission ends";
       } else if (memory_.kept(pair.core).owes_until && !out_.can_stay_open) {
         out_.can_stay_open = path_to(at);
+        out_.open_at = time_of(at);
       }
       return true;
     }
@@ -351,6 +356,16 @@ std::string_view to_string(Finding finding) {
     case Finding::kUnknown: return "unknown";
   }
   return "";
+}
+
+Judgement left_open(const Judgement& judgement) {
+  Judgement shown;
+  shown.requirement = judgement.requirement;
+  shown.finding = judgement.finding;
+  shown.path = judgement.can_stay_open;
+  shown.at = judgement.open_at;
+  shown.state = "the mission ends";
+  return shown;
 }
 
 Judgement judge(const Graph& graph, const monitor::Model& model, const JudgeOptions& options) {

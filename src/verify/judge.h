@@ -41,8 +41,10 @@ struct Judgement {
   std::string state;                    ///< Of the monitor, then.
   std::string vacuous;                  ///< Why it says nothing that it holds; empty: it was put to the test.
   std::vector<std::string> never_seen;  ///< Observations that it speaks of, besides others, and that never come.
-  /// A bounded obligation can be open when the mission ends, on this path: no violation.
+  /// A bounded obligation can be open when the mission ends, on one of the shortest such paths: no violation. Nothing
+  /// is said of it where something is refuted.
   std::optional<Path> can_stay_open;
+  TimePoint open_at{};            ///< When the mission ends on that path.
   std::vector<std::string> fair;  ///< Choices whose fairness it rests on, as `Owing` has them.
   /// Refuted only since these alternatives need never be taken, likewise.
   std::vector<std::string> avoided;
@@ -57,6 +59,10 @@ struct Judgement {
   std::string error;  ///< It could not be judged.
   std::string limit;  ///< Why judging ended before it was known; empty: it did not.
 };
+
+/// What `can_stay_open` says, as something to show: its path is that one, at whose end the mission ends. Only where it
+/// says anything.
+[[nodiscard]] Judgement left_open(const Judgement& judgement);
 
 struct JudgeOptions {
   /// Choices "MODEL.NAME" each alternative of which is taken again and again if it is offered again and again.

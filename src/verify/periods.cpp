@@ -171,7 +171,7 @@ std::uint32_t Periods::decide(Made::Kind kind, std::uint64_t count, const missio
 std::uint64_t Periods::decide_choice(const mission::Choice& choice) {
   if (error_) return 0;
   if (choice.count > kAlternativesMax) {
-    error_ = too_many_alternatives(choice);
+    error_ = too_many_alternatives(plan_, choice);
     return 0;
   }
   const bool is_drawn = static_cast<bool>(choice.probability);

@@ -153,13 +153,11 @@ Verification verify(const project::Plan& plan, const Asked& asked) {
     any = any || known.open;
     for (const std::string& name : known.names()) choices.push_back(fmt::format("{}.{}", model.name, name));
   }
+  std::sort(choices.begin(), choices.end());
+  choices.erase(std::unique(choices.begin(), choices.end()), choices.end());
   for (const std::string& fair : asked.judge.fair) {
     if ((any && !out.graph.complete) || std::find(choices.begin(), choices.end(), fair) != choices.end()) continue;
-    out.errors.push_back(error("verify.fair",
-                               fmt::format("no model makes a choice called \"{}\"; a choice gets a name by "
-                                           "pick('NAME', …), and is called MODEL.NAME{}",
-                                           fair, did_you_mean(fair, choices)),
-                               plan.scenario.project.verify.fair_span));
+    out.errors.push_back(project::no_such_fair(fair, choices, plan.scenario.project.verify.fair_span));
   }
   if (has_errors(out.errors)) return out;
   std::vector<const monitor::Model*> judged;
@@ -198,6 +196,8 @@ std::string scenario_text(const project::Scenario& example, const Judgement& jud
   if (judgement.path->loop) {
     what +=
         fmt::format(" can be open for ever: what happens from {} s on comes again and again", shortest_decimal(at_s));
+  } else if (judgement.finding != Finding::kRefuted) {
+    what += fmt::format(" is open when the mission ends at {} s, which is no violation", shortest_decimal(at_s));
   } else if (judgement.state == "the mission ends") {
     what += fmt::format(" is still owed when the mission ends at {} s", shortest_decimal(at_s));
   } else {

@@ -110,6 +110,42 @@ TEST_F(Verify, HoldsOnEveryBehaviourOrShowsOne) {
   EXPECT_EQ(verdict_of(some, fails), monitor::Verdict::kViolated);
 }
 
+TEST_F(Verify, ShowsWhatTheEndOfTheMissionLeavesOpen) {
+  model("pick('says', 1, 6)");
+  requirements("answered: whenever said = 6, event(request(door.ask)) within 2 s.\n");
+  const project::Plan of = plan();
+  const Verification found = verify(of, {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  const Judgement& judgement = found.judgements.front();
+  EXPECT_EQ(judgement.finding, Finding::kHolds);
+  ASSERT_TRUE(judgement.can_stay_open);
+  const Judgement open = left_open(judgement);
+  EXPECT_EQ(open.at, TimePoint{}) << "the first answer ends it";
+  const project::Scenario example = counterexample(found.graph, open, of.scenario);
+  EXPECT_THAT(example.verdicts, ElementsAre(std::pair<const std::string, std::string>("answered", "owed")));
+  EXPECT_THAT(scenario_text(example, open, ""),
+              HasSubstr("is open when the mission ends at 0.0 s, which is no violation"));
+  auto prepared = project::prepare(example);
+  ASSERT_TRUE(prepared.ok());
+  const auto told = retell(*prepared.value);
+  ASSERT_TRUE(told);
+  monitor::MonitorSet monitors(prepared.value->monitors, TimePoint{});
+  std::vector<monitor::MonitorSet::Decided> decided;
+  for (const Told& tick : *told) {
+    for (const Message& message : tick.messages) monitors.observe(message, decided);
+  }
+  EXPECT_EQ(monitors.state(0).verdict, monitor::Verdict::kUndecided);
+  EXPECT_TRUE(monitor::standing(prepared.value->monitors[0], monitors.state(0)).pending);
+
+  // Of what is refuted nothing else is said.
+  ask_until_it_is_open();
+  requirements("answered: whenever said = 1, said = 6 within 50 ms.\nopen: whenever said = 6, said = 1 within 2 s.\n");
+  const Verification refuted = verify(plan(), {});
+  EXPECT_EQ(refuted.judgements[0].finding, Finding::kRefuted);
+  EXPECT_FALSE(refuted.judgements[0].can_stay_open);
+  EXPECT_TRUE(refuted.judgements[1].can_stay_open);
+}
+
 // Two throws of a coin, of which the second one only is another value than before in half of all cases.
 TEST_F(Verify, JudgesEventsOfMonitorsByWhatTheyAreMadeOf) {
   model("draw([[1/2, 1], [1/2, 2]])");
@@ -419,7 +455,7 @@ TEST_F(Verify, RefusesWhatNeverComesAgain) {
   EXPECT_THAT(to_string(verify(plan(), {}).errors.front()), HasSubstr("model keeper asks for Math.random"));
 }
 
-// Who is invoked is known by its id, however often it is.
+// Who is invoked is known by its id, however often it is, whether the chart gives it one or not.
 TEST_F(Verify, FollowsTheCallsOfInvokedCharts) {
   const auto verified = [&](const std::string& invoke) {
     write("skills/Ask.scxml", kHead + "initial=\"asking\"><state id=\"asking\">" + invoke + R"(<content><scxml
@@ -434,15 +470,17 @@ TEST_F(Verify, FollowsTheCallsOfInvokedCharts) {
   };
   model("pick('says', 1, 2, 6)");
   requirements("small \"It says little.\": always said <= 5.\n");
-  const Verification named = verified("<invoke type=\"scxml\" id=\"asker\">");
-  ASSERT_THAT(named.errors, IsEmpty());
-  EXPECT_TRUE(named.graph.complete);
-  EXPECT_EQ(named.judgements.front().finding, Finding::kRefuted);
-  EXPECT_EQ(verdict_of(named, plan()), monitor::Verdict::kViolated);
-  const Verification unnamed = verified("<invoke type=\"scxml\">");
-  ASSERT_FALSE(unnamed.errors.empty());
-  EXPECT_THAT(unnamed.errors.front().message, HasSubstr("an <invoke> without id begins, so that no state of it ever "
-                                                        "comes again; give it an id"));
+  ask_until_it_is_open();
+  std::vector<std::size_t> states;
+  for (const char* const invoke : {"<invoke type=\"scxml\" id=\"asker\">", "<invoke type=\"scxml\">"}) {
+    const Verification found = verified(invoke);
+    ASSERT_THAT(found.errors, IsEmpty());
+    EXPECT_TRUE(found.graph.complete);
+    EXPECT_EQ(found.judgements.front().finding, Finding::kRefuted);
+    EXPECT_EQ(verdict_of(found, plan()), monitor::Verdict::kViolated);
+    states.push_back(found.graph.nodes.size());
+  }
+  EXPECT_EQ(states[0], states[1]);
 }
 
 // An id that the engine makes up is never the same again, which matters to who reads it.
@@ -475,7 +513,8 @@ TEST_F(Verify, SaysWhichAnswerIsNone) {
 
 TEST_F(Verify, RefusesAModelThatLeavesNothingOpen) {
   requirements("small \"It says little.\": always said <= 6.\n");
-  for (const char* const wrong : {"choose()", "between(2, 1)", "pick('says')", "chance(2)", "draw([[0.5, 1]])"}) {
+  for (const char* const wrong : {"choose()", "between(2, 1)", "pick('says')", "chance(2)", "draw([[0.5, 1]])",
+                                  "choose(undefined, 1)", "choose(NaN, 'NaN')", "pick('says', 1 / 0, 'Infinity')"}) {
     model(wrong);
     const Verification found = verify(plan(), {});
     ASSERT_FALSE(found.errors.empty()) << wrong;
@@ -484,6 +523,15 @@ TEST_F(Verify, RefusesAModelThatLeavesNothingOpen) {
     EXPECT_THAT(to_string(found.errors.front()), HasSubstr("model keeper: "));
     EXPECT_THAT(to_string(found.errors.front()), HasSubstr("(tick 1)"));
   }
+}
+
+TEST_F(Verify, RefusesTooManyAlternativesWhereTheyStand) {
+  requirements("small \"It says little.\": always said <= 20000.\n");
+  model("between(0, 20000)");
+  const Verification found = verify(plan(), {});
+  ASSERT_FALSE(found.errors.empty());
+  EXPECT_EQ(found.errors.front().span.file, (folder_.path() / "models/door.scxml").string());
+  EXPECT_EQ(found.errors.front().span.line, 2);
 }
 
 TEST_F(Verify, RefusesAModelThatDoesNotComeToRest) {

@@ -27,6 +27,8 @@ struct ValueReader {
   /// functions and undefined members, as JSON does.
   enum class Mode : std::uint8_t { kState, kMessage };
   Mode mode = Mode::kMessage;
+  /// In a message: items of lists that are undefined (or functions) are tagged as in a state, and not null.
+  bool tags_undefined = false;
   bool plain_objects = false;  ///< No script had means to make objects of another kind than literals make.
   std::string failure;         ///< Why something has no Value form; empty: all have.
   std::unordered_set<void*> seen;
