@@ -167,6 +167,11 @@ void Loader::find_ambient() {
     if (invoke.child) {
       const auto inner = invoke.child->ambient();
       model_->ambient.insert(model_->ambient.end(), inner.begin(), inner.end());
+      // What answers them finds its way back by the session's name, which is another each time.
+      const auto sends_outside = [](const SendInfo& send) { return !send.type || !is_scxml_processor(*send.type); };
+      const std::vector<SendInfo> sends = sends_with_invoked(*invoke.child);
+      if (invoke.id.empty() && std::any_of(sends.begin(), sends.end(), sends_outside))
+        add(Ambient::kInvokeId, "answers to what an <invoke> without id begins", invoke.place);
     } else if (invoke.src.expr != kNoExpression || invoke.payload.content_expr != kNoExpression ||
                invoke.type.expr != kNoExpression) {
       add(Ambient::kAnything, "<invoke>", invoke.place);

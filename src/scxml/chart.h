@@ -92,6 +92,7 @@ struct SendInfo {
 /// one session, to the next.
 enum class Ambient : std::uint8_t {
   kSessionId,  ///< What the session is called: `_sessionid`, `_ioprocessors`.
+  kInvokeId,   ///< What the engine calls a chart that is invoked without an id and calls services: they answer by it.
   kClock,      ///< `Date`.
   kRandom,     ///< `Math.random`.
   kIds,        ///< Ids that the engine makes up: idlocation, `_event.sendid`, `.origin`, `.invokeid`, all of `_event`.

@@ -16,10 +16,12 @@ class SessionEncoder {
  public:
   SessionEncoder(const Chart& chart, const Session& root, TimePoint now, std::string& out,
                  const std::vector<bool>& dead)
-      : out_(out), root_(root), now_(now), dead_(dead), asks_(chart.model().ambient_kinds) {}
+      : out_(out), root_(root), now_(now), dead_(dead), asks_(chart.model().ambient_kinds) {
+    collect_ids(chart.model(), root);
+  }
 
   void run(const Model& model) {
-    if (asks(Ambient::kSessionId) || asks(Ambient::kIdText)) out_.text(root_.id());
+    if (asks(Ambient::kSessionId) || asks(Ambient::kInvokeId) || asks(Ambient::kIdText)) out_.text(root_.id());
     if (asks(Ambient::kClock)) out_.word(static_cast<std::uint64_t>(now_.time_since_epoch().count()));
     session(model, root_);
   }
@@ -50,6 +52,14 @@ class SessionEncoder {
 
   [[nodiscard]] bool asks(Ambient what) const {
     return (asks_ & (1U << static_cast<unsigned>(what) | 1U << static_cast<unsigned>(Ambient::kAnything))) != 0;
+  }
+
+  // The ids of invocations that have got theirs from the engine.
+  void collect_ids(const Model& model, const Session& session) {
+    for (const Invocation& invocation : session.invocations_) {
+      if (model.invokes[invocation.invoke].id.empty()) invocation_ids_.push_back(invocation.id);
+      if (invocation.child) collect_ids(invocation.child.chart().model(), *invocation.child);
+    }
   }
 
   void session(const Model& model, const Session& s) {
@@ -136,6 +146,7 @@ class SessionEncoder {
     const Invoke& invoke = model.invokes[i.invoke];
     const bool known = i.child && invoke.child && *invoke.child == i.child.chart();
     out_.number(i.invoke << 2U | (i.child ? 1U : 0U) | (known ? 2U : 0U));
+    if (invoke.id.empty()) string(i.id);
     if (!i.child) return;
     if (!known) out_.word(i.child.chart().fingerprint());
     session(i.child.chart().model(), *i.child);
@@ -162,7 +173,11 @@ class SessionEncoder {
     const std::string_view stem = id.substr(0, id.find_last_not_of("0123456789") + 1);
     const std::string& root = root_.id();
     const bool below_root = id.size() > root.size() && id.starts_with(root) && id[root.size()] == '.';
-    if (!below_root || !stem.ends_with(".send")) return false;
+    if (!(below_root && stem.ends_with(".send"))) {
+      if (invocation_ids_.empty()) return false;
+      if (form == 2 && below_root) id.remove_prefix(root.size() + 1);
+      if (std::find(invocation_ids_.begin(), invocation_ids_.end(), id) == invocation_ids_.end()) return false;
+    }
     out_.byte(kMadeUp);
     out_.byte(form);
     out_.number(ids_.emplace(id, ids_.size()).first->second);
@@ -174,6 +189,7 @@ class SessionEncoder {
   TimePoint now_;
   const std::vector<bool>& dead_;
   unsigned asks_;
+  std::vector<std::string_view> invocation_ids_;
   std::unordered_map<std::string_view, std::size_t> ids_;
 };
 

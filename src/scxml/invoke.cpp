@@ -55,9 +55,8 @@ Result<void> Interpreter::start_invocation(std::uint32_t index) {
   invocation.state = invoke.state;
   invocation.id = invoke.id;
   if (invocation.id.empty()) {
-    // SCXML 6.4.1: "stateid.platformid". The same each time, as one that the chart gives: a session that comes back to
-    // the state is as it was.
-    invocation.id = fmt::format("{}.{}", model_.states[invoke.state].id, index + 1);
+    // SCXML 6.4.1: "stateid.platformid".
+    invocation.id = make_id(model_.states[invoke.state].id + ".");
     if (invoke.idlocation != kNoExpression) {
       if (auto assigned = data_->assign_value(invoke.idlocation, Value(invocation.id)); !assigned) return assigned;
     }

@@ -280,7 +280,7 @@ class Session {
   CopyOnWrite<std::vector<std::optional<Value>>> variables_;  // of <data>, by slot; nothing: undefined
   CopyOnWrite<Map> globals_;                                  // what scripts added
   std::uint64_t sequence_ = 0;                                // of timers
-  std::uint64_t ids_ = 0;                                     // made-up sendids
+  std::uint64_t ids_ = 0;                                     // made-up sendids and invokeids
   Rng rng_{1};
   CopyOnWrite<std::optional<Diagnostic>> failure_;
   CopyOnWrite<std::optional<Value>> done_data_;

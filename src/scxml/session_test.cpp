@@ -218,27 +218,6 @@ TEST(Invocation, AutoforwardKeepsTheFieldsOfTheEvent) {
   EXPECT_THAT(std::string(data.find("own")->text()), HasSubstr("\"sendid\":\"s1\""));
 }
 
-// SCXML 6.4.1: "stateid.platformid", unique in the session.
-TEST(Invocation, WithoutAnIdHasTheSameOneEachTimeItsStateIsEntered) {
-  const std::string child =
-      R"(<content><scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="null"><state id="x"/></scxml></content></invoke>)";
-  const auto loaded = load(
-      R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="i"/><data id="j"/></datamodel>
-    <state id="a"><invoke idlocation="i">)" +
-      child + R"(<invoke idlocation="j">)" + child + R"(<transition event="leave" target="b"/></state>
-    <state id="b"><onentry><assign location="i" expr="0"/></onentry><transition event="back" target="a"/></state></scxml>)");
-  ASSERT_TRUE(loaded.ok());
-  Running running;
-  start(*loaded.value, running.session, {}, {}, running.effects);
-  const Map first = running.session.data(*loaded.value);
-  EXPECT_EQ(*first.find("i"), Value("a.1"));
-  EXPECT_EQ(*first.find("j"), Value("a.2"));
-  step(*loaded.value, running.session, {.name = "leave"}, {}, running.effects);
-  EXPECT_EQ(*running.session.data(*loaded.value).find("i"), Value(0));
-  step(*loaded.value, running.session, {.name = "back"}, {}, running.effects);
-  EXPECT_EQ(running.session.data(*loaded.value), first);
-}
-
 // W3C test 250, which is manual.
 TEST(Invocation, ACancelledChildRunsItsExitHandlers) {
   const auto loaded = load(

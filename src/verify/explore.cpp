@@ -222,6 +222,7 @@ Diagnostics obstacles(const project::Plan& plan) {
   Diagnostics out = mission::VirtualHost::obstacles(plan);
   const auto way_out = [](scxml::Ambient what) {
     switch (what) {
+      case scxml::Ambient::kInvokeId: return "give it an id";
       case scxml::Ambient::kIdText: return "compare ids, cancel and send by them, or give what they are of an id";
       default: return "let a model decide (chance, choose), or wait by delayed <send>s";
     }
