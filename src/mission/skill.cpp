@@ -85,6 +85,12 @@ void SkillMachine::Observer::entered(const scxml::Chart& chart, std::string_view
   if (machine.halted_state_ == state) machine.said_.push_back({});
 }
 
+// SCXML drops the event, and the chart goes on as if nothing had happened.
+void SkillMachine::Observer::unhandled(const scxml::Chart&, std::string_view, const Diagnostic& why) {
+  machine.surroundings_->problem(fmt::format("skill {}: {}; no transition of the chart takes the error, and it goes on",
+                                             machine.model_.name, to_string(why)));
+}
+
 // The answers of a protocol are events that the chart sends to itself, whether or not it has a transition for them.
 void SkillMachine::hear(const scxml::Event& event) {
   const project::SkillProtocol& protocol = *model_.protocol;

@@ -257,6 +257,7 @@ class SkillMachine {
     void event(const scxml::Chart& chart, std::string_view session, const scxml::Event& event) override;
     void transition(const scxml::Chart& chart, std::string_view session, scxml::TransitionIndex taken) override;
     void entered(const scxml::Chart& chart, std::string_view session, scxml::StateIndex state) override;
+    void unhandled(const scxml::Chart& chart, std::string_view session, const Diagnostic& why) override;
     SkillMachine& machine;
   };
   Observer observer_{*this};

@@ -919,5 +919,20 @@ TEST(SkillElsewhere, DoesNothingThatItsChartCouldNot) {
   }
 }
 
+TEST(Skill, TellsOfErrorsThatItsChartTakesNoTransitionFor) {
+  SkillPlayer skill(R"xml(<datamodel><data id="n" expr="0"/></datamodel>
+<state id="a"><onentry><assign location="n" expr="nowhere.x"/></onentry>
+  <transition event="tick" target="b"/></state>
+<state id="b"><onentry><assign location="n" expr="nobody.y"/><send event="more" target="#_scxml_none"/></onentry>
+  <transition event="error.execution" target="success"/></state>
+<final id="success"/>)xml");
+  skill.tick(true);
+  const std::vector<std::string> done = skill.done();
+  ASSERT_EQ(done.size(), 2U);
+  EXPECT_THAT(done[0], HasSubstr("! skill Leaf: skill.scxml:2:"));
+  EXPECT_THAT(done[0], HasSubstr("nowhere"));
+  EXPECT_EQ(done[1], "SUCCESS");  // what it takes is its own business
+}
+
 }  // namespace
 }  // namespace sentree::mission

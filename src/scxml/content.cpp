@@ -43,7 +43,7 @@ bool Interpreter::spend_output(std::size_t bytes, const Place& place) {
 
 bool Interpreter::execute(const Action& action) {
   const auto done = [this](Result<void>&& result) {
-    if (!result) raise_error("error.execution", std::move(result.error().message));
+    if (!result) raise_error(std::move(result.error()));
     return result.has_value();
   };
   if (const auto* assign = std::get_if<Assign>(&action.what)) {
@@ -67,7 +67,7 @@ bool Interpreter::execute_if(const If& action) {
     if (branch.condition != kNoExpression) {
       auto holds = data_->condition(branch.condition);
       // SCXML 5.9.1: an error counts as false.
-      if (!holds) raise_error("error.execution", std::move(holds.error().message));
+      if (!holds) raise_error(std::move(holds.error()));
       if (!holds || !*holds) continue;
     }
     return execute(branch.body);
@@ -82,7 +82,7 @@ bool Interpreter::execute_foreach(const Foreach& action, const Place& place) {
     body_ok = spend(place) && execute(*action.body);
     return body_ok && session_.status_ != SessionStatus::kFailed;
   });
-  if (!result) raise_error("error.execution", std::move(result.error().message));
+  if (!result) raise_error(std::move(result.error()));
   return result.has_value() && body_ok;
 }
 
@@ -93,7 +93,7 @@ bool Interpreter::execute_log(const Log& action, const Place& place) {
   if (action.expr != kNoExpression) {
     auto text = data_->text(action.expr);
     if (!text) {
-      raise_error("error.execution", std::move(text.error().message));
+      raise_error(std::move(text.error()));
       return false;
     }
     line.text = *std::move(text);
@@ -114,7 +114,7 @@ Result<std::optional<Value>> Interpreter::payload_data(const Payload& payload, b
     auto value = data_->evaluate(payload.content_expr);
     if (value || strict) return value;
     // SCXML 5.6.2: the content is then empty.
-    raise_error("error.execution", std::move(value.error().message));
+    raise_error(std::move(value.error()));
     return std::optional<Value>();
   }
   if (payload.params.empty() && payload.namelist.empty()) return std::optional<Value>();
@@ -132,7 +132,7 @@ Result<std::optional<Value>> Interpreter::payload_data(const Payload& payload, b
       }
       if (strict) return tl::unexpected(std::move(value.error()));
       // SCXML 5.7.2: name and value are then left out.
-      raise_error("error.execution", std::move(value.error().message));
+      raise_error(std::move(value.error()));
     }
   }
   if (map.empty()) return std::optional<Value>();

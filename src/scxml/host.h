@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "sentree/base/diagnostic.h"
 #include "sentree/base/present.h"
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
@@ -87,6 +88,8 @@ class Observer {
   virtual void transition(const Chart& /*chart*/, std::string_view /*session*/, TransitionIndex /*taken*/) {}
   virtual void exited(const Chart& /*chart*/, std::string_view /*session*/, StateIndex /*state*/) {}
   virtual void entered(const Chart& /*chart*/, std::string_view /*session*/, StateIndex /*state*/) {}
+  /// An error event (SCXML 3.12.2) for which the session has no transition now. `why` has the place of what failed.
+  virtual void unhandled(const Chart& /*chart*/, std::string_view /*session*/, const Diagnostic& /*why*/) {}
   /// The end of a macrostep.
   virtual void stable(const Chart& /*chart*/, std::string_view /*session*/) {}
 };

@@ -80,7 +80,7 @@ void Interpreter::start(const Map& data) {
     for (StateIndex s = 1; s < model_.states.size(); ++s) initialize_datamodel(s, nullptr);
   }
   for (const ExpressionId script : model_.scripts) {
-    if (auto done = data_->run(script); !done) raise_error("error.execution", std::move(done.error().message));
+    if (auto done = data_->run(script); !done) raise_error(std::move(done.error()));
   }
   scratch_->enabled.assign(1, model_.state_code[0].initial);
   enter_states();
@@ -94,10 +94,10 @@ void Interpreter::initialize_datamodel(StateIndex state, const Map* overrides) {
     if (given) {
       data_->bind_value(slot, *given);
     } else if (variable.expr != kNoExpression) {
-      if (auto bound = data_->bind(slot, variable.expr); !bound)
-        raise_error("error.execution", std::move(bound.error().message));
+      if (auto bound = data_->bind(slot, variable.expr); !bound) raise_error(std::move(bound.error()));
     } else {
-      if (!variable.failure.empty()) raise_error("error.execution", variable.failure);
+      if (!variable.failure.empty())
+        raise_error({Severity::kError, "scxml.script", variable.failure, chart_.span(variable.place)});
       data_->bind_value(slot, variable.content);
     }
   }
@@ -167,6 +167,7 @@ void Interpreter::run_to_completion() {
       event = session_.internal_.pop();
       take(event);
       select_transitions(event);
+      if (scratch_->enabled.empty() && !failures_.empty()) tell_unhandled(event);
     }
     // An event that enables nothing counts too: conditions that fail raise an error each time they are tried.
     if (++rounds + kRoundsToldOf > run_.host.limits.microsteps_max) {
@@ -182,6 +183,16 @@ void Interpreter::run_to_completion() {
   if (observer_) observer_->stable(chart_, session_.id());
   if (session_.status_ == SessionStatus::kFinished) exit_interpreter(SessionStatus::kFinished);
   data_->set_event(nullptr);
+}
+
+void Interpreter::tell_unhandled(const Event& event) {
+  const Value* const message = event.data ? event.data->find("message") : nullptr;
+  if (message == nullptr || !event_matches("error", event.name)) return;
+  const auto why = std::find_if(failures_.begin(), failures_.end(),
+                                [&](const Diagnostic& failure) { return failure.message == message->text(); });
+  if (why == failures_.end()) return;
+  observer_->unhandled(chart_, session_.id(), *why);
+  failures_.erase(why);
 }
 
 // `lately`: the states of the last rounds.
@@ -264,7 +275,7 @@ bool Interpreter::condition_match(const TransitionCode& transition) {
   const bool holds = result.value_or(false);
   if (GuardObserver* observer = ObserveGuards::present())
     observer->guard(chart_, static_cast<TransitionIndex>(&transition - model_.transition_code.data()), holds);
-  if (!result) raise_error("error.execution", std::move(result.error().message));
+  if (!result) raise_error(std::move(result.error()));
   return holds;
 }
 

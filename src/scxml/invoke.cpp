@@ -35,7 +35,7 @@ void Interpreter::invoke_entered_states() {
       if (!running()) return;
       if (auto started = start_invocation(index); !started) {
         const bool missing = started.error().code == "scxml.unreadable";
-        raise_error(missing ? "error.communication" : "error.execution", std::move(started.error().message));
+        raise_error(std::move(started.error()), {}, missing ? kErrorCommunication : kErrorExecution);
       }
     }
   });
@@ -190,7 +190,7 @@ void Interpreter::apply_default_finalize(const Invoke& invoke, const Event& even
       const Value* value = event.data->find(param.name);
       if (!value || param.location == kNoExpression) continue;
       if (auto assigned = data_->assign_value(param.location, *value); !assigned) {
-        raise_error("error.execution", std::move(assigned.error().message));
+        raise_error(std::move(assigned.error()));
       }
     }
   }

@@ -42,11 +42,19 @@ void Interpreter::raise(Event event) {
   session_.internal_.push(std::move(event));
 }
 
-void Interpreter::raise_error(std::string_view name, std::string message, std::string sendid) {
+void Interpreter::raise_error(Diagnostic why, std::string sendid, std::string_view name) {
+  if (observer_ != nullptr && failures_.size() < kFailuresMax) {
+    failures_.push_back(why);
+    if (why.span.file.empty()) failures_.back().span = chart_.span(run_.place);
+  }
   raise({.name = std::string(name),
          .type = EventType::kPlatform,
          .sendid = std::move(sendid),
-         .data = Value(Map{{"message", Value(std::move(message))}})});
+         .data = Value(Map{{"message", Value(std::move(why.message))}})});
+}
+
+void Interpreter::raise_communication_error(std::string message, std::string sendid) {
+  raise_error({Severity::kError, "scxml.unreachable", std::move(message), {}}, std::move(sendid), kErrorCommunication);
 }
 
 std::string Interpreter::make_id(std::string_view prefix) {
@@ -60,13 +68,13 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
   if (send.idlocation != kNoExpression) {
     timer.event.sendid = make_id(session_.id() + ".send");
     if (auto assigned = data_->assign_value(send.idlocation, Value(timer.event.sendid)); !assigned) {
-      raise_error("error.execution", std::move(assigned.error().message));
+      raise_error(std::move(assigned.error()));
       return false;
     }
   }
   if (auto prepared = prepare_send(send, timer); !prepared) {
     // SCXML 6.2.3: if an argument cannot be evaluated, nothing is sent.
-    raise_error("error.execution", std::move(prepared.error().message), timer.event.sendid);
+    raise_error(std::move(prepared.error()), timer.event.sendid);
     return false;
   }
   if (!spend_output(timer.event.data ? weight(*timer.event.data) : 0, place)) return false;
@@ -76,8 +84,8 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
     if (timer.event.sendid.empty()) timer.event.sendid = make_id(session_.id() + ".send");
     const auto is_allowed = [this](OutgoingSend& leaving) {
       if (!run_.host.on_send) return true;
-      const auto allowed = run_.host.on_send(leaving);
-      if (!allowed) raise_error("error.execution", allowed.error().message, std::move(leaving.sendid));
+      auto allowed = run_.host.on_send(leaving);
+      if (!allowed) raise_error(std::move(allowed.error()), std::move(leaving.sendid));
       return allowed.has_value();
     };
     if (at_once) {
@@ -95,7 +103,8 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
     return true;
   }
   if (session_.timers_->size() >= run_.host.limits.timers_max) {
-    raise_error("error.execution", fmt::format("more than {} delayed events wait", run_.host.limits.timers_max),
+    raise_error({Severity::kError, "scxml.too-many-timers",
+                 fmt::format("more than {} delayed events wait", run_.host.limits.timers_max), chart_.span(place)},
                 timer.event.sendid);
     return false;
   }
@@ -180,8 +189,7 @@ void Interpreter::dispatch(Timer&& timer) {
   if (target == "#_parent") {
     event.invokeid = session_.identity_->invokeid;
     if (parent_) return send_to_session(*parent_, std::move(event));
-    return raise_error("error.communication", "no session invoked this one, so there is no #_parent",
-                       std::move(event.sendid));
+    return raise_communication_error("no session invoked this one, so there is no #_parent", std::move(event.sendid));
   }
   if (target.starts_with(kSessionTarget)) {
     const std::string_view id = std::string_view(target).substr(kSessionTarget.size());
@@ -192,7 +200,7 @@ void Interpreter::dispatch(Timer&& timer) {
       timer.type = kScxmlProcessor;
       return send_outside(outgoing(std::move(timer)));
     }
-    return raise_error("error.communication", fmt::format("there is no session \"{}\"", id), std::move(event.sendid));
+    return raise_communication_error(fmt::format("there is no session \"{}\"", id), std::move(event.sendid));
   }
   const std::string_view invokeid = std::string_view(target).substr(2);
   for (Invocation& invocation : session_.invocations_) {
@@ -201,8 +209,7 @@ void Interpreter::dispatch(Timer&& timer) {
     run_.effects.emplace_back(InvokeEvent{session_.id(), invocation.id, std::move(event)});
     return;
   }
-  raise_error("error.communication", fmt::format("there is no invocation \"{}\" running", invokeid),
-              std::move(event.sendid));
+  raise_communication_error(fmt::format("there is no invocation \"{}\" running", invokeid), std::move(event.sendid));
 }
 
 void Interpreter::send_to_session(Session& target, Event&& event) {
@@ -217,7 +224,7 @@ void Interpreter::send_to_session(Session& target, Event&& event) {
 
 void Interpreter::send_outside(OutgoingSend&& send) {
   if (is_basic_http(send.type) && send.target.empty()) {
-    return raise_error("error.communication", "a <send> over HTTP needs a target", std::move(send.sendid));
+    return raise_communication_error("a <send> over HTTP needs a target", std::move(send.sendid));
   }
   send.delay = Duration(0);
   run_.effects.emplace_back(std::move(send));
@@ -229,7 +236,7 @@ bool Interpreter::execute_cancel(const Cancel& cancel) {
   if (cancel.sendid_expr != kNoExpression) {
     auto text = data_->text(cancel.sendid_expr);
     if (!text) {
-      raise_error("error.execution", std::move(text.error().message));
+      raise_error(std::move(text.error()));
       return false;
     }
     id = *std::move(text);

@@ -22,6 +22,10 @@ namespace sentree::scxml {
 
 /// Bytes that one step may log and send; beyond, the session ends.
 inline constexpr std::size_t kOutputMax = 64U << 20U;
+/// Errors of one step that an observer may be told of.
+inline constexpr std::size_t kFailuresMax = 16;
+inline constexpr std::string_view kErrorExecution = "error.execution";
+inline constexpr std::string_view kErrorCommunication = "error.communication";
 
 /// What all sessions of one step share: the root session, its children, and the world outside.
 struct Run {
@@ -144,7 +148,10 @@ class Interpreter {
   void send_to_session(Session& target, Event&& event);
   void send_outside(OutgoingSend&& send);
   void raise(Event event);
-  void raise_error(std::string_view name, std::string message, std::string sendid = {});
+  void raise_error(Diagnostic why, std::string sendid = {}, std::string_view name = kErrorExecution);
+  void raise_communication_error(std::string message, std::string sendid = {});
+  // Nothing is enabled by it.
+  void tell_unhandled(const Event& event);
   [[nodiscard]] OutgoingSend outgoing(Timer timer) const;
   [[nodiscard]] std::string make_id(std::string_view prefix);
 
@@ -169,6 +176,7 @@ class Interpreter {
   Session& session_;
   Session* parent_;
   Observer* observer_;
+  std::vector<Diagnostic> failures_;  // behind error events that wait, for the observer
   std::unique_ptr<Scratch> scratch_;
   std::optional<NullModel> null_model_;
   std::optional<EcmaScriptModel> ecma_model_;
