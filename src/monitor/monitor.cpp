@@ -35,8 +35,18 @@ class EntryWatch final : public scxml::Observer {
     stepped.state = chart.states()[state].id;
   }
 
+  // SCXML drops the event, and a monitor that goes on as if nothing had happened says nothing that one may trust.
+  void unhandled(const scxml::Chart&, std::string_view, const Diagnostic& why) override {
+    if (!failed_) failed_ = why;
+  }
+
   // What is over is not owed any more.
   Stepped end() {
+    if (failed_ && core_.session.running()) {
+      failed_->code = "monitor.script";
+      failed_->message += "; no transition takes the error, and what the monitor would say without is not known";
+      scxml::give_up(core_.session, *failed_);
+    }
     if (stepped.verdict != Verdict::kUndecided) core_.verdict = stepped.verdict;
     if (core_.since) {
       bool pending = false;
@@ -54,6 +64,7 @@ class EntryWatch final : public scxml::Observer {
   Core& core_;
   const Tracing& tracing_;
   TimePoint now_;
+  std::optional<Diagnostic> failed_;
 };
 
 using PlainMembers = std::array<scxml::PlainValue, kPlainMembersMax>;
