@@ -383,6 +383,26 @@ TEST(Monitor, AChartThatExceedsABoundIsGivenUp) {
   ASSERT_TRUE(state.failure());
 }
 
+TEST(Monitor, WhoseScriptFailsIsGivenUpUnlessItsChartTakesThat) {
+  const std::string failing =
+      "<datamodel><data id='last' expr='null'/></datamodel>\n"
+      "<state id='a'><transition event='e' cond='last.value > 3' target='bad'/>MORE</state><state id='bad'/>";
+  const auto with = [&](const std::string& more) {
+    std::string text = failing;
+    return model(text.replace(text.find("MORE"), 4, more), {"bad"});
+  };
+  const Model silent = with("");
+  State state = start(silent, TimePoint{});
+  EXPECT_FALSE(see(silent, state, message("e", 1)));
+  ASSERT_TRUE(state.failure());
+  EXPECT_EQ(state.failure()->code, "monitor.script");
+  EXPECT_EQ(state.failure()->span.line, 2) << to_string(*state.failure());
+  const Model takes_it = with("<transition event='error.execution' target='bad'/>");
+  state = start(takes_it, TimePoint{});
+  EXPECT_TRUE(see(takes_it, state, message("e", 1)));
+  EXPECT_FALSE(state.failure());
+}
+
 TEST(Monitor, RefusesWhatCanDecideNothing) {
   const auto unknown = Model::make(
       {.name = "m", .chart = chart(kLevel), .violated = {"bda"}, .renames = {}, .span = {"sentree.yaml", 4, 5, 0}});

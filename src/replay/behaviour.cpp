@@ -28,6 +28,9 @@ void Behaviour::observe(const Message& message) {
   const std::string& name = message.name;
   if (name == "mission.status") {
     did(message, "mission", "status", text_of(message, "status"));
+  } else if (name == "node.status") {
+    const std::string to = nodes_.contains(message.source) ? text_of(message, "to") : "IDLE";
+    if (to != "IDLE") did(message, message.source, "status", "is " + to);
   } else if (name.starts_with("monitor.")) {
     did(message, message.source, "verdict", fmt::format("{} in state {}", name.substr(8), text_of(message, "state")));
   } else if (name.ends_with(".tick.reply")) {

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sentree/base/message.h"
@@ -30,6 +32,8 @@ struct Difference {
 /// Picks the behaviour out of a run's observations: repeated answers and requests count once.
 class Behaviour {
  public:
+  /// @param nodes  Paths of nodes whose statuses count too.
+  explicit Behaviour(std::set<std::string> nodes = {}) : nodes_(std::move(nodes)) {}
   void observe(const Message& message);
   /// By leaf, "mission" or monitor, in the order in which they happened.
   [[nodiscard]] const std::map<std::string, std::vector<BehaviourEvent>>& events() const { return events_; }
@@ -37,6 +41,7 @@ class Behaviour {
  private:
   void did(const Message& message, const std::string& who, const std::string& kind, std::string what);
 
+  std::set<std::string> nodes_;
   std::map<std::string, std::vector<BehaviourEvent>> events_;
   std::map<std::string, std::map<std::string, std::string>> last_;  // by who, by kind
 };

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <set>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "sentree/bt/model.h"
 #include "sentree/idl/conform.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/intervention.h"
@@ -72,10 +74,25 @@ struct Act {
   Value args;
 };
 
+// Leaves in C++, whose results are nowhere but in their statuses.
+std::set<std::string> nodes_in_cpp(const project::Plan& plan) {
+  std::set<std::string> paths;
+  for (bt::NodeId node = 0; node < plan.tree.size(); ++node) {
+    if (plan.tree.children(node).empty() && !plan.tree.is_external(node) &&
+        bt::find_builtin(plan.tree.registration(node), plan.tree.format()) == nullptr)
+      paths.insert(plan.tree.path(node));
+  }
+  return paths;
+}
+
 class Replay {
  public:
   Replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options)
-      : recorded_(recorded), plan_(std::move(plan)), options_(std::move(options)) {}
+      : recorded_(recorded),
+        plan_(std::move(plan)),
+        options_(std::move(options)),
+        then_behaviour_(nodes_in_cpp(plan_)),
+        now_behaviour_(nodes_in_cpp(plan_)) {}
 
   Result<ReplayReport> run() {
     // Nothing of it can be gone on with at its end.
@@ -545,8 +562,7 @@ class Replay {
     const std::string_view call = runtime::call_of(message);
     Exchange* const exchange = find(key_of(message.source, message.target, call.substr(call.rfind('.') + 1), *args));
     if (exchange == nullptr) return;
-    exchange->used = true;
-    ++report_.answered_requests;
+    if (!std::exchange(exchange->used, true)) ++report_.answered_requests;
     if (!is_live(plan_.services.at(message.target))) asked_[message.call] = exchange;
   }
 
@@ -586,7 +602,7 @@ class Replay {
       acts_.push_back({now, inside_->published(), service.interface, method.name, service.robot, std::move(args)});
     if (recorded_.is_virtual()) return answer_at_once(fmt::format("{}.{}", service.name, method.name), *exchange, done);
     const bool again = std::exchange(exchange->used, true);
-    ++report_.answered_requests;
+    if (!again) ++report_.answered_requests;
     if (!exchange->after) return;
     // The request may have been late: its outcome comes when it came then.
     const TimePoint when = again ? now + *exchange->after : exchange->asked + *exchange->after;
@@ -748,11 +764,31 @@ class Replay {
 
 }  // namespace
 
+namespace {
+
+// Of a run that was resumed, once or more often: the recording in which it began, or the first that is not there.
+std::string first_of(const RecordedRun& recorded) {
+  const std::filesystem::path folder = std::filesystem::path(recorded.path()).parent_path();
+  std::string first = recorded.fact("continues");
+  std::set<std::string> seen;
+  while (seen.insert(first).second) {
+    const auto before = RecordedRun::open((folder / first).string());
+    const std::string further = before ? before->fact("continues") : std::string();
+    if (further.empty()) break;
+    first = further;
+  }
+  return first;
+}
+
+}  // namespace
+
 Result<ReplayReport> replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options) {
-  if (const std::string before = recorded.fact("continues"); !before.empty()) {
-    return fail("replay.continued",
-                fmt::format("{}: this run was resumed in the middle of its mission; replay {}, in which it began",
-                            recorded.path(), before));
+  if (!recorded.fact("continues").empty()) {
+    return fail(
+        "replay.continued",
+        fmt::format("{}: this run was resumed in the middle of its mission; replay {}, in which it began, up to "
+                    "where its executive died",
+                    recorded.path(), first_of(recorded)));
   }
   return Replay(recorded, std::move(plan), std::move(options)).run();
 }

@@ -6,6 +6,7 @@
 #include "sentree/base/json.h"
 #include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
+#include "sentree/replay/behaviour.h"
 #include "sentree/replay/detail/snapshot.h"
 #include "sentree/replay/recording.h"
 
@@ -18,6 +19,31 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 const fs::path kRecharge = fs::path(SENTREE_SOURCE_DIR) / "examples/recharge";
+
+TEST(BehaviourOfNodes, InCppIsTheirStatuses) {
+  Behaviour then({"Main.Door"});
+  Behaviour now({"Main.Door"});
+  const auto status = [](Behaviour& of, const char* node, const char* to, std::uint64_t tick) {
+    Message message;
+    message.source = node;
+    message.name = "node.status";
+    message.tick = message.sequence = tick;
+    message.data = Map{{"node", 1}, {"from", "IDLE"}, {"to", to}};
+    of.observe(message);
+  };
+  for (Behaviour* each : {&then, &now}) {
+    status(*each, "Main.Door", "SUCCESS", 1);
+    status(*each, "Main.Door", "IDLE", 1);
+  }
+  status(then, "Main.Root", "FAILURE", 2);
+  status(now, "Main.Door", "SUCCESS", 2);
+  EXPECT_TRUE(differences(then, now, Compared::kOrder, kNever).empty());
+  status(now, "Main.Door", "FAILURE", 3);
+  const std::vector<Difference> found = differences(then, now, Compared::kOrder, kNever);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].who, "Main.Door");
+  EXPECT_EQ(found[0].replayed, "is FAILURE");
+}
 
 class Replays : public ::testing::Test {
  protected:
