@@ -203,13 +203,16 @@ class Mutating {
                 {"what", one.mutant.what},
                 {"fate", kFates[static_cast<std::size_t>(one.fate)]},
                 {"noticed_by", std::move(by)}};
-      if (!one.why.empty()) entry["why"] = one.why;
+      entry["why"] = one.why.empty() ? Value() : Value(one.why);
       mutants.emplace_back(std::move(entry));
     }
     Map counts;
     for (const Fate fate : {Fate::kNoticed, Fate::kNotNoticed, Fate::kSame, Fate::kRefused, Fate::kUnknown})
       counts[kFates[static_cast<std::size_t>(fate)]] = static_cast<std::int64_t>(count(fate));
-    return Map{{"version", SENTREE_VERSION}, {"counts", std::move(counts)}, {"mutants", std::move(mutants)}};
+    return Map{{"tool", "sentree verify"},
+               {"version", SENTREE_VERSION},
+               {"counts", std::move(counts)},
+               {"mutants", std::move(mutants)}};
   }
 
   const VerifyCommand& command_;
