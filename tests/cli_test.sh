@@ -814,7 +814,13 @@ cp -r "$source/examples/minimal" "$work/unmodelled"
 expect 0 'leaves_charged +holds ' "$sentree" verify "$work/unmodelled"
 expect 0 'any reply   battery.getBatteryState.percentage: 0, 0.2, 1' "$sentree" verify "$work/unmodelled"
 expect 0 'name: any_battery, serves: .battery.' "$sentree" verify "$work/unmodelled" --model
-expect 3 'did you mean "never_empty"' "$sentree" verify "$work/verified" --only never_emty
+for how in '' '--runs 5' '--split owed' '--mutate'; do
+  # shellcheck disable=SC2086
+  expect 3 'did you mean "never_empty"' "$sentree" verify "$work/verified" --only never_emty $how
+  # shellcheck disable=SC2086
+  expect 3 '^\{"errors":\[\{"severity":"error","code":"verify.unknown-requirement"' "$sentree" verify "$work/verified" --only never_emty $how --json
+done
+expect 3 '^\{"errors":\[\{.*"code":"verify.fair"' "$sentree" verify "$work/fair" --json
 
 # What scenarios reach, and that it is enough.
 expect 0 'methods +[0-9]+ of' "$sentree" test examples/minimal --coverage

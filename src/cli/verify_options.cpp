@@ -11,6 +11,7 @@
 
 #include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
+#include "sentree/cli/verify_result.h"
 #include "sentree/cli/watched_work.h"
 #include "sentree/project/faults_file.h"
 
@@ -80,8 +81,10 @@ std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const p
     if (only.empty() || std::find(only.begin(), only.end(), plan.monitors[i].name()) != only.end())
       out.monitors.push_back(i);
   }
-  if (out.monitors.empty() || (!only.empty() && out.monitors.size() != only.size())) {
-    say("--only: the project has no such requirement");
+  if (const Diagnostics unknown = verify::unknown_requirements(plan, only); has_errors(unknown))
+    return refuse(command, unknown);
+  if (out.monitors.empty()) {
+    say("the project has no requirements and no monitors, so there is nothing to count");
     return kInvalidInput;
   }
   out.length =
