@@ -583,7 +583,7 @@ for one in found["requirements"]:
     assert is_sampled or (one["verdict"] == "refuted") == (one["first_violation"] is not None) == (one["counterexample"] is not None), one
     if one["counterexample"]:
         for chosen in one["counterexample"]["chosen"]:
-            assert chosen["place"] is None or chosen["place"].startswith("models/"), chosen
+            assert chosen["place"] is None or chosen["place"].startswith(("models/", "verify/any/")), chosen
         assert open(one["counterexample"]["scenario"])
     if one["probability"] and one["probability"]["least"]:
         one["probability"]["least"]["low"], one["probability"]["greatest"]["high"]
@@ -701,6 +701,7 @@ fair() { # fair CHOICE
 }
 fair ''
 expect 1 'a loop can avoid any_d.ask = true' "$sentree" verify "$work/fair"
+expect 0 "members .'ends': 'refuted'" bash -c "'$sentree' verify '$work/fair' --json | python3 '$work/members.py' '$work/fair'"
 fair any_d.ask
 expect 0 'ends +holds .*.if fair: any_d.ask.' "$sentree" verify "$work/fair"
 for wrong in any_d.aks d.ask any_e.ask person.asks; do
@@ -821,6 +822,7 @@ for how in '' '--runs 5' '--split owed' '--mutate'; do
   expect 3 '^\{"errors":\[\{"severity":"error","code":"verify.unknown-requirement"' "$sentree" verify "$work/verified" --only never_emty $how --json
 done
 expect 3 '^\{"errors":\[\{.*"code":"verify.fair"' "$sentree" verify "$work/fair" --json
+expect 3 '"code":"verify.no-requirement"' "$sentree" verify examples/living-skills --runs 3 --out "$work/living" --json
 
 # What scenarios reach, and that it is enough.
 expect 0 'methods +[0-9]+ of' "$sentree" test examples/minimal --coverage

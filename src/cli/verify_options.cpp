@@ -84,8 +84,10 @@ std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const p
   if (const Diagnostics unknown = verify::unknown_requirements(plan, only); has_errors(unknown))
     return refuse(command, unknown);
   if (out.monitors.empty()) {
-    say("the project has no requirements and no monitors, so there is nothing to count");
-    return kInvalidInput;
+    return refuse(command, {{Severity::kError, "verify.no-requirement",
+                             "the project has no requirements and no monitors, so there is nothing to count; sentree "
+                             "add monitor NAME writes one",
+                             SourceSpan{plan.scenario.project.file}}});
   }
   out.length =
       command.ticks ? plan.scenario.project.period * static_cast<std::int64_t>(*command.ticks) : plan.scenario.duration;
