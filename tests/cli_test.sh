@@ -757,6 +757,7 @@ for option in --fair --all-orders --exact --explain '--states 5' '--time 5s'; do
   # shellcheck disable=SC2086
   expect 2 "--runs excludes ${option% *}|${option% *} excludes --runs" "$sentree" verify examples/grasp --runs 4 $option
 done
+expect 2 'a run has [0-9]+ ticks at most' "$sentree" verify examples/grasp --runs 4 --ticks 99999999999
 expect 2 'not a size' "$sentree" verify examples/grasp --memory 0
 expect 2 'not a duration' "$sentree" verify examples/grasp --time soon
 expect 2 'ends in .aut or .dot' "$sentree" verify examples/grasp --graph "$work/graph.png"
