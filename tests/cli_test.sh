@@ -585,7 +585,7 @@ for one in found["requirements"]:
     assert is_sampled or (one["verdict"] == "refuted") == (one["first_violation"] is not None) == (one["counterexample"] is not None), one
     if one["counterexample"]:
         for chosen in one["counterexample"]["chosen"]:
-            assert chosen["place"] is None or chosen["place"].startswith("models/"), chosen
+            assert chosen["place"] is None or chosen["place"].startswith(("models/", "verify/any/")), chosen
         assert open(one["counterexample"]["scenario"])
     if one["probability"] and one["probability"]["least"]:
         one["probability"]["least"]["low"], one["probability"]["greatest"]["high"]
@@ -703,6 +703,7 @@ fair() { # fair CHOICE
 }
 fair ''
 expect 1 'a loop can avoid any_d.ask = true' "$sentree" verify "$work/fair"
+expect 0 "members .'ends': 'refuted'" bash -c "'$sentree' verify '$work/fair' --json | python3 '$work/members.py' '$work/fair'"
 fair any_d.ask
 expect 0 'ends +holds .*.if fair: any_d.ask.' "$sentree" verify "$work/fair"
 for wrong in any_d.aks d.ask any_e.ask person.asks; do
@@ -758,6 +759,7 @@ for option in --fair --all-orders --exact --explain '--states 5' '--time 5s'; do
   # shellcheck disable=SC2086
   expect 2 "--runs excludes ${option% *}|${option% *} excludes --runs" "$sentree" verify examples/grasp --runs 4 $option
 done
+expect 2 'a run has [0-9]+ ticks at most' "$sentree" verify examples/grasp --runs 4 --ticks 99999999999
 expect 2 'not a size' "$sentree" verify examples/grasp --memory 0
 expect 2 'not a duration' "$sentree" verify examples/grasp --time soon
 expect 2 'ends in .aut or .dot' "$sentree" verify examples/grasp --graph "$work/graph.png"
@@ -816,7 +818,14 @@ cp -r "$source/examples/minimal" "$work/unmodelled"
 expect 0 'leaves_charged +holds ' "$sentree" verify "$work/unmodelled"
 expect 0 'any reply   battery.getBatteryState.percentage: 0, 0.2, 1' "$sentree" verify "$work/unmodelled"
 expect 0 'name: any_battery, serves: .battery.' "$sentree" verify "$work/unmodelled" --model
-expect 3 'did you mean "never_empty"' "$sentree" verify "$work/verified" --only never_emty
+for how in '' '--runs 5' '--split owed' '--mutate'; do
+  # shellcheck disable=SC2086
+  expect 3 'did you mean "never_empty"' "$sentree" verify "$work/verified" --only never_emty $how
+  # shellcheck disable=SC2086
+  expect 3 '^\{"errors":\[\{"severity":"error","code":"verify.unknown-requirement"' "$sentree" verify "$work/verified" --only never_emty $how --json
+done
+expect 3 '^\{"errors":\[\{.*"code":"verify.fair"' "$sentree" verify "$work/fair" --json
+expect 3 '"code":"verify.no-requirement"' "$sentree" verify examples/living-skills --runs 3 --out "$work/living" --json
 
 # What scenarios reach, and that it is enough.
 expect 0 'methods +[0-9]+ of' "$sentree" test examples/minimal --coverage

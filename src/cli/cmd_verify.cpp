@@ -15,6 +15,7 @@
 #include "sentree/cli/verify_findings.h"
 #include "sentree/cli/verify_mutate.h"
 #include "sentree/cli/verify_options.h"
+#include "sentree/cli/verify_result.h"
 #include "sentree/cli/verify_statistics.h"
 #include "sentree/cli/watched_work.h"
 #include "sentree/project/part_cache.h"
@@ -125,11 +126,7 @@ class Verifying {
     };
     result_ = verify::verify(plan_, asked);
     show_status("");
-    if (has_errors(result_.errors)) {
-      if (command_.json) print(to_json(Value(Map{{"errors", to_value(result_.errors)}})) + "\n");
-      say(result_.errors);
-      return kInvalidInput;
-    }
+    if (has_errors(result_.errors)) return refuse(command_, result_.errors);
     if (!command_.graph.empty() && !write_graph()) return kEnvironment;
     write_reached();
     for (verify::Judgement& judgement : result_.judgements) {
@@ -508,13 +505,13 @@ class Verifying {
 int verify(const VerifyCommand& command) {
   std::optional<text::ReadLog> files(std::in_place);
   auto loaded = load_verified(command);
+  if (!loaded.ok()) return refuse(command, loaded.diagnostics);
   say(loaded.diagnostics);
-  if (!loaded.ok()) return kInvalidInput;
   project::Scenario scenario = std::move(*loaded.value);
   project::PartCache parts;
   auto plan = project::prepare(verify::with_models(scenario), parts);
+  if (!plan.ok()) return refuse(command, plan.diagnostics);
   say(plan.diagnostics);
-  if (!plan.ok()) return kInvalidInput;
   std::vector<text::ReadFile> read = files->files();
   files.reset();  // one at a time
   if (!command.against.empty()) {
@@ -524,26 +521,23 @@ int verify(const VerifyCommand& command) {
   const fs::path out = command.out.empty() ? folder / "verify" : fs::path(command.out);
   const auto any =
       verify::add_models(scenario, *plan.value, command.model ? folder / "models" : out / "any", command.model);
-  if (!any) {
-    say(to_string(any.error()));
-    if (command.json) print(to_json(Value(Map{{"errors", to_value(Diagnostics{any.error()})}})) + "\n");
-    return kInvalidInput;
-  }
+  if (!any) return refuse(command, {any.error()});
   if (command.model) {
     print(models_text(*any));
     return kOk;
   }
   if (!any->empty()) {
     plan = project::prepare(verify::with_models(std::move(scenario)), parts);
+    if (!plan.ok()) return refuse(command, plan.diagnostics);
     say(plan.diagnostics);
-    if (!plan.ok()) return kInvalidInput;
   }
   return watched_work(*plan.value, command.json, [&] {
     if (command.mutate) return verify_mutants(command, *plan.value);
     if (command.runs || !command.at_least.empty() || !command.split.empty()) {
       const Diagnostics in_the_way = verify::obstacles(*plan.value);
+      if (has_errors(in_the_way)) return refuse(command, in_the_way);
       say(in_the_way);
-      return has_errors(in_the_way) ? kInvalidInput : verify_by_runs(command, *plan.value, *any);
+      return verify_by_runs(command, *plan.value, *any);
     }
     return Verifying(command, *plan.value, *any, std::move(read), parts)();
   });

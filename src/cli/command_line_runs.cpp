@@ -161,7 +161,8 @@ void add_verify(CLI::App& app, Commands& commands) {
       "  sentree test verify/never_empty.yaml                     a counterexample, run again\n"
       "Exit code: 0 everything holds, 1 something is refuted or holds vacuously, 3 the project is invalid or cannot "
       "be\n"
-      "explored, 124 not everything was tried and nothing is refuted, 130 interrupted. See docs/verification.md.");
+      "explored, 4 what is found cannot be written, 124 not everything was tried and nothing is refuted,\n"
+      "130 interrupted. See docs/verification.md.");
   sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
   sub->add_option("--scenario", command.scenario,
                   "A scenario whose overrides and timeline apply: its file, or its name in scenarios/");

@@ -8,6 +8,7 @@
 
 #include "sentree/cli/output.h"
 #include "sentree/cli/report.h"
+#include "sentree/cli/verify_result.h"
 #include "sentree/replay/recorded_run.h"
 #include "sentree/verify/against.h"
 
@@ -85,10 +86,7 @@ int verify_against(const VerifyCommand& command, const project::Plan& plan) {
     return kInvalidInput;
   }
   auto recorded = replay::RecordedRun::open(command.against);
-  if (!recorded) {
-    say(to_string(recorded.error()));
-    return kInvalidInput;
-  }
+  if (!recorded) return refuse(command, {recorded.error()});
   std::vector<Message> observations;
   const auto read = recorded->each([&](Message message) {
     if (message.kind != MessageKind::kEvent) {
@@ -100,10 +98,7 @@ int verify_against(const VerifyCommand& command, const project::Plan& plan) {
   say_each(recorded->reader().problems());
   const auto agreements = read ? verify::against(plan, observations, options)
                                : Result<std::vector<verify::Agreement>>(tl::unexpected(read.error()));
-  if (!agreements) {
-    say(to_string(agreements.error()));
-    return kInvalidInput;
-  }
+  if (!agreements) return refuse(command, {agreements.error()});
   std::string out = fmt::format("recording   {}   {} s, {}, within {} s\n", command.against,
                                 shortest_decimal(seconds(recorded->ended())),
                                 options.exact ? "replies as they are" : "replies as the mission tells them apart",

@@ -112,9 +112,10 @@ class Telling {
     one["can_stay_open"] = can_stay_open(judgement);
     one["never_seen"] = to_list(judgement.never_seen);
     if (judgement.path) {
-      one["first_violation"] = Map{{"tick", static_cast<std::int64_t>(tick_of(*judgement.path))},
-                                   {"time", seconds(judgement.at)},
-                                   {"observation", judgement.observation}};
+      one["first_violation"] =
+          Map{{"tick", static_cast<std::int64_t>(tick_of(*judgement.path))},
+              {"time", seconds(judgement.at)},
+              {"observation", judgement.observation.empty() ? Value() : Value(judgement.observation)}};
       one["counterexample"] = value_of(found_.shown.at(judgement.requirement), judgement);
     }
     if (judgement.least) {

@@ -11,6 +11,7 @@
 #include "sentree/cli/interrupts.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/verify_options.h"
+#include "sentree/cli/verify_result.h"
 #include "sentree/project/part_cache.h"
 #include "sentree/text/file.h"
 #include "sentree/text/overlay.h"
@@ -45,8 +46,8 @@ class Mutating {
     asked_.explore.tells_what_is_said = true;
     const std::vector<text::ReadFile> files = read_files();
     original_ = verify::verify(plan_, asked_);
+    if (has_errors(original_.errors)) return refuse(command_, original_.errors);
     say(original_.errors);
-    if (has_errors(original_.errors)) return kInvalidInput;
     // A mutant may have states without end, which is no reason to wait for them.
     asked_.explore.states = std::min<std::uint64_t>(asked_.explore.states, 4 * original_.graph.nodes.size() + 10'000);
     verify::Passed passed;
@@ -203,13 +204,16 @@ class Mutating {
                 {"what", one.mutant.what},
                 {"fate", kFates[static_cast<std::size_t>(one.fate)]},
                 {"noticed_by", std::move(by)}};
-      if (!one.why.empty()) entry["why"] = one.why;
+      entry["why"] = one.why.empty() ? Value() : Value(one.why);
       mutants.emplace_back(std::move(entry));
     }
     Map counts;
     for (const Fate fate : {Fate::kNoticed, Fate::kNotNoticed, Fate::kSame, Fate::kRefused, Fate::kUnknown})
       counts[kFates[static_cast<std::size_t>(fate)]] = static_cast<std::int64_t>(count(fate));
-    return Map{{"version", SENTREE_VERSION}, {"counts", std::move(counts)}, {"mutants", std::move(mutants)}};
+    return Map{{"tool", "sentree verify"},
+               {"version", SENTREE_VERSION},
+               {"counts", std::move(counts)},
+               {"mutants", std::move(mutants)}};
   }
 
   const VerifyCommand& command_;

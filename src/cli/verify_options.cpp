@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <stdexcept>
 #include <system_error>
@@ -11,10 +12,18 @@
 
 #include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
+#include "sentree/cli/verify_result.h"
 #include "sentree/cli/watched_work.h"
 #include "sentree/project/faults_file.h"
 
 namespace sentree::cli {
+
+namespace {
+
+// Of statistics: ten years.
+constexpr std::chrono::hours kRunMax{24 * 3652};
+
+}  // namespace
 
 std::optional<std::uint64_t> bytes_of(const std::string& text) {
   const std::map<std::string, double> units{{"", 1}, {"B", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}};
@@ -80,9 +89,18 @@ std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const p
     if (only.empty() || std::find(only.begin(), only.end(), plan.monitors[i].name()) != only.end())
       out.monitors.push_back(i);
   }
-  if (out.monitors.empty() || (!only.empty() && out.monitors.size() != only.size())) {
-    say("--only: the project has no such requirement");
-    return kInvalidInput;
+  if (const Diagnostics unknown = verify::unknown_requirements(plan, only); has_errors(unknown))
+    return refuse(command, unknown);
+  if (out.monitors.empty()) {
+    return refuse(command, {{Severity::kError, "verify.no-requirement",
+                             "the project has no requirements and no monitors, so there is nothing to count; sentree "
+                             "add monitor NAME writes one",
+                             SourceSpan{plan.scenario.project.file}}});
+  }
+  const std::uint64_t ticks_max = static_cast<std::uint64_t>(kRunMax / plan.scenario.project.period);
+  if (command.ticks && *command.ticks > ticks_max) {
+    say(fmt::format("--ticks {}: a run has {} ticks at most, which is ten years", *command.ticks, ticks_max));
+    return kUsage;
   }
   out.length =
       command.ticks ? plan.scenario.project.period * static_cast<std::int64_t>(*command.ticks) : plan.scenario.duration;

@@ -65,10 +65,7 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
   for (const std::size_t i : sampled.monitors) {
     const auto found = verify::split(plan, i, splitting);
     show_status("");
-    if (!found) {
-      say(to_string(found.error()));
-      return kInvalidInput;
-    }
+    if (!found) return refuse(command, {found.error()});
     const std::string& name = plan.monitors[i].name();
     const auto [mean, in] = estimate(*found, sampled.confidence);
     const auto seen =

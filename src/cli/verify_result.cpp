@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -12,6 +13,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
 #include "sentree/cli/verify_options.h"
 #include "sentree/project/any_reply.h"
@@ -67,6 +69,16 @@ Map given_options(const VerifyCommand& command, const project::Plan& plan,
 }
 
 }  // namespace
+
+int refuse(const VerifyCommand& command, const Diagnostics& what) {
+  say(what);
+  if (!command.json) return kInvalidInput;
+  Diagnostics errors;
+  std::copy_if(what.begin(), what.end(), std::back_inserter(errors),
+               [](const Diagnostic& one) { return one.severity == Severity::kError; });
+  print(to_json(Value(Map{{"errors", to_value(errors)}})) + "\n");
+  return kInvalidInput;
+}
 
 List to_list(const std::vector<std::string>& texts) {
   List out;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "sentree/base/diagnostic.h"
 #include "sentree/base/value.h"
 #include "sentree/cli/commands.h"
 #include "sentree/project/plan.h"
@@ -23,6 +25,10 @@ namespace sentree::cli {
 
 /// The entry's `probability`, likewise.
 [[nodiscard]] Map probability_result(double low, double high, std::string_view method, double confidence);
+
+/// Says what is in the way of a verification; with --json its errors are the result's one member. Returns the exit
+/// code.
+[[nodiscard]] int refuse(const VerifyCommand& command, const Diagnostics& what);
 
 /// A list of texts.
 [[nodiscard]] List to_list(const std::vector<std::string>& texts);

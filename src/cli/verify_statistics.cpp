@@ -136,10 +136,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan, cons
   const auto runs = verify::sample(plan, sampling);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   show_status("");
-  if (!runs) {
-    say(to_string(runs.error()));
-    return kInvalidInput;
-  }
+  if (!runs) return refuse(command, {runs.error()});
   std::string out = fmt::format(
       "{} runs of at most {} s, seed {}: what is left open without a probability comes by the throw of a die\n", *runs,
       shortest_decimal(seconds(sampling.length)), sampling.seed);

@@ -74,8 +74,9 @@ TEST(CheckVerify, FairNamesAChoice) {
       ElementsAre("sentree.yaml:17:16: no model makes a choice called \"robot.plugs_inn\"; a choice gets a name "
                   "by pick('NAME', …), and is called MODEL.NAME; there are robot.plugs_in, robot.starts_at, "
                   "robot.starts_with; did you mean \"robot.plugs_in\"?"));
-  // Services without a model get one when they are verified.
-  EXPECT_THAT(said("verify: {fair: [any_simulation.reset]}"), IsEmpty());
+  // Every service has a model, so that none is made for any reply.
+  EXPECT_THAT(said("verify: {fair: [any_battery.getBatteryState.percentage]}"),
+              ElementsAre(testing::HasSubstr("no model makes a choice called \"any_battery.getBatteryState")));
 }
 
 TEST(CheckVerify, ChoicesAreOfTheModelAndItsAlternatives) {

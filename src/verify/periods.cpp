@@ -10,6 +10,7 @@
 
 #include "sentree/base/encoder.h"
 #include "sentree/project/intervention.h"
+#include "sentree/scxml/model.h"
 #include "sentree/verify/detail/growth.h"
 #include "sentree/verify/detail/period.h"
 
@@ -22,6 +23,18 @@ bool counts(std::string_view member) { return member == "time" || member == "tic
 // Faults of a run have numbers of their own.
 bool counts_in(const Message& message, std::string_view member) {
   return counts(member) || (member == "id" && message.name == "scenario.injection");
+}
+
+// Where a monitor looks at a member of what it is told: its requirement, or the expression that names it.
+SourceSpan place_of_look(const monitor::Model& model, const std::string& member) {
+  if (model.origin() != nullptr) return model.origin()->requirement.span;
+  const scxml::Chart& chart = model.chart();
+  for (const std::string& name : {"_event.data." + member, std::string("_event.data"), std::string("_event")}) {
+    for (const scxml::Expression& expression : chart.model().expressions) {
+      if (expression.text.find(name) != std::string::npos) return chart.span(expression.place);
+    }
+  }
+  return SourceSpan{chart.file()};
 }
 
 // Of a message, but for what counts, and for where a choice stands, which may be a file made for the purpose. Nothing
@@ -471,7 +484,7 @@ void Periods::refuse_clock(const Message& message, const std::string& member) {
         fmt::format("monitor {} looks at the {} of {}{}", model.name(), member, message.name,
                     targets.projection.is_whole() ? ", since it uses _event.data as a whole; name its members"
                                                   : "; count ticks, or wait by delayed <send>s, instead"),
-        SourceSpan{model.chart().name()}};
+        place_of_look(model, member)};
     return;
   }
 }

@@ -120,20 +120,25 @@ project::Scenario with_models(project::Scenario scenario) {
   return scenario;
 }
 
+Diagnostics unknown_requirements(const project::Plan& plan, const std::vector<std::string>& names) {
+  std::vector<std::string> known;
+  for (const monitor::Model& model : plan.monitors) known.push_back(model.name());
+  Diagnostics out;
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    out.push_back(
+        error("verify.unknown-requirement",
+              fmt::format("the project has no requirement or monitor \"{}\"{}", name, did_you_mean(name, known)),
+              SourceSpan{plan.scenario.project.file}));
+  }
+  return out;
+}
+
 Verification verify(const project::Plan& plan, const Asked& asked) {
   Verification out;
   out.errors = obstacles(plan);
-  const std::string& file = plan.scenario.project.file;
-  std::vector<std::string> names;
-  for (const monitor::Model& model : plan.monitors) names.push_back(model.name());
-  for (const std::string& name : asked.only) {
-    if (std::find(names.begin(), names.end(), name) == names.end()) {
-      out.errors.push_back(
-          error("verify.unknown-requirement",
-                fmt::format("the project has no requirement or monitor \"{}\"{}", name, did_you_mean(name, names)),
-                SourceSpan{file}));
-    }
-  }
+  const Diagnostics unknown = unknown_requirements(plan, asked.only);
+  out.errors.insert(out.errors.end(), unknown.begin(), unknown.end());
   if (has_errors(out.errors)) return out;
   const auto began = std::chrono::steady_clock::now();
   Options options = asked.explore;

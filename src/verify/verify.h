@@ -33,9 +33,12 @@ struct Asked {
   std::vector<Untried> untried;   ///< By the models of the plan.
 };
 
+/// That the plan has no requirement or monitor of such a name: verify.unknown-requirement, one for each.
+[[nodiscard]] Diagnostics unknown_requirements(const project::Plan& plan, const std::vector<std::string>& names);
+
 /// Explores the mission once and judges each requirement on what was found. What is refuted by what is tried is
-/// refuted; nothing else is said of a requirement on which something untried has a bearing. Codes: those of `obstacles`
-/// and `explore`; verify.unknown-requirement, verify.fair.
+/// refuted; nothing else is said of a requirement on which something untried has a bearing. Codes: those of
+/// `obstacles`, `unknown_requirements` and `explore`; verify.fair.
 [[nodiscard]] Verification verify(const project::Plan& plan, const Asked& asked);
 
 /// The text of a scenario file that shows a counterexample.

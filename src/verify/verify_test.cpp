@@ -453,6 +453,23 @@ TEST_F(Verify, RefusesWhatNeverComesAgain) {
   model("Math.random() &lt; 0.5 ? 1 : 6");
   requirements("small \"It says little.\": always said <= 6.\n");
   EXPECT_THAT(to_string(verify(plan(), {}).errors.front()), HasSubstr("model keeper asks for Math.random"));
+  model("6");
+  for (const char* const condition : {"_event.data.tick == 3", "JSON.stringify(_event.data).length == 3"}) {
+    write("late.scxml", kHead + "initial=\"a\"><state id=\"a\">\n<transition event=\"door.ask.reply\" cond=\"" +
+                            condition + "\" target=\"bad\"/></state><final id=\"bad\"/></scxml>");
+    write("sentree.yaml",
+          "mission: {file: mission.xml, rate: 10 Hz}\nservices: {door: {interface: door.thrift/Door, at: model}}\n"
+          "models: [{file: models/door.scxml, name: keeper, serves: [door]}]\n"
+          "monitors: [{file: late.scxml, violated: [bad]}]\n");
+    auto project = project::load_project(folder_.path());
+    ASSERT_TRUE(project.ok());
+    const auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
+    ASSERT_TRUE(prepared.ok());
+    const Verification found = verify(*prepared.value, {});
+    ASSERT_FALSE(found.errors.empty());
+    EXPECT_THAT(to_string(found.errors.front()), AllOf(StartsWith((folder_.path() / "late.scxml:2:").string()),
+                                                       HasSubstr("monitor late looks at the ")));
+  }
 }
 
 // Who is invoked is known by its id, however often it is.
