@@ -122,12 +122,14 @@ export function Happened() {
   const happened = useMode((state) => state.happened);
   const known = useStudio(({ violations }) => violations.find(({ monitor }) => monitor === happened));
   if (!known) return null;
+  // Its first line says what is said here.
+  const story = known.story.split("\n").slice(1).join("\n").trimEnd();
   return (
     <div className="conflict" role="status" data-testid="happened">
       <p>
         <Icon name="warning" />
         <span>
-          <strong>{known.monitor}</strong> is violated at {clock_text(known.time)}. {known.story}
+          <strong>{known.monitor}</strong> is violated at {clock_text(known.time)}.{story !== "" && <span className="happened-story">{story}</span>}
         </span>
         <button className="button small" onClick={() => useMode.setState({ mode: "run" })}>
           All panels at that moment
