@@ -133,6 +133,10 @@ test("a page that shows the end of the run stays at that moment when an edit let
   await page.getByTestId("past-strip").waitFor();
   await page.getByRole("button", { name: "Design", exact: true }).click();
   assert.equal(await clock(), before);
+  // One click leads to where it ends now.
+  await page.getByTestId("to-end").click();
+  await until(async () => (await clock()) !== before && (await page.getByTestId("mission-status").innerText()) === "SUCCESS", "the end is on show");
+  assert.equal(await page.getByTestId("to-end").count(), 0);
   await close();
   await program.stop();
 });

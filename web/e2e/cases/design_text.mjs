@@ -48,6 +48,25 @@ for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`a s
   await program.stop();
 });
 
+test("a text that is opened shows what has been chosen in the picture alone", async () => {
+  const program = await serve_design(copy_of("recharge"));
+  const { page, close } = await open_design(program.url);
+  const look = (name) => page.getByRole("button", { name, exact: true }).click();
+  await look("Picture");
+  await page.locator(".code").waitFor({ state: "detached" });
+  await node(page, "GoToStation").click();
+  await look("Both");
+  await page.locator(".cm-activeLine", { hasText: 'name="GoToStation"' }).waitFor();
+  await look("Picture");
+  await page.locator(".code").waitFor({ state: "detached" });
+  await page.locator('[data-file="skills/GoToLocation.scxml"]').click();
+  await page.locator('[data-testid=design-chart] [data-id="moving"] .name').first().click();
+  await look("Text");
+  await page.locator(".cm-activeLine", { hasText: 'id="moving"' }).waitFor();
+  await close();
+  await program.stop();
+});
+
 test("a caret at the end of a line chooses what ends there, in trees and charts", async () => {
   const program = await serve_design(copy_of("recharge"));
   const { page, close } = await open_design(program.url);

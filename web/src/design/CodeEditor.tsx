@@ -11,7 +11,7 @@ import { tags } from "@lezer/highlight";
 import { useEffect, useRef } from "react";
 
 import { request } from "../store/store";
-import { choose_at, choose_at_caret, doc_of, findings_of, fix, redo, save_all, session_of, undo, useCaret, useDesign, type Doc } from "./design";
+import { choose_at, choose_at_caret, chosen_byte, doc_of, findings_of, fix, redo, save_all, session_of, undo, useCaret, useDesign, type Doc } from "./design";
 import { splices_between } from "./joining";
 import { caret_place } from "./places";
 
@@ -178,6 +178,9 @@ export default function CodeEditor({ file }: { file: string }) {
       if (made.hasFocus) made.dispatch({ effects: EditorView.scrollIntoView(made.state.selection.main.head), annotations: kFromProgram.of(true) });
     });
     observer.observe(place.current);
+    // An editor that is opened shows what has been chosen without it.
+    const begin = chosen_byte();
+    if (useCaret.getState().wanted === null && begin !== null) useCaret.setState({ wanted: { byte: begin, to: begin, focus: false } });
     const show_caret = () => {
       const { wanted } = useCaret.getState();
       const doc = useDesign.getState().docs[file];

@@ -4,7 +4,7 @@ import { go_to_violation } from "../panels/violation/violations";
 import { MenuButton } from "../picture/PictureTools";
 import type { Violation } from "../protocol/types";
 import { useStudio } from "../store/store";
-import { seek } from "../store/time_travel";
+import { go_live, seek } from "../store/time_travel";
 import { Icon } from "../widgets/Icon";
 import { useWindow } from "../widgets/layout";
 import { choose_part_at, choose_scenario, fix, held, open_file, show_node, tree_of, useDesign, kNoNames } from "./design";
@@ -122,12 +122,14 @@ export function Happened() {
   const happened = useMode((state) => state.happened);
   const known = useStudio(({ violations }) => violations.find(({ monitor }) => monitor === happened));
   if (!known) return null;
+  // Its first line says what is said here.
+  const story = known.story.split("\n").slice(1).join("\n").trimEnd();
   return (
     <div className="conflict" role="status" data-testid="happened">
       <p>
         <Icon name="warning" />
         <span>
-          <strong>{known.monitor}</strong> is violated at {clock_text(known.time)}. {known.story}
+          <strong>{known.monitor}</strong> is violated at {clock_text(known.time)}.{story !== "" && <span className="happened-story">{story}</span>}
         </span>
         <button className="button small" onClick={() => useMode.setState({ mode: "run" })}>
           All panels at that moment
@@ -167,6 +169,8 @@ function Expected() {
 function Verdicts() {
   const monitors = useStudio((studio) => studio.state?.monitors);
   const time = useStudio((studio) => studio.state?.time ?? 0);
+  /** Of the run, while another moment is shown. */
+  const end = useStudio(({ state }) => (state && !state.live ? state.end : null));
   const violations = useStudio((studio) => studio.violations);
   const ready = useDesign((state) => state.summary?.shadow.ready ?? false);
   if (!ready || !monitors) return null;
@@ -174,6 +178,11 @@ function Verdicts() {
     <ul className="verdict-chips" aria-label={`Verdicts at ${clock_text(time)}`}>
       <li className="mono muted" data-testid="design-clock">
         {clock_text(time)}
+        {end !== null && (
+          <button className="icon-button small" aria-label={`To the end of the run, ${clock_text(end)}`} title={`The run ends at ${clock_text(end)}: go there`} data-testid="to-end" onClick={go_live}>
+            <Icon name="next" />
+          </button>
+        )}
       </li>
       <li className="how">
         <MissionStatus />

@@ -7,7 +7,7 @@ import { note, on_design, page_name, request, request_whole, type DesignMessage 
 import { part_lines } from "./chart_places";
 import { is_in, joined } from "./joining";
 import { take_summary, useMode } from "./mode";
-import { Places, splice_between } from "./places";
+import { line_start, Places, splice_between } from "./places";
 import { under_way_with } from "./turns";
 
 /** A file as the page has it. */
@@ -349,6 +349,16 @@ export function choose(node: OutlineNode | null, show_text = true): void {
 export function go_to(byte: number, focus = false): void {
   useCaret.setState({ wanted: { byte, to: byte, focus } });
   choose_at(byte);
+}
+
+/** Where what is chosen of the open file stands in its text; null: nothing is. */
+export function chosen_byte(): number | null {
+  const state = useDesign.getState();
+  const doc = doc_of(state);
+  if (!doc) return null;
+  const line = chosen_transition(state)?.line ?? chosen_state(state)?.line ?? null;
+  if (line !== null && line > 0) return doc.places.byte(line_start(doc.places.shown, line, true));
+  return node_of(state)?.from ?? doc.requirements?.find(({ name }) => name === state.requirement)?.from ?? null;
 }
 
 /** The innermost node at a byte of the open file, or the requirement. */

@@ -16,7 +16,7 @@ const kFarDetail_px = 10.1;
 /** Names that would be smaller on the screen are left out, but for those of the chosen node and around it. */
 const kLeast_px = 3;
 /** Of the chosen node's name and of those around it: where they would have to be smaller to stay inside of their nodes, these grow. */
-const kInside_px = 11;
+const kInside_px = 11.05;
 /** Enlarged is by one of a few factors: each other one would be a style of every text. */
 const kSteps = 10;
 const kStep = kFar ** (1 / kSteps);

@@ -1,3 +1,5 @@
+import { useRef } from "react";
+
 import { apply_edits, record, show_recording, useMode } from "../design/mode";
 import { useStudio } from "../store/store";
 import { go_live } from "../store/time_travel";
@@ -10,6 +12,7 @@ import { MenuButton } from "../picture/PictureTools";
 import { open_help } from "./Help";
 import { open_palette } from "./Palette";
 import { Panels } from "./Panels";
+import { useTight } from "./use_tight";
 import { open_what_if } from "./WhatIf";
 import { kSpeeds, next_tick, run_again, stop_run, toggle_running } from "../widgets/run_commands";
 import { toggle_theme, useTheme } from "../widgets/theme";
@@ -52,17 +55,23 @@ function RunControls() {
   const live = useStudio((studio) => studio.state?.live ?? true);
   const factor = useStudio((studio) => studio.state?.run.factor ?? 1);
   const connected = useStudio((studio) => studio.phase === "open");
+  const is_design = useStudio((studio) => studio.hello?.design ?? false);
   if (!steerable) return null;
+  // There another is begun; the header has no room for what nobody can press.
+  if (is_design && live && run === "ended") return null;
   const enabled = connected && live && run !== "ended";
   const speeds = kSpeeds.some((speed) => speed === factor) ? kSpeeds : [...kSpeeds, factor].sort((a, b) => a - b);
   return (
     <div className="run-controls" role="group" aria-label="Run">
       <button className="button" disabled={!enabled} onClick={toggle_running} title={run === "paused" ? "Resume (Space)" : "Pause (Space)"} data-testid="pause">
         <Icon name={run === "paused" ? "play" : "pause"} />
-        {run === "paused" ? "Resume" : "Pause"}
+        <span className="room-2">{run === "paused" ? "Resume" : "Pause"}</span>
       </button>
       <button className="button" disabled={!enabled} onClick={next_tick} title="Pause, and go on for one tick (.)" data-testid="step">
-        Step
+        <span className="tight-2">
+          <Icon name="step" />
+        </span>
+        <span className="room-2">Step</span>
       </button>
       <select className="field" aria-label="Speed of the run" title="Run time per wall time ([ and ])" value={factor} disabled={!enabled} onChange={(event) => void ask("factor", { value: Number(event.target.value) })}>
         {speeds.map((speed) => (
@@ -72,7 +81,10 @@ function RunControls() {
         ))}
       </select>
       <button className="button" disabled={!enabled} onClick={stop_run} title="Halts all skills and ends the run">
-        Stop
+        <span className="tight-2">
+          <Icon name="stop" />
+        </span>
+        <span className="room-2">Stop</span>
       </button>
     </div>
   );
@@ -161,7 +173,7 @@ function Recording() {
       <Refused />
       {continues !== "" && (
         <button className="button small" title={`With the edits the run is another one: it begins where they were applied. What was before is runs/${continues}`} data-testid="before-edits" onClick={() => void show_recording(continues)}>
-          Before the edits
+          Before<span className="room-3"> the edits</span>
         </button>
       )}
       {goes_on !== null && on_show !== goes_on && (
@@ -171,7 +183,10 @@ function Recording() {
       )}
       {on_show !== "" && (
         <button className="button small" title={`Shown is runs/${on_show}`} data-testid="to-shadow" onClick={() => void show_recording("")}>
-          Shadow run
+          <span className="tight-3">
+            <Icon name="rewind" />
+          </span>
+          <span className="room-3">Shadow run</span>
         </button>
       )}
     </>
@@ -239,8 +254,10 @@ export function Header() {
   const project = useMode((state) => state.project);
   // Also while the shadow run is of a scenario, or there is none yet.
   const of_project = designs && !compares && project !== "";
+  const row = useRef<HTMLElement>(null);
+  useTight(row);
   return (
-    <header className="header" data-boot={boot}>
+    <header className="header" data-boot={boot} ref={row}>
       <img className="logo" src="./icon.svg" alt="" width="22" height="22" />
       <h1 className="title ellipsis" title={description}>
         {compares ? "Differences" : of_project ? project : title}
@@ -259,13 +276,21 @@ export function Header() {
       <span className="header-space short" />
       <button className="button find" onClick={open_palette} title="Find a command, a node, a chart (Ctrl+K)">
         <Icon name="search" />
-        Find <kbd className="kbd">Ctrl K</kbd>
+        <span className="room-1">
+          Find <kbd className="kbd">Ctrl K</kbd>
+        </span>
       </button>
       <button className="button" onClick={toggle_theme} title={designs ? "Light or dark" : "Light or dark (D)"}>
-        {dark ? "Light" : "Dark"}
+        <span className="tight-1">
+          <Icon name={dark ? "sun" : "moon"} />
+        </span>
+        <span className="room-1">{dark ? "Light" : "Dark"}</span>
       </button>
       <button className="button" onClick={open_help} title="Help and keys (?)">
-        Help
+        <span className="tight-1">
+          <Icon name="help" />
+        </span>
+        <span className="room-1">Help</span>
       </button>
     </header>
   );

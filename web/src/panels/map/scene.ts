@@ -83,7 +83,8 @@ export function draw_map(pen: Pen, scene: Scene, view: Viewport, size: Size, col
   if (layers.has("places")) {
     // A location at a station is drawn once, as the station.
     const covered = (place: Location) => world.stations.some((station) => Math.hypot(station.x - place.x, station.y - place.y) < 0.01);
-    for (const place of world.locations) draw_place(pen, place, at, colors, named, covered(place), size.width);
+    const robots = scene.robots.map(({ pose, radius }) => ({ centre: at(pose), radius: robot_px(radius, px) }));
+    for (const place of world.locations) draw_place(pen, place, at, colors, named, covered(place), size.width, robots);
     for (const station of world.stations) draw_station(pen, station, at, px, colors, named);
   }
   if (layers.has("path")) {
@@ -128,10 +129,12 @@ export function draw_map(pen: Pen, scene: Scene, view: Viewport, size: Size, col
 type At = (point: readonly [number, number, ...number[]]) => Point;
 type Px = (metres: number) => number;
 
+/** Never too small to be seen and dragged. */
+const robot_px = (radius: number, px: Px): number => Math.max(px(radius), 6);
+
 function draw_robot(pen: Pen, robot: DrawnRobot, at: At, px: Px, colors: MapColors, named: boolean, hovered: boolean): void {
   const { pose } = robot;
-  // Never too small to be seen and dragged.
-  const radius = Math.max(px(robot.radius), 6);
+  const radius = robot_px(robot.radius, px);
   const centre = at(pose);
   pen.circle(centre, radius, { fill: colors.robot, stroke: hovered ? colors.accent : colors.on_robot, width: hovered ? 3 : 1.5 });
   const corner = (angle: number, length: number): Point => [
@@ -162,15 +165,16 @@ function draw_particles(pen: Pen, particles: readonly Pose[], at: At, px: Px, co
   pen.segments(lines, { stroke: colors.past, width: 1.2, alpha: 0.65 });
 }
 
-function draw_place(pen: Pen, place: Location, at: At, colors: MapColors, named: boolean, covered: boolean, width: number): void {
+function draw_place(pen: Pen, place: Location, at: At, colors: MapColors, named: boolean, covered: boolean, width: number, robots: readonly { centre: Point; radius: number }[]): void {
   const centre = at([place.x, place.y]);
   if (!covered) {
     pen.segments([centre, [centre[0] + 13 * Math.cos(place.theta), centre[1] - 13 * Math.sin(place.theta)]], { stroke: colors.accent, width: 2 });
     pen.circle(centre, 4.5, { fill: colors.accent, stroke: colors.ground, width: 1 });
   }
-  // Names stay inside the panel.
+  // Names stay inside the panel, and below who stands there.
   const right = centre[0] + 9 + 6.5 * place.name.length < width;
-  if (named) pen.text([centre[0] + (right ? 9 : -9), centre[1] + 15], place.name, { anchor: right ? "start" : "end", fill: colors.accent, size: 11, weight: 500, halo: colors.ground });
+  const below = robots.filter((robot) => Math.hypot(robot.centre[0] - centre[0], robot.centre[1] - centre[1]) <= robot.radius).map((robot) => robot.centre[1] + robot.radius + 11);
+  if (named) pen.text([centre[0] + (right ? 9 : -9), Math.max(centre[1] + 15, ...below)], place.name, { anchor: right ? "start" : "end", fill: colors.accent, size: 11, weight: 500, halo: colors.ground });
 }
 
 function draw_station(pen: Pen, station: Location, at: At, px: Px, colors: MapColors, named: boolean): void {

@@ -14,7 +14,7 @@ export function MissionStatus() {
   return (
     <span className={`badge mission-badge ${cut ? "" : (kClass[status] ?? "")}`} data-testid="mission-status" title={cut ? "The run ended before the mission did" : reason || "Status of the mission"}>
       <Icon name={cut ? "minus" : (kIcon[status] ?? "minus")} />
-      {cut ? `${status} at the end` : status}
+      <span className="room-3">{cut ? `${status} at the end` : status}</span>
       {reason && <span className="reason ellipsis">{reason}</span>}
     </span>
   );
