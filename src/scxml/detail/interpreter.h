@@ -145,8 +145,8 @@ class Interpreter {
   void send_outside(OutgoingSend&& send);
   void raise(Event event);
   void raise_error(std::string_view name, std::string message, std::string sendid = {});
-  [[nodiscard]] OutgoingSend outgoing(Timer timer) const;
-  [[nodiscard]] std::string make_id(std::string_view prefix);
+  [[nodiscard]] OutgoingSend outgoing(Timer&& timer) const;
+  [[nodiscard]] std::string make_id(std::string_view whose, std::string_view what);
 
   // Invoking (invoke.cpp).
   void invoke_entered_states();
