@@ -17,6 +17,8 @@ namespace sentree::mission {
 namespace {
 
 constexpr std::string_view kFailure = "error.execution";
+// Behind SERVICE.METHOD.
+constexpr std::string_view kRequest = ".request";
 
 using Arguments = std::span<const Value>;
 
@@ -327,9 +329,14 @@ class ModelMachine::Step {
     else
       host_.answer(serve.leaf, serve.call, CallOutcome::returned());
     scxml::Event event;
-    event.name = fmt::format("{}.{}.request", call.service, call.method);
+    event.name.reserve(call.service.size() + call.method.size() + kRequest.size() + 1);
+    event.name.append(call.service).append(1, '.').append(call.method).append(kRequest);
     event.origintype = "thrift";
-    Map data{{"args", call.args}, {"source", serve.source}, {"id", static_cast<std::int64_t>(id)}};
+    Map data;
+    data.reserve(3);
+    data.append("args", call.args);
+    data.append("source", serve.source);
+    data.append("id", static_cast<std::int64_t>(id));
     event.data = idl::for_script(std::move(data));
     take(event);
   }
@@ -492,7 +499,7 @@ class ModelMachine::Step {
     });
     if (open == state_.open.end()) return;
     if (answer.outcome.is_served() && open->leaf != ServeCall::kOutside &&
-        host_.is_made_late(fmt::format("{}.{}", answer.service, answer.method))) {
+        host_.is_made_late(answer.service + '.' + answer.method)) {
       open->lost = true;
       return;
     }

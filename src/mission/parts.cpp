@@ -101,6 +101,7 @@ class Parts::SkillSide final : public SkillHost {
  private:
   TimePoint now() const override { return ground->now(); }
   void publish(Message message) override { ground->publish(std::move(message)); }
+  void show(Message& message) override { ground->show(message); }
   bool is_heard(ObservationName& name) override { return ground->is_heard(name); }
   void pass() override { ground->pass(); }
   std::uint64_t next_call() override { return ground->next_call(); }

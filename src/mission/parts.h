@@ -34,6 +34,8 @@ class Ground {
 
   // What a step does.
   virtual void publish(Message message) = 0;
+  /// Likewise; the caller keeps what it says.
+  virtual void show(Message& message) { publish(message); }
   /// Whether anybody would see an observation of that name. One that nobody would see is not published but passed.
   [[nodiscard]] virtual bool is_heard(ObservationName& /*name*/) { return true; }
   /// Has its place in the order, and that is all.

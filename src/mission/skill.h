@@ -105,8 +105,8 @@ struct SkillState {
   /// Calls to one service that are not yet sent.
   struct Line {
     std::string service;
-    std::deque<Shared<Call>> waiting;  ///< For the gates, in the order made.
-    TimePoint not_before{};            ///< A delayed call holds back the later ones.
+    std::vector<Shared<Call>> waiting;  ///< For the gates, in the order made.
+    TimePoint not_before{};             ///< A delayed call holds back the later ones.
     friend bool operator==(const Line&, const Line&) = default;
   };
   std::vector<Line> lines;
@@ -137,6 +137,8 @@ class SkillHost {
   virtual ~SkillHost() = default;
   [[nodiscard]] virtual TimePoint now() const = 0;
   virtual void publish(Message message) = 0;
+  /// Likewise; the caller keeps what it says.
+  virtual void show(Message& message) { publish(message); }
   /// Whether anybody, a gate too, would see an observation of that name. One that nobody would see is not published,
   /// nor requested, but passed.
   [[nodiscard]] virtual bool is_heard(ObservationName& /*name*/) { return true; }

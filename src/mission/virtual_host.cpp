@@ -63,7 +63,7 @@ void VirtualHost::put(TimePoint when, Rank rank, Delivery what) {
   queue.insert(later, std::move(waiting));
 }
 
-void VirtualHost::publish(Message message) {
+void VirtualHost::show(Message& message) {
   message.sequence = ++state_->published;
   message.stamp = state_->stamp = std::max(state_->stamp, message.stamp) + 1;
   message.time = state_->now;
@@ -152,18 +152,17 @@ void VirtualHost::step(State& state, Surroundings& surroundings) {
   state_ = &state;
   surroundings_ = &surroundings;
   auto& queue = state.queue;
-  std::vector<std::size_t> at;
   const auto wake = [&](bool is_model, std::size_t part) {
     return is_model ? state.models[part].wake : state.skills[part].wake;
   };
   due(
       queue, [&](std::size_t i) { return part_number(queue[i].what); },
-      [&](std::size_t i) { return has_effect(queue[i].what, state.tree, wake); }, at);
+      [&](std::size_t i) { return has_effect(queue[i].what, state.tree, wake); }, due_);
   std::size_t which = 0;
-  if (!at.empty()) {
-    std::vector<const Delivery*> first;
-    for (const std::size_t i : at) first.push_back(&queue[i].what);
-    which = at[surroundings.order(++state.orders, first)];
+  if (!due_.empty()) {
+    first_.clear();
+    for (const std::size_t i : due_) first_.push_back(&queue[i].what);
+    which = due_[surroundings.order(++state.orders, first_)];
   }
   Waiting next = std::move(queue[which]);
   queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(which));

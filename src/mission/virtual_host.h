@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
@@ -94,7 +95,8 @@ class VirtualHost final : private Ground {
 
  private:
   TimePoint now() const override { return state_->now; }
-  void publish(Message message) override;
+  void publish(Message message) override { show(message); }
+  void show(Message& message) override;
   // What is published on a topic reaches its subscribers.
   bool is_heard(ObservationName& name) override {
     return !parts_.subscriptions().empty() || surroundings_->is_heard(name);
@@ -129,6 +131,9 @@ class VirtualHost final : private Ground {
   bool reuses_numbers_ = false;
   State* state_ = nullptr;  // that is being stepped
   Surroundings* surroundings_ = nullptr;
+  // Of the step that is executed; here for what they hold.
+  std::vector<std::size_t> due_;
+  std::vector<const Delivery*> first_;
 };
 
 }  // namespace sentree::mission
