@@ -517,7 +517,7 @@ class ModelMachine::Step {
   std::vector<Refused> refused_;  // which the chart has not been told of
 };
 
-void ModelMachine::step(ModelState& state, ModelDelivery delivery, ModelHost& host) {
+void ModelMachine::step(ModelState& state, ModelDelivery&& delivery, ModelHost& host) {
   Step step(*this, state, host);
   std::visit([&](auto&& what) { step(what); }, delivery);
   step.schedule();

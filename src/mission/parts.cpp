@@ -207,15 +207,15 @@ void Parts::start(TreeState& state, Ground& ground) {
   tree_->ground = &ground;
   tree_->machine.start(state, *tree_);
 }
-void Parts::step(TreeState& state, TreeDelivery what, Ground& ground) {
+void Parts::step(TreeState& state, TreeDelivery&& what, Ground& ground) {
   tree_->ground = &ground;
   tree_->machine.step(state, std::move(what), *tree_);
 }
-void Parts::step(std::size_t leaf, SkillState& state, SkillDelivery what, Ground& ground) {
+void Parts::step(std::size_t leaf, SkillState& state, SkillDelivery&& what, Ground& ground) {
   skills_[leaf]->ground = &ground;
   (void)skills_[leaf]->machine.step(state, std::move(what), *skills_[leaf]);
 }
-void Parts::step(std::size_t model, ModelState& state, ModelDelivery what, Ground& ground) {
+void Parts::step(std::size_t model, ModelState& state, ModelDelivery&& what, Ground& ground) {
   models_[model]->ground = &ground;
   models_[model]->machine.step(state, std::move(what), *models_[model]);
 }

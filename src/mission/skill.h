@@ -215,7 +215,7 @@ class SkillMachine {
   /// From now on its chart's steps are executed there; borrowed. What cannot be there fails the run of the chart.
   void execute_elsewhere(ChartElsewhere* elsewhere) { elsewhere_ = elsewhere; }
   /// Takes one delivery. True: the skill has taken a step that views want to know of.
-  bool step(SkillState& state, SkillDelivery delivery, SkillHost& host);
+  bool step(SkillState& state, SkillDelivery&& delivery, SkillHost& host);
   /// What a skill does that can do nothing any more, instead of `step`: its ticks fail and its halts are over.
   static void refuse(SkillState& state, const SkillDelivery& delivery, const std::string& why, SkillHost& host);
   /// Answers what is owed, so that nobody waits for a skill that can do nothing any more.
