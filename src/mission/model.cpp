@@ -249,15 +249,16 @@ Result<ModelMachine::Meaning> ModelMachine::meaning_of(const scxml::OutgoingSend
         send.span);
   }
   if (is_topic && service->second->find(send.event) != nullptr) return topic_of(send, *service->second);
-  const std::size_t dot = send.event.rfind('.');
-  const std::string method = send.event.substr(0, dot);
-  const std::string what = dot == std::string::npos ? "" : send.event.substr(dot + 1);
+  const std::string_view event = send.event;
+  const std::size_t dot = event.rfind('.');
+  const std::string_view method = event.substr(0, dot);
+  const std::string_view what = dot == std::string_view::npos ? std::string_view() : event.substr(dot + 1);
   if (what != "reply" && what != "error")
     return fail("model.answer", fmt::format("\"{}\" is no answer; send METHOD.reply or METHOD.error", send.event),
                 send.span);
   const auto found = idl::find_method(*service->second, method, send.target, send.span);
   if (!found) return tl::unexpected(found.error());
-  Answer answer{.service = send.target, .method = method, .outcome = {}, .id = 0};
+  Answer answer{.service = send.target, .method = std::string(method), .outcome = {}, .id = 0};
   if (const Value* id = param(send, "id")) {
     if (!id->is_number() || id->number() < 1)
       return fail("model.answer", "the id of an answer is that of the call, _event.data.id", send.span);
