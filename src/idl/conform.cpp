@@ -243,9 +243,16 @@ bool fit_fields(const Struct& s, Map& given, int depth, std::string_view what, M
   }
   Map made;
   made.reserve(s.fields.size());
+  // Nearly all come in the order of the fields.
+  auto next = given.begin();
+  const auto take_entry = [&](const std::string& name) -> Map::Entry* {
+    if (next == given.end() || next->first != name)
+      next = std::find_if(given.begin(), given.end(), [&](const Map::Entry& entry) { return entry.first == name; });
+    return next == given.end() ? nullptr : &*next++;
+  };
   for (const Field& f : s.fields) {
-    Value* item = given.find(f.name);
-    if (item == nullptr || item->is_null()) {
+    Map::Entry* const entry = take_entry(f.name);
+    if (entry == nullptr || entry->second.is_null()) {
       if (f.default_value) {
         made.append(f.name, *f.default_value);
       } else if (f.requiredness != Requiredness::kOptional) {
@@ -254,12 +261,11 @@ bool fit_fields(const Struct& s, Map& given, int depth, std::string_view what, M
       }
       continue;
     }
-    Value v = std::move(*item);
-    if (!fit(*f.type, v, depth + 1, out)) {
+    if (!fit(*f.type, entry->second, depth + 1, out)) {
       out.path = fmt::format(".{}{}", f.name, out.path);
       return false;
     }
-    made.append(f.name, std::move(v));
+    made.append(std::move(entry->first), std::move(entry->second));
   }
   given = std::move(made);
   return true;

@@ -64,6 +64,15 @@ class Writer {
     const auto& [phase, run, tick, answered, asked, halt_due, ended, outputs, trouble, wake, not_before,
                  topics_not_before, latest, lines, goals, heard, session] = of;
     const SkillModel& model = parts_.skill(leaf).model();
+    // Most are at rest, with nothing that is left of a run.
+    const bool nothing_waits = std::all_of(lines.begin(), lines.end(), [&](const SkillState::Line& line) {
+      return line.waiting.empty() && line.not_before <= now_;
+    });
+    if (phase == SkillPhase::kIdle && answered == tick && !asked && !halt_due && outputs.empty() && trouble.empty() &&
+        wake == kNever && nothing_waits && goals.empty() && heard.empty() && !model.protocol) {
+      out_.byte(kAtRest);
+      return {};
+    }
     out_.number(static_cast<std::uint64_t>(phase));
     out_.number(answered == tick ? 0 : tick);
     flag(asked);
@@ -237,6 +246,8 @@ class Writer {
     out_.text(veto.by);
     out_.text(veto.reason);
   }
+
+  static constexpr std::uint8_t kAtRest = 0x7F;  // of no phase
 
   const Parts& parts_;
   TimePoint now_;

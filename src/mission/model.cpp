@@ -18,6 +18,8 @@ namespace sentree::mission {
 namespace {
 
 constexpr std::string_view kFailure = "error.execution";
+// Behind SERVICE.METHOD.
+constexpr std::string_view kRequest = ".request";
 
 using Arguments = std::span<const Value>;
 
@@ -293,15 +295,16 @@ Result<ModelMachine::Meaning> ModelMachine::meaning_of(const scxml::OutgoingSend
         send.span);
   }
   if (is_topic && service->second->find(send.event) != nullptr) return topic_of(send, *service->second);
-  const std::size_t dot = send.event.rfind('.');
-  const std::string method = send.event.substr(0, dot);
-  const std::string what = dot == std::string::npos ? "" : send.event.substr(dot + 1);
+  const std::string_view event = send.event;
+  const std::size_t dot = event.rfind('.');
+  const std::string_view method = event.substr(0, dot);
+  const std::string_view what = dot == std::string_view::npos ? std::string_view() : event.substr(dot + 1);
   if (what != "reply" && what != "error")
     return fail("model.answer", fmt::format("\"{}\" is no answer; send METHOD.reply or METHOD.error", send.event),
                 send.span);
   const auto found = idl::find_method(*service->second, method, send.target, send.span);
   if (!found) return tl::unexpected(found.error());
-  Answer answer{.service = send.target, .method = method, .outcome = {}, .id = 0};
+  Answer answer{.service = send.target, .method = std::string(method), .outcome = {}, .id = 0};
   if (const Value* id = param(send, "id")) {
     if (!id->is_number() || id->number() < 1)
       return fail("model.answer", "the id of an answer is that of the call, _event.data.id", send.span);
@@ -373,9 +376,14 @@ class ModelMachine::Step {
     else
       host_.answer(serve.leaf, serve.call, CallOutcome::returned());
     scxml::Event event;
-    event.name = fmt::format("{}.{}.request", call.service, call.method);
+    event.name.reserve(call.service.size() + call.method.size() + kRequest.size() + 1);
+    event.name.append(call.service).append(1, '.').append(call.method).append(kRequest);
     event.origintype = "thrift";
-    Map data{{"args", call.args}, {"source", serve.source}, {"id", static_cast<std::int64_t>(id)}};
+    Map data;
+    data.reserve(3);
+    data.append("args", call.args);
+    data.append("source", serve.source);
+    data.append("id", static_cast<std::int64_t>(id));
     event.data = idl::for_script(std::move(data));
     take(event);
   }
@@ -538,7 +546,7 @@ class ModelMachine::Step {
     });
     if (open == state_.open.end()) return;
     if (answer.outcome.is_served() && open->leaf != ServeCall::kOutside &&
-        host_.is_made_late(fmt::format("{}.{}", answer.service, answer.method))) {
+        host_.is_made_late(answer.service + '.' + answer.method)) {
       open->lost = true;
       return;
     }
@@ -556,7 +564,7 @@ class ModelMachine::Step {
   std::vector<Refused> refused_;  // which the chart has not been told of
 };
 
-void ModelMachine::step(ModelState& state, ModelDelivery delivery, ModelHost& host) {
+void ModelMachine::step(ModelState& state, ModelDelivery&& delivery, ModelHost& host) {
   Step step(*this, state, host);
   std::visit([&](auto&& what) { step(what); }, delivery);
   step.schedule();

@@ -113,7 +113,7 @@ class ModelMachine {
   [[nodiscard]] const ComponentModel& model() const { return model_; }
   /// Steps of its chart are looked up where they are known. Only with hosts that decide every choice.
   void remember_steps() { memory_.emplace(model_.chart); }
-  void step(ModelState& state, ModelDelivery delivery, ModelHost& host);
+  void step(ModelState& state, ModelDelivery&& delivery, ModelHost& host);
   /// What a model does that can do nothing any more, instead of `step`: calls are unreachable, open ones too.
   static void refuse(ModelState& state, const ModelDelivery& delivery, const std::string& why, ModelHost& host);
 

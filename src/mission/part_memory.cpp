@@ -396,7 +396,7 @@ void PartMemory::publish(Message message) {
   add({.kind = Op::Kind::kObserve, .a = intern(std::move(message))});
 }
 
-void PartMemory::put(TimePoint when, Rank rank, Delivery what) {
+void PartMemory::put(TimePoint when, Rank rank, Delivery&& what) {
   if (is_told()) return;
   when = std::max(when, frame_);
   const std::uint32_t number = intern(what, when);

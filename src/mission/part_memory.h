@@ -255,7 +255,7 @@ class PartMemory final : private Ground {
   TimePoint now() const override { return frame_; }
   void publish(Message message) override;
   void set_tick(std::uint64_t) override {}
-  void put(TimePoint when, Rank rank, Delivery what) override;
+  void put(TimePoint when, Rank rank, Delivery&& what) override;
   void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) override;
   void call(std::size_t leaf, const Shared<Call>& call) override;
   void serve(std::size_t model, ServeCall what) override;

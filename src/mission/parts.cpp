@@ -101,6 +101,7 @@ class Parts::SkillSide final : public SkillHost {
  private:
   TimePoint now() const override { return ground->now(); }
   void publish(Message message) override { ground->publish(std::move(message)); }
+  void show(Message& message) override { ground->show(message); }
   bool is_heard(ObservationName& name) override { return ground->is_heard(name); }
   void pass() override { ground->pass(); }
   std::uint64_t next_call() override { return ground->next_call(); }
@@ -206,15 +207,15 @@ void Parts::start(TreeState& state, Ground& ground) {
   tree_->ground = &ground;
   tree_->machine.start(state, *tree_);
 }
-void Parts::step(TreeState& state, TreeDelivery what, Ground& ground) {
+void Parts::step(TreeState& state, TreeDelivery&& what, Ground& ground) {
   tree_->ground = &ground;
   tree_->machine.step(state, std::move(what), *tree_);
 }
-void Parts::step(std::size_t leaf, SkillState& state, SkillDelivery what, Ground& ground) {
+void Parts::step(std::size_t leaf, SkillState& state, SkillDelivery&& what, Ground& ground) {
   skills_[leaf]->ground = &ground;
   (void)skills_[leaf]->machine.step(state, std::move(what), *skills_[leaf]);
 }
-void Parts::step(std::size_t model, ModelState& state, ModelDelivery what, Ground& ground) {
+void Parts::step(std::size_t model, ModelState& state, ModelDelivery&& what, Ground& ground) {
   models_[model]->ground = &ground;
   models_[model]->machine.step(state, std::move(what), *models_[model]);
 }

@@ -34,6 +34,8 @@ class Ground {
 
   // What a step does.
   virtual void publish(Message message) = 0;
+  /// Likewise; the caller keeps what it says.
+  virtual void show(Message& message) { publish(message); }
   /// Whether anybody would see an observation of that name. One that nobody would see is not published but passed.
   [[nodiscard]] virtual bool is_heard(ObservationName& /*name*/) { return true; }
   /// Has its place in the order, and that is all.
@@ -41,7 +43,7 @@ class Ground {
   /// From now on observations belong to this root tick.
   virtual void set_tick(std::uint64_t tick) = 0;
   /// Something is on its way.
-  virtual void put(TimePoint when, Rank rank, Delivery what) = 0;
+  virtual void put(TimePoint when, Rank rank, Delivery&& what) = 0;
   /// A tick, a halt or a cancellation (`message`) for a skill; a delayed one holds back the later ones.
   virtual void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) = 0;
   /// The skill of a leaf makes a call to a service that a model serves.
@@ -83,9 +85,9 @@ class Parts {
   void remember_steps();
 
   void start(TreeState& state, Ground& ground);
-  void step(TreeState& state, TreeDelivery what, Ground& ground);
-  void step(std::size_t leaf, SkillState& state, SkillDelivery what, Ground& ground);
-  void step(std::size_t model, ModelState& state, ModelDelivery what, Ground& ground);
+  void step(TreeState& state, TreeDelivery&& what, Ground& ground);
+  void step(std::size_t leaf, SkillState& state, SkillDelivery&& what, Ground& ground);
+  void step(std::size_t model, ModelState& state, ModelDelivery&& what, Ground& ground);
 
   [[nodiscard]] const project::Plan& plan() const { return plan_; }
   [[nodiscard]] TreeState initial_tree() const;

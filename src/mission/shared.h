@@ -11,7 +11,8 @@ template <class T>
 class Shared {
  public:
   Shared() = default;
-  explicit Shared(T value) : value_(std::make_shared<const T>(std::move(value))) {}
+  explicit Shared(T&& value) : value_(std::make_shared<const T>(std::move(value))) {}
+  explicit Shared(const T& value) : value_(std::make_shared<const T>(value)) {}
 
   const T& operator*() const { return *value_; }
   const T* operator->() const { return value_.get(); }

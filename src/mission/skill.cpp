@@ -113,7 +113,7 @@ void SkillMachine::hear(const scxml::Event& event) {
   said_.push_back({means.value_or(bt::Status::kFailure), std::move(outputs)});
 }
 
-bool SkillMachine::step(SkillState& state, SkillDelivery delivery, SkillHost& host) {
+bool SkillMachine::step(SkillState& state, SkillDelivery&& delivery, SkillHost& host) {
   const SkillPhase before = state.phase;
   const std::string_view by = kind_of(delivery);
   if (before == SkillPhase::kKilled && (by == "tick" || by == "halt" || by == "cancel")) {

@@ -105,8 +105,8 @@ struct SkillState {
   /// Calls to one service that are not yet sent.
   struct Line {
     std::string service;
-    std::deque<Shared<Call>> waiting;  ///< For the gates, in the order made.
-    TimePoint not_before{};            ///< A delayed call holds back the later ones.
+    std::vector<Shared<Call>> waiting;  ///< For the gates, in the order made.
+    TimePoint not_before{};             ///< A delayed call holds back the later ones.
     friend bool operator==(const Line&, const Line&) = default;
   };
   std::vector<Line> lines;
@@ -137,6 +137,8 @@ class SkillHost {
   virtual ~SkillHost() = default;
   [[nodiscard]] virtual TimePoint now() const = 0;
   virtual void publish(Message message) = 0;
+  /// Likewise; the caller keeps what it says.
+  virtual void show(Message& message) { publish(message); }
   /// Whether anybody, a gate too, would see an observation of that name. One that nobody would see is not published,
   /// nor requested, but passed.
   [[nodiscard]] virtual bool is_heard(ObservationName& /*name*/) { return true; }
@@ -213,7 +215,7 @@ class SkillMachine {
   /// From now on its chart's steps are executed there; borrowed. What cannot be there fails the run of the chart.
   void execute_elsewhere(ChartElsewhere* elsewhere) { elsewhere_ = elsewhere; }
   /// Takes one delivery. True: the skill has taken a step that views want to know of.
-  bool step(SkillState& state, SkillDelivery delivery, SkillHost& host);
+  bool step(SkillState& state, SkillDelivery&& delivery, SkillHost& host);
   /// What a skill does that can do nothing any more, instead of `step`: its ticks fail and its halts are over.
   static void refuse(SkillState& state, const SkillDelivery& delivery, const std::string& why, SkillHost& host);
   /// Answers what is owed, so that nobody waits for a skill that can do nothing any more.

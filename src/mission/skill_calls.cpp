@@ -45,7 +45,8 @@ Result<void> check_call(const scxml::OutgoingSend& send, const std::map<std::str
 }
 
 bool SkillMachine::Step::operator()(const Admitted& decided) {
-  line_of(state_, decided.call->service).waiting.pop_front();
+  auto& waiting = line_of(state_, decided.call->service).waiting;
+  waiting.erase(waiting.begin());
   admitted(decided.call, decided.admission);
   admit(decided.call->service);
   return false;
@@ -85,6 +86,7 @@ bool SkillMachine::Step::operator()(Finish&& finish) {
   const bool is_own = call.run == 0;
   if (!state_.goals.empty() && call.method == kSendGoal) note_accepted(call, outcome);
   Map data;
+  data.reserve(4);
   data.append("args", call.args);
   if (outcome.ok) {
     data.append("result", std::move(outcome.result));
@@ -110,27 +112,27 @@ bool SkillMachine::Step::operator()(Finish&& finish) {
     host_.publish(std::move(message));
     return false;
   }
-  message.data = data;
+  message.data = std::move(data);
   using Kind = idl::CallErrorKind;
   const bool undelivered = outcome.kind == Kind::kUnreachable || outcome.kind == Kind::kLate ||
                            outcome.kind == Kind::kProtocol || outcome.kind == Kind::kInterrupted;
   // SCXML 6.2.5: what prevents delivery is an error event of the platform.
   const bool platform = !outcome.ok && undelivered;
-  const std::string event = platform ? "error.communication" : message.name;
-  host_.publish(std::move(message));
-  return finish_with(call, event, platform ? scxml::EventType::kPlatform : scxml::EventType::kExternal,
-                     std::move(data));
+  host_.show(message);
+  return finish_with(call, platform ? "error.communication" : std::move(message.name),
+                     platform ? scxml::EventType::kPlatform : scxml::EventType::kExternal,
+                     std::move(*message.data.as_map()));
 }
 
-bool SkillMachine::Step::finish_with(const Call& call, const std::string& name, scxml::EventType type, Map data) {
+bool SkillMachine::Step::finish_with(const Call& call, std::string name, scxml::EventType type, Map data) {
   scxml::Event event;
-  event.name = name;
+  event.name = std::move(name);
   event.type = type;
   event.sendid = call.sendid;
   event.session = call.session;
   event.origintype = "thrift";
   event.data = idl::for_script(std::move(data));
-  step(event);
+  step(std::move(event));
   return settle();
 }
 
@@ -233,7 +235,7 @@ void SkillMachine::Step::admit(const std::string& service) {
     Called& called = machine_.called(*call);
     if (!host_.is_heard(called.request)) {
       host_.pass();
-      line.waiting.pop_front();
+      line.waiting.erase(line.waiting.begin());
       admitted(call, {});
       continue;
     }
@@ -248,7 +250,7 @@ void SkillMachine::Step::admit(const std::string& service) {
     request.data = std::move(data);
     const auto admission = host_.request(std::move(request), call);
     if (!admission) return;
-    line.waiting.pop_front();
+    line.waiting.erase(line.waiting.begin());
     admitted(call, *admission);
   }
 }

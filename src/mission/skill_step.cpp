@@ -44,7 +44,7 @@ bool SkillMachine::Step::operator()(TickSkill&& tick) {
     scxml::Event event;
     event.name = "tick";
     event.data = Value(std::move(tick.inputs));
-    step(event);
+    step(std::move(event));
   }
   return settle();
 }
@@ -59,7 +59,7 @@ bool SkillMachine::Step::operator()(const HaltSkill&) {
   } else if (alive_) {
     scxml::Event event;
     event.name = "halt";
-    const bool enabled = step(event);
+    const bool enabled = step(std::move(event));
     if (alive_ && !enabled) cancel();
     if (alive_) state_.halt_due = add_saturating(host_.now(), model_.halt_deadline);
   }
@@ -206,7 +206,7 @@ void SkillMachine::Step::start(const Map& inputs) {
                                      [&, name = std::string_view(port)](const auto& d) { return d.id == name; });
     if (is_data) options.data[port] = value;
   }
-  options.session_id = fmt::format("{}.{}", model_.name, state_.run);
+  options.session_id = model_.name + '.' + std::to_string(state_.run);
   options.seed = hash_combine(model_.seed, state_.run);
   const std::string what = machine_.memory_ ? "start\n" + to_json(Value(options.data)) : std::string();
   execute(what,
@@ -234,27 +234,29 @@ void SkillMachine::Step::remember(const Shared<Publication>& what) {
     state_.heard.insert(at, what);
 }
 
-bool SkillMachine::Step::step(const scxml::Event& event) {
-  const bool enabled = execute(event);
+bool SkillMachine::Step::step(scxml::Event&& event) {
+  const bool enabled = execute(std::move(event));
   follow();
   return enabled;
 }
 
-bool SkillMachine::Step::execute(const scxml::Event& event) {
-  return execute(machine_.memory_ ? StepMemory::name_of(event) : std::string(),
-                 {.kind = scxml::StepOrder::Kind::kEvent, .now = host_.now(), .event = event, .options = {}});
+bool SkillMachine::Step::execute(scxml::Event&& event) {
+  const std::string what = machine_.memory_ ? StepMemory::name_of(event) : std::string();
+  return execute(
+      what, {.kind = scxml::StepOrder::Kind::kEvent, .now = host_.now(), .event = std::move(event), .options = {}});
 }
 
-bool SkillMachine::Step::execute(std::string_view what, const scxml::StepOrder& order) {
+bool SkillMachine::Step::execute(std::string_view what, scxml::StepOrder&& order) {
   if (machine_.elsewhere_ != nullptr) {
     if (const auto enabled = execute_elsewhere(order)) return *enabled;
   }
+  const auto kind = order.kind;
   const auto run = [&] {
-    return scxml::execute(model_.chart, state_.session, order, machine_.effects_, machine_.host_);
+    return scxml::execute(model_.chart, state_.session, std::move(order), machine_.effects_, machine_.host_);
   };
-  if (!machine_.memory_ || order.kind == scxml::StepOrder::Kind::kCancel) return run();
+  if (!machine_.memory_ || kind == scxml::StepOrder::Kind::kCancel) return run();
   return machine_.memory_->step(
-      what, order.kind == scxml::StepOrder::Kind::kStart, state_.session, host_.now(), machine_.effects_,
+      what, kind == scxml::StepOrder::Kind::kStart, state_.session, host_.now(), machine_.effects_,
       [](const Choice&) -> std::uint64_t { return 0; },
       [this](const StepMemory::Seen& seen) {
         if (seen.transition)
@@ -378,7 +380,7 @@ bool SkillMachine::Step::settle() {
 bool SkillMachine::Step::tell(const std::string& name) {
   scxml::Event event;
   event.name = name;
-  return step(event);
+  return step(std::move(event));
 }
 
 void SkillMachine::Step::answer(bt::Status status, Map outputs) {

@@ -418,7 +418,7 @@ void TreeMachine::start(TreeState& state, TreeHost& host) const {
   host.deliver_at(state.planned, Rank::kTick, Period{});
 }
 
-void TreeMachine::step(TreeState& state, TreeDelivery delivery, TreeHost& host) {
+void TreeMachine::step(TreeState& state, TreeDelivery&& delivery, TreeHost& host) {
   const TreePhase before = state.phase;
   const std::string_view by = kind_of(delivery);
   if (before == TreePhase::kEnded) return;

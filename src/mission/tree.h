@@ -168,7 +168,7 @@ class TreeMachine {
   [[nodiscard]] TreeState initial() const;
   /// Asks the host for the first period.
   void start(TreeState& state, TreeHost& host) const;
-  void step(TreeState& state, TreeDelivery delivery, TreeHost& host);
+  void step(TreeState& state, TreeDelivery&& delivery, TreeHost& host);
 
  private:
   class Step;

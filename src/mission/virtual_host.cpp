@@ -53,17 +53,45 @@ State VirtualHost::begin() {
   return state;
 }
 
-void VirtualHost::put(TimePoint when, Rank rank, Delivery what) {
+void VirtualHost::put(TimePoint when, Rank rank, Delivery&& what) {
   Waiting waiting{std::max(when, state_->now), rank, state_->order++, std::move(what)};
   auto& queue = state_->queue;
-  if (is_answer_due(waiting.what)) std::erase_if(queue, [](const Waiting& w) { return is_answer_due(w.what); });
+  if (is_answer_due(waiting.what)) {
+    // There is at most one, in whose place it comes.
+    std::size_t old = 0;
+    while (old < queue.size() && (old == room_ || !is_answer_due(queue[old].what))) ++old;
+    if (old < queue.size() && room_ == kNoRoom) {
+      room_ = old;
+    } else if (old < queue.size()) {
+      queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(old));
+      if (old < room_) --room_;
+    }
+  }
+  // What stood where there is room has its time and its rank still.
   const auto later = std::upper_bound(queue.begin(), queue.end(), waiting, [](const Waiting& a, const Waiting& b) {
     return a.when != b.when ? a.when < b.when : a.rank < b.rank;
   });
-  queue.insert(later, std::move(waiting));
+  if (room_ == kNoRoom) {
+    queue.insert(later, std::move(waiting));
+    return;
+  }
+  const auto room = queue.begin() + static_cast<std::ptrdiff_t>(std::exchange(room_, kNoRoom));
+  if (room < later)
+    *std::move(room + 1, later, room) = std::move(waiting);
+  else
+    *(std::move_backward(later, room, room + 1) - 1) = std::move(waiting);
 }
 
-void VirtualHost::publish(Message message) {
+template <class Is>
+bool VirtualHost::waits(const Is& is) const {
+  const auto& queue = state_->queue;
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    if (i != room_ && is(queue[i].what)) return true;
+  }
+  return false;
+}
+
+void VirtualHost::show(Message& message) {
   message.sequence = ++state_->published;
   message.stamp = state_->stamp = std::max(state_->stamp, message.stamp) + 1;
   message.time = state_->now;
@@ -118,8 +146,7 @@ std::uint64_t VirtualHost::tick_number(std::size_t leaf, std::uint64_t next) {
   const SkillState& skill = state_->skills[leaf];
   const auto is_used = [&](std::uint64_t number) {
     if (skill.answered != skill.tick && skill.tick == number) return true;
-    return std::any_of(state_->queue.begin(), state_->queue.end(),
-                       [&](const Waiting& w) { return numbered_tick(w.what) == std::pair(leaf, number); });
+    return waits([&](const Delivery& what) { return numbered_tick(what) == std::pair(leaf, number); });
   };
   std::uint64_t number = 1;
   while (is_used(number)) ++number;
@@ -139,8 +166,7 @@ std::uint64_t VirtualHost::run_number(std::size_t leaf, std::uint64_t next) {
         if (open.leaf == leaf && open.call->run == number) return true;
       }
     }
-    return std::any_of(state_->queue.begin(), state_->queue.end(),
-                       [&](const Waiting& w) { return numbered_call(w.what) == std::pair(leaf, number); });
+    return waits([&](const Delivery& what) { return numbered_call(what) == std::pair(leaf, number); });
   };
   std::uint64_t number = 1;
   while (is_used(number)) ++number;
@@ -152,23 +178,21 @@ void VirtualHost::step(State& state, Surroundings& surroundings) {
   state_ = &state;
   surroundings_ = &surroundings;
   auto& queue = state.queue;
-  std::vector<std::size_t> at;
   const auto wake = [&](bool is_model, std::size_t part) {
     return is_model ? state.models[part].wake : state.skills[part].wake;
   };
   due(
       queue, [&](std::size_t i) { return part_number(queue[i].what); },
-      [&](std::size_t i) { return has_effect(queue[i].what, state.tree, wake); }, at);
+      [&](std::size_t i) { return has_effect(queue[i].what, state.tree, wake); }, due_);
   std::size_t which = 0;
-  if (!at.empty()) {
-    std::vector<const Delivery*> first;
-    for (const std::size_t i : at) first.push_back(&queue[i].what);
-    which = at[surroundings.order(++state.orders, first)];
+  if (!due_.empty()) {
+    first_.clear();
+    for (const std::size_t i : due_) first_.push_back(&queue[i].what);
+    which = due_[surroundings.order(++state.orders, first_)];
   }
-  Waiting next = std::move(queue[which]);
-  queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(which));
-  state.now = next.when;
-  Delivery& what = next.what;
+  state.now = queue[which].when;
+  Delivery what = std::move(queue[which].what);
+  room_ = which;
   if (auto* tree = std::get_if<TreeDelivery>(&what.what)) {
     parts_.step(state.tree, std::move(*tree), *this);
   } else if (auto* skill = std::get_if<SkillDelivery>(&what.what)) {
@@ -176,6 +200,7 @@ void VirtualHost::step(State& state, Surroundings& surroundings) {
   } else {
     parts_.step(what.leaf, state.models[what.leaf], std::move(std::get<ModelDelivery>(what.what)), *this);
   }
+  if (room_ != kNoRoom) queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(std::exchange(room_, kNoRoom)));
   state_ = nullptr;
 }
 

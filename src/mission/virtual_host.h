@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
@@ -94,7 +95,8 @@ class VirtualHost final : private Ground {
 
  private:
   TimePoint now() const override { return state_->now; }
-  void publish(Message message) override;
+  void publish(Message message) override { show(message); }
+  void show(Message& message) override;
   // What is published on a topic reaches its subscribers.
   bool is_heard(ObservationName& name) override {
     return !parts_.subscriptions().empty() || surroundings_->is_heard(name);
@@ -104,7 +106,7 @@ class VirtualHost final : private Ground {
     ++state_->stamp;
   }
   void set_tick(std::uint64_t tick) override { state_->tick = tick; }
-  void put(TimePoint when, Rank rank, Delivery what) override;
+  void put(TimePoint when, Rank rank, Delivery&& what) override;
   void tell_skill(std::size_t leaf, std::string_view message, SkillDelivery what) override;
   void call(std::size_t leaf, const Shared<Call>& call) override;
   void serve(std::size_t model, ServeCall what) override;
@@ -124,11 +126,20 @@ class VirtualHost final : private Ground {
   std::optional<Veto> judge(Message& request) override;
   std::optional<std::uint64_t> choose(const Choice& choice) override { return surroundings_->choose(choice); }
   void deliver_topic(const Message& message);
+  /// Whether something is on its way of which that is true.
+  template <class Is>
+  [[nodiscard]] bool waits(const Is& is) const;
 
   Parts parts_;
   bool reuses_numbers_ = false;
   State* state_ = nullptr;  // that is being stepped
   Surroundings* surroundings_ = nullptr;
+  // Where what is executed stood in the queue: what is put next is moved there, and then nothing needs to move up.
+  static constexpr std::size_t kNoRoom = static_cast<std::size_t>(-1);
+  std::size_t room_ = kNoRoom;
+  // Of the step that is executed; here for what they hold.
+  std::vector<std::size_t> due_;
+  std::vector<const Delivery*> first_;
 };
 
 }  // namespace sentree::mission

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sentree/base/assert.h"
+#include "sentree/base/encoder.h"
 #include "sentree/scxml/model.h"
 
 namespace sentree::monitor {
@@ -12,6 +14,18 @@ bool is_name(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '$' ||
          static_cast<unsigned char>(c) >= 0x80;
 }
+
+// Facts of the message.
+constexpr std::string_view kSource = "source";
+constexpr std::string_view kTarget = "target";
+constexpr std::string_view kCall = "call";
+constexpr std::string_view kTick = "tick";
+constexpr std::string_view kTime = "time";
+
+// What stands before the form of a member.
+constexpr std::uint8_t kMissing = 0;
+constexpr std::uint8_t kAsItIs = 1;
+constexpr std::uint8_t kCut = 2;
 
 }  // namespace
 
@@ -85,16 +99,56 @@ void Projection::add(const Projection& other) {
   merge(members_, other.members_);
 }
 
-Value Projection::cut(const Value& value, const Member& member) {
-  const Map* map = member.whole ? nullptr : value.as_map();
+const Map* Projection::cuttable(const Value& value, const Member& member) {
+  const Map* const map = member.whole ? nullptr : value.as_map();
   // A map of one entry with $ is something else than a record (octets, XML).
-  if (map == nullptr || (map->size() == 1 && map->begin()->first.starts_with('$'))) return value;
+  return map == nullptr || (map->size() == 1 && map->begin()->first.starts_with('$')) ? nullptr : map;
+}
+
+Value Projection::cut(const Value& value, const Member& member) {
+  const Map* const map = cuttable(value, member);
+  if (map == nullptr) return value;
   Map result;
   result.reserve(member.members.size());
   for (const Member& inner : member.members) {
     if (const Value* content = map->find(inner.name)) result.append(inner.name, cut(*content, inner));
   }
   return result;
+}
+
+// The members have one order, so that which of them are there says their names.
+void Projection::encode(const Value& value, const Member& member, std::string& out) {
+  Encoder to(out);
+  const Map* const map = cuttable(value, member);
+  to.byte(map == nullptr ? kAsItIs : kCut);
+  if (map == nullptr) return to.value(value);
+  for (const Member& inner : member.members) {
+    const Value* const content = map->find(inner.name);
+    if (content == nullptr)
+      to.byte(kMissing);
+    else
+      encode(*content, inner, out);
+  }
+}
+
+void Projection::encode(const Message& message, std::string& out) const {
+  SENTREE_ASSERT(!whole_);
+  Encoder to(out);
+  for (const Member& member : members_) {
+    const std::string_view name = member.name;
+    if (name == kSource || name == kTarget) continue;
+    if (name == kCall) {
+      to.number(message.call);
+    } else if (name == kTick) {
+      to.number(message.tick);
+    } else if (name == kTime) {
+      to.integer(message.time.time_since_epoch().count());
+    } else if (const Value* const content = message.data.find(name)) {
+      encode(*content, member, out);
+    } else {
+      to.byte(kMissing);
+    }
+  }
 }
 
 Value Projection::data(const Message& message) const {
@@ -104,15 +158,15 @@ Value Projection::data(const Message& message) const {
   for (const Member& member : members_) {
     const std::string& name = member.name;
     // The facts of the message come before its data, as in `event_data`.
-    if (name == "source")
+    if (name == kSource)
       result.append(name, message.source);
-    else if (name == "target")
+    else if (name == kTarget)
       result.append(name, message.target);
-    else if (name == "call")
+    else if (name == kCall)
       result.append(name, static_cast<std::int64_t>(message.call));
-    else if (name == "tick")
+    else if (name == kTick)
       result.append(name, static_cast<std::int64_t>(message.tick));
-    else if (name == "time")
+    else if (name == kTime)
       result.append(name, seconds(message.time));
     else if (const Value* content = message.data.find(name))
       result.append(name, cut(*content, member));

@@ -120,14 +120,21 @@ Result<std::optional<Value>> Interpreter::payload_data(const Payload& payload, b
   if (payload.params.empty() && payload.namelist.empty()) return std::optional<Value>();
   Map map;
   map.reserve(payload.params.size() + payload.namelist.size());
+  // What comes later of one name counts.
+  const auto put = [&map](const std::string& name, Value value) {
+    if (Value* const there = map.find(name))
+      *there = std::move(value);
+    else
+      map.append(name, std::move(value));
+  };
   for (const auto* list : {&payload.namelist, &payload.params}) {
     for (const Param& param : *list) {
       auto value = data_->evaluate(param.expr);
       if (value) {
         if (*value)
-          map[param.name] = **std::move(value);
+          put(param.name, **std::move(value));
         else if (strict)
-          map[param.name] = Value();
+          put(param.name, Value());
         continue;
       }
       if (strict) return tl::unexpected(std::move(value.error()));

@@ -1,5 +1,6 @@
 #include "sentree/scxml/descriptors.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace sentree::scxml {
@@ -53,12 +54,15 @@ void DescriptorTable::match(std::string_view event_name, Matches& matches) const
   if (table_.empty()) return;
   if (star_ != 0xFFFFFFFFU) matches.ids[matches.count++] = star_;
   std::uint32_t hash = kHashStart;
-  for (std::size_t i = 0; i <= event_name.size() && matches.count < kMatchesMax; ++i) {
-    if (i == event_name.size() || event_name[i] == '.') {
-      const std::uint32_t entry = table_[find_slot(event_name.substr(0, i), hash)];
-      if (entry != 0 && entry - 1 != star_) matches.ids[matches.count++] = entry - 1;
-    }
-    if (i < event_name.size()) hash = add_to_hash(hash, event_name[i]);
+  std::size_t begin = 0;
+  while (matches.count < kMatchesMax) {
+    const std::size_t end = std::min(event_name.find('.', begin), event_name.size());
+    for (std::size_t i = begin; i < end; ++i) hash = add_to_hash(hash, event_name[i]);
+    const std::uint32_t entry = table_[find_slot(event_name.substr(0, end), hash)];
+    if (entry != 0 && entry - 1 != star_) matches.ids[matches.count++] = entry - 1;
+    if (end == event_name.size()) return;
+    hash = add_to_hash(hash, '.');
+    begin = end + 1;
   }
 }
 

@@ -14,6 +14,25 @@ std::vector<std::string>& native_text() {
   return text;
 }
 
+std::size_t members_of(const Value& value) {
+  const Map* const map = value.as_map();
+  if (map == nullptr) return 0;
+  std::size_t sum = map->size();
+  for (const auto& [name, member] : *map) sum += members_of(member);
+  return sum;
+}
+
+// Whether an expression is an object literal, and all its members are there: an undefined one is, to scripts, but has
+// no form as data. What it makes is nobody else's.
+bool is_made_whole(const NativeCode& code, const Value& made) {
+  using Op = NativeCode::Op;
+  const Op last = code.nodes.back().op;
+  if (last != Op::kObject && last != Op::kWith) return false;
+  const auto members =
+      std::count_if(code.nodes.begin(), code.nodes.end(), [](const auto& node) { return node.op == Op::kWith; });
+  return static_cast<std::size_t>(members) == members_of(made);
+}
+
 }  // namespace
 
 EcmaScriptModel::EcmaScriptModel(const Interpreter& interpreter, Session& session)
@@ -70,14 +89,16 @@ bool EcmaScriptModel::call(std::string_view name, List&& arguments, Value& resul
   return is_primitive;
 }
 
-bool EcmaScriptModel::evaluate_here(ExpressionId id, ScriptValue& value, bool objects) {
+bool EcmaScriptModel::evaluate_here(ExpressionId id, ScriptValue& value, Objects objects) {
   const NativeCode& code = model_.expressions[id].native;
   if (code.empty() || session_.heap_.pinned) return false;
   here_ = id;
   given_ = 0;
   called_.clear();
   if (!evaluate_native(code, *this, native_text(), value)) return false;
-  if (value.kind == ScriptValue::Kind::kObject && !objects) return false;
+  if (value.kind == ScriptValue::Kind::kObject && objects != Objects::kAny &&
+      !(objects == Objects::kNew && is_made_whole(code, *value.object)))
+    return false;
   called_.clear();
   return true;
 }
@@ -94,7 +115,7 @@ void EcmaScriptModel::store(std::uint32_t slot, std::optional<Value> value) {
 
 Result<bool> EcmaScriptModel::condition(ExpressionId id) {
   ScriptValue value;
-  if (evaluate_here(id, value, true)) return value.truthy();
+  if (evaluate_here(id, value, Objects::kAny)) return value.truthy();
   auto h = heap(id, !model_.expressions[id].pure);
   if (!h) return tl::unexpected(std::move(h.error()));
   auto result = (*h)->condition(id);
@@ -104,7 +125,7 @@ Result<bool> EcmaScriptModel::condition(ExpressionId id) {
 
 Result<std::optional<Value>> EcmaScriptModel::evaluate(ExpressionId id) {
   ScriptValue value;
-  if (evaluate_here(id, value, true)) return take_value(value);
+  if (evaluate_here(id, value, Objects::kAny)) return take_value(value);
   auto h = heap(id, !model_.expressions[id].pure);
   if (!h) return tl::unexpected(std::move(h.error()));
   auto result = (*h)->evaluate(id);
@@ -122,7 +143,7 @@ Result<std::optional<Value>> EcmaScriptModel::evaluate(std::string_view expressi
 
 Result<std::string> EcmaScriptModel::text(ExpressionId id) {
   ScriptValue value;
-  if (evaluate_here(id, value)) {
+  if (evaluate_here(id, value, Objects::kNone)) {
     switch (value.kind) {
       case ScriptValue::Kind::kUndefined: return "undefined";
       case ScriptValue::Kind::kNull: return "null";
@@ -143,8 +164,8 @@ Result<void> EcmaScriptModel::assign(ExpressionId location, ExpressionId expr) {
   const auto slot = model_.expressions[location].slot;
   ScriptValue value;
   // Objects are shared, not copied, when scripts assign them: that is left to the interpreter.
-  if (slot && evaluate_here(expr, value)) {
-    store(*slot, value.to_value());
+  if (slot && evaluate_here(expr, value, Objects::kNew)) {
+    store(*slot, take_value(value));
     return {};
   }
   auto h = heap(expr, true);
@@ -169,8 +190,8 @@ Result<void> EcmaScriptModel::assign_value(ExpressionId location, const std::opt
 
 Result<void> EcmaScriptModel::bind(std::uint32_t slot, ExpressionId expr) {
   ScriptValue value;
-  if (evaluate_here(expr, value)) {
-    store(slot, value.to_value());
+  if (evaluate_here(expr, value, Objects::kNew)) {
+    store(slot, take_value(value));
     return {};
   }
   auto h = heap(expr, true);

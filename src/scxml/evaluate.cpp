@@ -102,10 +102,8 @@ class Evaluator {
       case Op::kCall: return call(node, out);
       case Op::kAnd: return evaluate(node.a, out) && (!out.truthy() || evaluate(node.b, out));
       case Op::kOr: return evaluate(node.a, out) && (out.truthy() || evaluate(node.b, out));
-      case Op::kObject:
-        out = ScriptValue::of(*made_objects().emplace_back(std::make_unique<Value>(Map())));
-        return true;
-      case Op::kWith: return with_member(node, out);
+      case Op::kObject: out = new_object(0); return true;
+      case Op::kWith: return with_member(node, 1, out);
       case Op::kConditional: return evaluate(node.a, out) && evaluate(out.truthy() ? node.b : node.c, out);
       default: break;
     }
@@ -161,10 +159,21 @@ class Evaluator {
     return true;
   }
 
+  static ScriptValue new_object(std::size_t members) {
+    Map map;
+    map.reserve(members);
+    return ScriptValue::of(*made_objects().emplace_back(std::make_unique<Value>(std::move(map))));
+  }
+
   // An object that has been made is nobody else's yet.
-  bool with_member(const Node& node, ScriptValue& out) {
+  // @param last  Members that it has from this one on.
+  bool with_member(const Node& node, std::size_t last, ScriptValue& out) {
     ScriptValue value;
-    if (!evaluate(node.a, out)) return false;
+    const Node& before = code_.nodes[node.a];
+    if (before.op == Op::kObject)
+      out = new_object(last);
+    else if (!with_member(before, last + 1, out))
+      return false;
     Map& members = *const_cast<Value*>(out.object)->as_map();
     if (!evaluate(node.c, value)) return false;
     // What scripts share, and may have changed, is left to the interpreter.

@@ -441,7 +441,7 @@ void Interpreter::enter_final(StateIndex state) {
   }
   if (parent == 0) {
     session_.status_ = SessionStatus::kFinished;
-    session_.done_data_.edit() = std::move(data);
+    if (data || *session_.done_data_) session_.done_data_.edit() = std::move(data);
     return;
   }
   raise({.name = model_.state_code[parent].done_event, .type = EventType::kPlatform, .data = std::move(data)});

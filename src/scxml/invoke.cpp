@@ -56,7 +56,7 @@ Result<void> Interpreter::start_invocation(std::uint32_t index) {
   invocation.id = invoke.id;
   if (invocation.id.empty()) {
     // SCXML 6.4.1: "stateid.platformid".
-    invocation.id = make_id(model_.states[invoke.state].id + ".");
+    invocation.id = make_id(model_.states[invoke.state].id, ".");
     if (invoke.idlocation != kNoExpression) {
       if (auto assigned = data_->assign_value(invoke.idlocation, Value(invocation.id)); !assigned) return assigned;
     }

@@ -107,9 +107,10 @@ tl::unexpected<Diagnostic> bad_order(const std::string& what) {
 
 }  // namespace
 
-bool execute(const Chart& chart, Session& session, const StepOrder& order, Effects& effects, const Host& host) {
+bool execute(const Chart& chart, Session& session, StepOrder&& order, Effects& effects, const Host& host) {
   switch (order.kind) {
-    case StepOrder::Kind::kStart: return start(chart, session, order.options, order.now, effects, host).enabled;
+    case StepOrder::Kind::kStart:
+      return start(chart, session, std::move(order.options), order.now, effects, host).enabled;
     case StepOrder::Kind::kEvent: return step(chart, session, order.event, order.now, effects, host).enabled;
     case StepOrder::Kind::kTimers: return step_timers(chart, session, order.now, effects, host).enabled;
     case StepOrder::Kind::kCancel: return cancel(chart, session, order.now, effects, host).enabled;
@@ -130,7 +131,7 @@ Result<Value> execute_and_tell(const Chart& chart, Session& session, const StepO
   Teller teller(chart, told.saw);
   host.observer = &teller;
   Effects effects;
-  told.enabled = execute(chart, session, order, effects, host);
+  told.enabled = execute(chart, session, StepOrder(order), effects, host);
   for (Effect& effect : effects) {
     std::visit(
         [&](auto& what) {

@@ -17,7 +17,7 @@ struct StepOrder {
   StartOptions options;  ///< kStart
   friend bool operator==(const StepOrder&, const StepOrder&) = default;
 };
-bool execute(const Chart& chart, Session& session, const StepOrder& order, Effects& effects, const Host& host);
+bool execute(const Chart& chart, Session& session, StepOrder&& order, Effects& effects, const Host& host);
 
 [[nodiscard]] Value save(const StepOrder& order);
 /// Error: scxml.bad-order.

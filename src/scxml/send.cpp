@@ -57,8 +57,12 @@ void Interpreter::raise_communication_error(std::string message, std::string sen
   raise_error({Severity::kError, "scxml.unreachable", std::move(message), {}}, std::move(sendid), kErrorCommunication);
 }
 
-std::string Interpreter::make_id(std::string_view prefix) {
-  return std::string(prefix) + std::to_string(++session_.ids_);
+std::string Interpreter::make_id(std::string_view whose, std::string_view what) {
+  const std::string number = std::to_string(++session_.ids_);
+  std::string id;
+  id.reserve(whose.size() + what.size() + number.size());
+  id.append(whose).append(what).append(number);
+  return id;
 }
 
 bool Interpreter::execute_send(const Send& send, const Place& place) {
@@ -66,7 +70,7 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
   timer.place = place;
   timer.event.sendid = send.id;
   if (send.idlocation != kNoExpression) {
-    timer.event.sendid = make_id(session_.id() + ".send");
+    timer.event.sendid = make_id(session_.id(), ".send");
     if (auto assigned = data_->assign_value(send.idlocation, Value(timer.event.sendid)); !assigned) {
       raise_error(std::move(assigned.error()));
       return false;
@@ -81,7 +85,7 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
   const bool outside = !is_scxml_processor(timer.type);
   const bool at_once = timer.delay <= Duration(0);
   if (outside) {
-    if (timer.event.sendid.empty()) timer.event.sendid = make_id(session_.id() + ".send");
+    if (timer.event.sendid.empty()) timer.event.sendid = make_id(session_.id(), ".send");
     const auto is_allowed = [this](OutgoingSend& leaving) {
       if (!run_.host.on_send) return true;
       auto allowed = run_.host.on_send(leaving);
@@ -95,7 +99,7 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
       return true;
     }
     if (run_.host.on_send) {
-      OutgoingSend leaving = outgoing(timer);
+      OutgoingSend leaving = outgoing(Timer(timer));
       if (!is_allowed(leaving)) return false;
     }
   } else if (at_once) {
@@ -116,14 +120,19 @@ bool Interpreter::execute_send(const Send& send, const Place& place) {
 
 // Evaluates the arguments and refuses what can never be sent (SCXML 6.2.4, C.1).
 Result<void> Interpreter::prepare_send(const Send& send, Timer& timer) {
-  const auto into = [](std::string& out, Result<std::string>&& text) -> Result<void> {
+  const auto write = [this](const Text& of, std::string& out) -> Result<void> {
+    if (of.expr == kNoExpression) {
+      out = of.constant;
+      return {};
+    }
+    auto text = data_->text(of.expr);
     if (!text) return tl::unexpected(std::move(text.error()));
     out = *std::move(text);
     return {};
   };
-  if (auto r = into(timer.event.name, text_of(send.event)); !r) return r;
-  if (auto r = into(timer.target, text_of(send.target)); !r) return r;
-  if (auto r = into(timer.type, text_of(send.type)); !r) return r;
+  if (auto r = write(send.event, timer.event.name); !r) return r;
+  if (auto r = write(send.target, timer.target); !r) return r;
+  if (auto r = write(send.type, timer.type); !r) return r;
   timer.delay = send.delay_constant;
   if (send.delay.expr != kNoExpression) {
     auto text = data_->text(send.delay.expr);
@@ -157,7 +166,7 @@ Result<void> Interpreter::prepare_send(const Send& send, Timer& timer) {
   return {};
 }
 
-OutgoingSend Interpreter::outgoing(Timer timer) const {
+OutgoingSend Interpreter::outgoing(Timer&& timer) const {
   OutgoingSend send;
   send.session = session_.id();
   send.type = std::move(timer.type);

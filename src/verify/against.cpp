@@ -300,7 +300,7 @@ class Follower final : public mission::ModelHost {
       next.now = std::max(next.now, at);
       stepped_ = &next;
       made_.clear();
-      machine_.step(next.state, what, *this);
+      machine_.step(next.state, mission::ModelDelivery(what), *this);
       if (error_) return tl::unexpected(*error_);
       out.push_back(std::move(next));
       while (!made_.empty() && made_.back().taken + 1 >= made_.back().count) made_.pop_back();

@@ -45,6 +45,10 @@ class Executing final : public Frontier {
   std::string_view form() override { return form_; }
   std::uint64_t keep() override {
     states_.push_back(std::move(run_));
+    if (!spare_.empty()) {
+      run_ = std::move(spare_.back());
+      spare_.pop_back();
+    }
     return dropped_ + states_.size() - 1;
   }
   std::uint64_t keep(std::span<const std::uint32_t>) override { return 0; }
@@ -52,6 +56,7 @@ class Executing final : public Frontier {
   bool missed() override { return false; }
   std::span<const std::uint32_t> kept_form() const override { return {}; }
   void drop() override {
+    if (spare_.size() < kSpareMax) spare_.push_back(std::move(states_.front()));
     states_.pop_front();
     ++dropped_;
   }
@@ -105,7 +110,9 @@ class Executing final : public Frontier {
   const project::Plan& plan_;
   mission::Surroundings& surroundings_;
   mission::VirtualHost host_;
+  static constexpr std::size_t kSpareMax = 16;
   std::deque<mission::State> states_;
+  std::vector<mission::State> spare_;  // for the room that they have
   std::uint64_t dropped_ = 0;
   mission::State run_;
   std::string form_;

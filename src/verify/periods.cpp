@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sentree/base/encoder.h"
+#include "sentree/monitor/projection.h"
 #include "sentree/project/intervention.h"
 #include "sentree/scxml/model.h"
 #include "sentree/verify/detail/growth.h"
@@ -425,39 +426,38 @@ std::uint32_t Periods::hear(const Message& message) {
   note_call(message);
   const auto& targets = dispatch_.route(message.name).of(message.source);
   if (targets.monitors.empty()) return kNobody;
-  // Numbers and times would make each period another one.
-  Value looked_at = targets.projection.data(message);
-  const auto is_data = [](std::string_view member) { return member != "source" && member != "target"; };
+  // One that is looked at as a whole has its time, and is refused below.
+  if (targets.projection.is_whole()) return kept_observation(message, targets.projection);
   form_.clear();
   Encoder to(form_);
   to.byte(static_cast<std::uint8_t>(message.kind));
   for (const std::string* text : {&message.source, &message.target, &message.name}) to.text(*text);
-  if (const Map* const members = looked_at.as_map()) {
-    for (const auto& [name, value] : *members) {
+  targets.projection.encode(message, form_);
+  if (const auto found = observation_of_.find(form_); found != observation_of_.end()) return found->second;
+  const std::uint32_t number = kept_observation(message, targets.projection);
+  if (number != kNobody) observation_of_.emplace(form_, number);
+  return number;
+}
+
+// Of one that is new. Nothing, and an error: numbers and times would make each period another one.
+std::uint32_t Periods::kept_observation(const Message& message, const monitor::Projection& projection) {
+  Value looked_at = projection.data(message);
+  Map data;
+  if (Map* const members = looked_at.as_map()) {
+    for (auto& [name, value] : *members) {
       if (counts_in(message, name)) {
         refuse_clock(message, name);
         return kNobody;
       }
-      if (!is_data(name)) continue;
-      to.text(name);
-      to.value(value);
+      if (name != "source" && name != "target") data.append(name, std::move(value));
     }
   }
-  const auto [found, is_new] = observation_of_.emplace(form_, static_cast<std::uint32_t>(graph_.observations.size()));
-  if (is_new) {
-    Map data;
-    if (Map* const members = looked_at.as_map()) {
-      for (auto& [name, value] : *members) {
-        if (is_data(name)) data.append(name, std::move(value));
-      }
-    }
-    graph_.observations.push_back({.kind = message.kind,
-                                   .source = message.source,
-                                   .target = message.target,
-                                   .name = message.name,
-                                   .data = Value(std::move(data))});
-  }
-  return found->second;
+  graph_.observations.push_back({.kind = message.kind,
+                                 .source = message.source,
+                                 .target = message.target,
+                                 .name = message.name,
+                                 .data = Value(std::move(data))});
+  return static_cast<std::uint32_t>(graph_.observations.size() - 1);
 }
 
 // Numbers and times would make each period another one.

@@ -157,6 +157,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   std::uint64_t decide_choice(const mission::Choice& choice);
   void note(const mission::Choice& choice, std::uint64_t alternative);
   std::uint32_t hear(const Message& message);
+  std::uint32_t kept_observation(const Message& message, const monitor::Projection& projection);
   void see(std::uint32_t observation, TimePoint now);
   void say(const Hash128& what, TimePoint now);
   bool looks_at_clock(const Message& message);

@@ -40,7 +40,7 @@ class SkillMachine::Step {
   bool operator()(Finish&& finish);
 
  private:
-  bool finish_with(const Call& call, const std::string& name, scxml::EventType type, Map data);
+  bool finish_with(const Call& call, std::string name, scxml::EventType type, Map data);
 
   // Beside a call that the chart makes itself.
   void note_sent(const Call& call, const idl::Service& service);
@@ -76,13 +76,13 @@ class SkillMachine::Step {
   void remember(const Shared<Publication>& what);
 
   // Whether the chart took it.
-  bool step(const scxml::Event& event);
+  bool step(scxml::Event&& event);
 
   // The same, without what follows of it.
-  bool execute(const scxml::Event& event);
+  bool execute(scxml::Event&& event);
 
   // @param what  Tells steps apart; only with a memory.
-  bool execute(std::string_view what, const scxml::StepOrder& order);
+  bool execute(std::string_view what, scxml::StepOrder&& order);
 
   // Nothing: it is to be done here.
   std::optional<bool> execute_elsewhere(const scxml::StepOrder& order);

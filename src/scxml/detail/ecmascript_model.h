@@ -48,9 +48,14 @@ class EcmaScriptModel final : public DataModel, private NativeScope, private Scr
   Result<Value> script_call(std::size_t function, std::span<const Value> arguments) override;
   const std::vector<NativeValue>& script_values() override;
 
+  /// Which objects an expression may give.
+  enum class Objects : std::uint8_t {
+    kNone,
+    kNew,  ///< That it makes itself, whole.
+    kAny,
+  };
   /// False: the interpreter must evaluate.
-  /// @param objects  The result may be one.
-  bool evaluate_here(ExpressionId id, ScriptValue& value, bool objects = false);
+  bool evaluate_here(ExpressionId id, ScriptValue& value, Objects objects);
   void store(std::uint32_t slot, std::optional<Value> value);
   /// A heap that holds this session's data and event. `changes`: what is called next may change data.
   Result<ScriptHeap*> heap(ExpressionId id, bool changes);

@@ -152,8 +152,8 @@ class Interpreter {
   void raise_communication_error(std::string message, std::string sendid = {});
   // Nothing is enabled by it.
   void tell_unhandled(const Event& event);
-  [[nodiscard]] OutgoingSend outgoing(Timer timer) const;
-  [[nodiscard]] std::string make_id(std::string_view prefix);
+  [[nodiscard]] OutgoingSend outgoing(Timer&& timer) const;
+  [[nodiscard]] std::string make_id(std::string_view whose, std::string_view what);
 
   // Invoking (invoke.cpp).
   void invoke_entered_states();
