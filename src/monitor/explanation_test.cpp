@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <iterator>
+#include <set>
+#include <string>
+
 #include "sentree/monitor/monitor_set.h"
 #include "sentree/scxml/loader.h"
 
@@ -288,6 +292,24 @@ TEST(MonitorSet, LooksOnlyAtWhatChartsName) {
   m.source = "L";
   m.data = Map{{"args", Map{{"big", 1}}}, {"result", Map{{"a", "xyz"}, {"b", 2}}}};
   EXPECT_EQ(to_json(Projection::of(*chart.value).data(m)), R"({"result":{"a":"xyz"},"source":"L"})");
+  const auto form = [&](const Value& data) {
+    Message other = m;
+    other.data = data;
+    std::string out;
+    Projection::of(*chart.value).encode(other, out);
+    return out;
+  };
+  EXPECT_EQ(form(m.data), form(Map{{"result", Map{{"c", 3}, {"a", "xyz"}}}}));
+  // Each is looked at as another one.
+  const Value others[] = {Map{{"result", Map{{"a", "xy"}}}},
+                          Map{{"result", Map{{"a", List{"xyz"}}}}},
+                          Map{{"result", Map{}}},
+                          Map{{"result", Map{{"a", Value()}}}},
+                          Map{{"result", "xyz"}},
+                          Map{}};
+  std::set<std::string> forms{form(m.data)};
+  for (const Value& other : others) forms.insert(form(other));
+  EXPECT_EQ(forms.size(), 1 + std::size(others));
   const auto whole = scxml::load(
       "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' datamodel='ecmascript'><datamodel><data "
       "id='x'/></datamodel><state id='s'><transition event='e'><assign location='x' "

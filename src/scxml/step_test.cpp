@@ -260,6 +260,28 @@ TEST(Session, ACopyGoesOnByItself) {
   EXPECT_EQ(copy.data(p.chart), (Map{{"n", 2}, {"o", Map{{"list", List{1, 2, 1, 2}}}}}));
 }
 
+// Also where no interpreter makes the object.
+TEST(Session, AnObjectLiteralIsToScriptsWhatItSays) {
+  Player p(R"xml(<datamodel><data id="o" expr="({a: undefined, b: 1})"/><data id="shared"/></datamodel>
+    <state id="s">
+      <transition event="renew"><assign location="o" expr="({b: {c: 2}})"/></transition>
+      <transition event="share"><script>shared = o.b; shared.c = 3</script></transition>
+      <transition event="look" cond="'a' in o" target="has_what_is_undefined"/>
+      <transition event="look" cond="o.b.c === 3" target="is_shared"/>
+    </state>
+    <state id="has_what_is_undefined"><transition event="back" target="s"/></state>
+    <state id="is_shared"/>)xml");
+  p.begin();
+  p.send("look");
+  EXPECT_THAT(p.configuration(), ElementsAre("has_what_is_undefined"));
+  p.send("back");
+  p.send("renew");
+  EXPECT_EQ(*p.session.data(p.chart).find("o"), Value(Map{{"b", Map{{"c", 2}}}}));
+  p.send("share");
+  p.send("look");
+  EXPECT_THAT(p.configuration(), ElementsAre("is_shared"));
+}
+
 TEST(Session, ClockAndRandomnessAreTheRuns) {
   const std::string_view body =
       R"xml(<datamodel><data id="r" expr="Math.random()"/><data id="t" expr="Date.now() + new Date().getTime()"/></datamodel><state id="a"/>)xml";
