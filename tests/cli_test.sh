@@ -134,6 +134,16 @@ for part in 'skill Wave' 'monitor answers' 'requirement quick' 'scenario calm'; 
   expect 0 "${part#* }\\." "$sentree" add $part --project "$work/mine"
 done
 cp -r "$work/mine" "$work/with-component"
+mkdir "$work/plain"
+echo 'mission: {file: mission.xml}' >"$work/plain/sentree.yaml"
+echo '<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence><Sleep msec="5000"/><AlwaysFailure/></Sequence></BehaviorTree></root>' \
+  >"$work/plain/mission.xml"
+expect 1 '"ok":false' "$sentree" run "$work/plain" --clock virtual --json
+expect 0 'monitors/ticked.scxml' "$sentree" add monitor ticked --project "$work/plain"
+expect 0 'requirements/often.req' "$sentree" add requirement often --project "$work/plain"
+expect 0 '^(0 errors, 0 warnings|nothing to complain about)' "$sentree" check "$work/plain"
+expect 1 'monitor ticked: undecided' "$sentree" run "$work/plain" --clock virtual
+expect 1 'monitor often: undecided' "$sentree" run "$work/plain" --clock virtual
 cp -r "$work/mine" "$work/nameless"
 mv "$work/nameless/sentree.yaml" "$work/nameless/sentree.yml"
 expect 3 'sentree.yml: a project.s file is called sentree.yaml' "$sentree" check "$work/nameless"
