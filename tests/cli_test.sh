@@ -134,6 +134,26 @@ for part in 'skill Wave' 'monitor answers' 'requirement quick' 'scenario calm'; 
   expect 0 "${part#* }\\." "$sentree" add $part --project "$work/mine"
 done
 cp -r "$work/mine" "$work/with-component"
+mkdir "$work/plain"
+echo 'mission: {file: mission.xml}' >"$work/plain/sentree.yaml"
+echo '<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence><Sleep msec="5000"/><AlwaysFailure/></Sequence></BehaviorTree></root>' \
+  >"$work/plain/mission.xml"
+expect 1 '"ok":false' "$sentree" run "$work/plain" --clock virtual --json
+expect 0 'monitors/ticked.scxml' "$sentree" add monitor ticked --project "$work/plain"
+expect 0 'requirements/often.req' "$sentree" add requirement often --project "$work/plain"
+expect 0 '^(0 errors, 0 warnings|nothing to complain about)' "$sentree" check "$work/plain"
+expect 1 'monitor ticked: undecided' "$sentree" run "$work/plain" --clock virtual
+expect 1 'monitor often: undecided' "$sentree" run "$work/plain" --clock virtual
+cp -r "$work/mine" "$work/nameless"
+mv "$work/nameless/sentree.yaml" "$work/nameless/sentree.yml"
+expect 3 'sentree.yml: a project.s file is called sentree.yaml' "$sentree" check "$work/nameless"
+rm "$work/nameless/sentree.yml"
+expect 0 'note: no project, for want of a sentree.yaml' "$sentree" check "$work/nameless"
+cp -r "$work/mine" "$work/singular"
+mkdir "$work/singular/scenario"
+expect 1 'scenario: warning: scenarios are looked for in scenarios/ only' "$sentree" check "$work/singular"
+expect 3 'mission.xml: no recording, and a project is a folder; `sentree studio .*mine` shows it' "$sentree" studio "$work/mine/mission.xml"
+expect 3 'requirements, and neither a tree nor a chart; `sentree check` takes them' "$sentree" graph examples/recharge/requirements/recharge.req
 expect 0 'interfaces/gripper.thrift' "$sentree" add component gripper --project "$work/with-component"
 expect 0 'note: skills/Wave.scxml is run by nobody: the mission has no leaf "Wave"' "$sentree" check "$work/with-component"
 expect 0 '3 of 3 scenarios held' "$sentree" test "$work/with-component"
@@ -214,7 +234,7 @@ XML
 expect 1 'there is no BehaviorTree "Near"; it is a closed box here' "$sentree" check "$work/others/main.xml"
 expect 1 'there is no ROS package "far"; tried .*/nowhere/share/far' "$sentree" check "$work/others/main.xml" --packages "$work/nowhere"
 expect 1 'there is no node "Wait"; it is taken for a leaf' "$sentree" check "$work/others" --packages "$work"
-expect 1 '^0 errors, 1 warnings' "$sentree" check "$work/others" --packages "$work" --palette "$work/nodes.xml" --palette nav2
+expect 1 '^0 errors, 1 warning' "$sentree" check "$work/others" --packages "$work" --palette "$work/nodes.xml" --palette nav2
 expect 0 'note: a palette of 3 nodes' "$sentree" check "$work/nodes.xml"
 expect 0 'palette of 3 nodes' "$sentree" graph "$work/nodes.xml" --to dot
 expect 0 'not here' "$sentree" graph "$work/others/main.xml" --to dot

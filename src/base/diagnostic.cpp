@@ -95,7 +95,34 @@ std::string_view closest(std::string_view name, std::span<const std::string> can
   return best;
 }
 
+namespace {
+
+// Candidates that end with the name: "FetchCup.Grasp" of "Grasp". Nothing: there are too many to choose from, too.
+std::vector<std::string_view> ending_with(std::string_view name, std::span<const std::string> candidates) {
+  constexpr std::size_t kShownMax = 3;
+  std::vector<std::string_view> found;
+  for (const std::string& candidate : candidates) {
+    const std::string_view whole(candidate);
+    if (whole == name) return {};
+    if (whole.size() <= name.size() || whole[whole.size() - name.size() - 1] != '.' || !whole.ends_with(name)) continue;
+    if (std::find(found.begin(), found.end(), whole) == found.end()) found.push_back(whole);
+    if (found.size() > kShownMax) return {};
+  }
+  return found;
+}
+
+}  // namespace
+
 std::string did_you_mean(std::string_view name, std::span<const std::string> candidates) {
+  if (!name.empty() && name.size() <= kLengthMax) {
+    const std::vector<std::string_view> whole = ending_with(name, candidates);
+    std::string named;
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      named += i == 0 ? "\"" : i + 1 < whole.size() ? "\", \"" : "\" or \"";
+      named += whole[i];
+    }
+    if (!named.empty()) return "; did you mean " + named + "\"?";
+  }
   const std::string_view near = closest(name, candidates);
   // What is right but for its place has no other spelling.
   return near.empty() || near == name ? std::string() : "; did you mean \"" + std::string(near) + "\"?";

@@ -55,6 +55,15 @@ TEST(DidYouMean, FindsSlipsOfTheFinger) {
   EXPECT_EQ(did_you_mean("WaitForUsr", names), "; did you mean \"WaitForUser\"?");
 }
 
+TEST(DidYouMean, FindsTheWholeNameOfALastPart) {
+  const std::vector<std::string> names{"FetchCup.Grasp", "FetchPot.Grasp", "FetchPot.Regrasp", "Fetch.Go.To"};
+  EXPECT_EQ(did_you_mean("Grasp", names), "; did you mean \"FetchCup.Grasp\" or \"FetchPot.Grasp\"?");
+  EXPECT_EQ(did_you_mean("Go.To", names), "; did you mean \"Fetch.Go.To\"?");
+  EXPECT_EQ(did_you_mean("Fetch.Go.To", names), "");
+  const std::vector<std::string> many{"a.go", "b.go", "c.go", "d.go"};
+  EXPECT_EQ(did_you_mean("go", many), "");
+}
+
 TEST(DidYouMean, KeepsSilentWhenNothingIsNear) {
   const std::vector<std::string> names = {"open", "", std::string(100, 'x'), "b"};
   EXPECT_EQ(did_you_mean("kitchen", names), "");

@@ -1,6 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "sentree/bt/detail/loader.h"
@@ -22,14 +26,87 @@ bool needs_other_writer(const Node& node, std::uint32_t port) {
 
 }  // namespace
 
+// Trees that the main tree would come to if its definitions were sound.
+std::set<std::uint32_t> Loader::named_by_broken() const {
+  std::set<std::uint32_t> named;
+  if (!has_errors(diagnostics_)) return named;
+  std::vector<text::XmlElement> open;
+  for (const Definition& definition : definitions_) {
+    if (definition.reached) open.push_back(definition.element);
+  }
+  while (!open.empty()) {
+    const text::XmlElement element = open.back();
+    open.pop_back();
+    for (text::XmlElement child = element.first_child(); child; child = child.next_sibling()) open.push_back(child);
+    const std::string_view tag = element.name();
+    if (tag == "BehaviorTree") continue;
+    const auto found = definition_index_.find(element.attribute("ID").value_or(tag));
+    if (found == definition_index_.end() || definitions_[found->second].reached) continue;
+    if (named.insert(found->second).second) open.push_back(definitions_[found->second].element);
+  }
+  return named;
+}
+
+// A file without a format is of format 3; of the old ones, most mean the same in both. Told once, at the root element.
+void Loader::check_missing_format(std::uint32_t document) {
+  const text::XmlElement root = documents_[document]->xml.root();
+  if (model_->format != 3 || root.attribute("BTCPP_format")) return;
+  struct Given {
+    text::XmlElement element;
+    std::string_view name, value;
+    std::string to;  ///< The port of the BehaviorTree that is named.
+  };
+  std::vector<Given> given;
+  std::map<std::string_view, std::set<std::string>> uses;  // of a text, by ports of BehaviorTrees
+  std::set<std::string_view> entries;                      // that others name
+  std::optional<Given> only_new;
+  std::vector<text::XmlElement> open{root};
+  while (!open.empty()) {
+    const text::XmlElement element = open.back();
+    open.pop_back();
+    for (text::XmlElement child = element.first_child(); child; child = child.next_sibling()) open.push_back(child);
+    const bool is_subtree = element.name() == "SubTree";
+    element.for_each_attribute([&](std::string_view name, std::string_view value) {
+      const bool is_condition =
+          std::find(std::begin(kConditionNames), std::end(kConditionNames), name) != std::end(kConditionNames);
+      if (is_condition || (is_subtree && name == "_autoremap")) only_new = Given{element, name, value, ""};
+      for (std::size_t at = value.find('{'); at != std::string_view::npos; at = value.find('{', at + 1))
+        entries.insert(value.substr(at + 1, value.substr(at + 1).find('}')));
+      if (name == "output_key") entries.insert(value);
+      if (!is_subtree || name == "ID" || name == "name" || name.starts_with('_') || name.find(':') != name.npos) return;
+      if (value.empty() || value == name || value == "=" || value.front() == '{') return;
+      given.push_back({element, name, value, fmt::format("{}.{}", element.attribute("ID").value_or(""), name)});
+      uses[value].insert(given.back().to);
+    });
+  }
+  const auto tell = [&](const Given& one, const std::string& what) {
+    warn("bt.no-format",
+         fmt::format("the file names no format, and so is of format 3, where {}=\"{}\" ({}) {}; write "
+                     "BTCPP_format=\"4\" here, or \"3\" if that is meant",
+                     one.name, one.value, to_string(one.element.attribute_value_span(one.name)), what),
+         root.span());
+  };
+  if (only_new) return tell(*only_new, "means nothing");
+  // An entry that nobody else names, and that does not lead from one SubTree to another, is a text.
+  const auto text = std::find_if(given.rbegin(), given.rend(), [&](const Given& one) {
+    return !entries.contains(one.value) && uses[one.value].size() == 1;
+  });
+  if (text != given.rend()) tell(*text, "is the name of an entry and no text");
+}
+
 void Loader::check_definitions() {
   lenient_ = true;
+  for (std::uint32_t i = 0; i < documents_.size(); ++i) {
+    if (!documents_[i]->found) check_missing_format(i);
+  }
+  const std::set<std::uint32_t> named = named_by_broken();
   // More may come while they are defined.
   for (std::size_t i = 0; i < definitions_.size(); ++i) {
     Definition& definition = definitions_[i];
     // Those that came along with a tree of another file are that file's business.
     if (!definition.reached && !documents_[definition.document]->found) {
       define(definition);
+      if (named.contains(static_cast<std::uint32_t>(i))) continue;
       warn("bt.unused-tree", fmt::format("BehaviorTree \"{}\" is not part of the main tree", definition.id),
            definition.element.span());
     }

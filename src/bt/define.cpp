@@ -225,7 +225,9 @@ void Loader::tell_unknown(const XmlElement& element, std::string_view id, const 
     error("bt.unknown-node",
           fmt::format(
               "there is no node \"{}\"{}{}{}", id, meant,
-              is_elsewhere ? fmt::format(" (it exists in format {})", 7 - model_->format) : "",
+              is_elsewhere ? fmt::format(" (it exists in format {}{})", 7 - model_->format,
+                                         model_->format == 3 ? "; write BTCPP_format=\"4\" into <root>" : "")
+                           : "",
               is_skill_missing ? fmt::format("; a skill of that name makes it a leaf, <Action ID=\"{}\"/>", id) : ""),
           place);
   }

@@ -591,11 +591,25 @@ void Loader::check_leaf_names() {
     }
     const auto [place, fresh] = seen.try_emplace(event_name(path), id);
     if (!fresh) {
+      // One leaf of a BehaviorTree that is there twice: their SubTrees are what differs.
+      NodeId one = id;
+      NodeId other = place->second;
+      const auto is_one_element = [&] { return to_string(span_of(one)) == to_string(span_of(other)); };
+      while (is_one_element()) {
+        const NodeId above = model_->trees[model_->infos[one].tree].subtree;
+        const NodeId above_other = model_->trees[model_->infos[other].tree].subtree;
+        if (above == kNoNode || above_other == kNoNode || above == above_other) break;
+        one = above;
+        other = above_other;
+      }
       missing("bt.duplicate-leaf",
-              fmt::format("there are two leaves \"{}\" in messages; the other is at {}. Give one of them, or its "
-                          "SubTree, another name",
-                          place->first, to_string(span_of(place->second))),
-              span_of(id));
+              one == id ? fmt::format("there are two leaves \"{}\" in messages; the other is at {}. Give one of them, "
+                                      "or its SubTree, another name",
+                                      place->first, to_string(span_of(other)))
+                        : fmt::format("there are two leaves \"{}\" in messages, of this SubTree and of the one at {}. "
+                                      "Give one of the two another name",
+                                      place->first, to_string(span_of(other))),
+              span_of(one));
     }
   }
 }

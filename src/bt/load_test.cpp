@@ -59,6 +59,9 @@ INSTANTIATE_TEST_SUITE_P(
                "there are two BehaviorTrees \"Main\"; the other is at m.xml:2:1"},
         Broken{in_tree("<Sequence><Action ID=\"Go\" name=\"g\"/><Action ID=\"Go\" name=\"g\"/></Sequence>"),
                "there are two leaves \"g\" in messages; the other is at m.xml:2:35"},
+        Broken{in_tree("<Sequence><SubTree ID=\"Sub\" name=\"s\"/><SubTree ID=\"Sub\" name=\"s\"/></Sequence>",
+                       "<BehaviorTree ID=\"Sub\"><Action ID=\"Go\" name=\"g\"/></BehaviorTree>"),
+               "m.xml:2:63: there are two leaves \"s.g\" in messages, of this SubTree and of the one at m.xml:2:35"},
         Broken{in_tree("<Script code=\"n = 1\"/>"), "code uses entry \"n\", which nothing in the tree creates"},
         Broken{in_tree("<Sequence><AlwaysFailure/><AlwaysSuccess/></Sequence>"), "AlwaysSuccess is never reached"},
         Broken{in_tree("<Sequence><Repeat num_cycles=\"{n}\"><AlwaysSuccess/></Repeat><LoopDouble queue=\"1;2\" "
@@ -362,6 +365,37 @@ TEST(Load, TakesADefaultThatIsNoValueForDocumentation) {
 
 TEST(Load, CountsAChildThatItDoesNotKnow) {
   EXPECT_THAT(messages(in_tree("<Inverter><Gone/></Inverter>")), ::testing::Not(HasSubstr("children")));
+}
+
+TEST(Load, TellsOfAMissingFormatWhereTheTreeWouldMeanSomethingElse) {
+  const auto old = [](const std::string& root, const std::string& body) {
+    return messages("<root" + root + " main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\"><Sequence>" + body +
+                    "</Sequence></BehaviorTree><BehaviorTree ID=\"Fetch\"><SetBlackboard value=\"{thing}\" "
+                    "output_key=\"it\"/></BehaviorTree></root>");
+  };
+  const std::string cup = "<SubTree ID=\"Fetch\" thing=\"cup\"/>";
+  EXPECT_THAT(old("", cup),
+              HasSubstr("m.xml:1:1: warning: the file names no format, and so is of format 3, where thing=\"cup\" "
+                        "(m.xml:1:96) is the name of an entry and no text; write BTCPP_format=\"4\" here"));
+  EXPECT_THAT(old("", "<AlwaysSuccess _skipIf=\"true\"/>"), HasSubstr("_skipIf=\"true\""));
+  for (const auto& same :
+       {old(" BTCPP_format=\"3\"", cup), old(" BTCPP_format=\"4\"", cup),
+        old("", "<SetBlackboard value=\"x\" output_key=\"cup\"/>" + cup),
+        old("", "<SubTree ID=\"Fetch\" result=\"cup\"/>" + cup), old("", "<SubTree ID=\"Fetch\" thing=\"{cup}\"/>"),
+        old("", "<SubTree ID=\"Fetch\" thing=\"thing\"/>"), old("", "<AlwaysSuccess/>")})
+    EXPECT_THAT(same, ::testing::Not(HasSubstr("names no format")));
+}
+
+TEST(Load, TakesATreeThatABrokenOneNamesForPartOfIt) {
+  const std::string trees =
+      "<BehaviorTree ID=\"Fetch\"><SubTree ID=\"Deep\"/></BehaviorTree>"
+      "<BehaviorTree ID=\"Deep\"><AlwaysSuccess/></BehaviorTree><BehaviorTree ID=\"Alone\"><AlwaysSuccess/>"
+      "</BehaviorTree>";
+  const std::string told = messages(in_tree("<Sequence><Gone/><SubTree ID=\"Fetch\"/></Sequence>", trees));
+  EXPECT_THAT(told, HasSubstr("there is no node \"Gone\""));
+  EXPECT_THAT(told, ::testing::Not(HasSubstr("\"Fetch\" is not part")));
+  EXPECT_THAT(told, ::testing::Not(HasSubstr("\"Deep\" is not part")));
+  EXPECT_THAT(told, HasSubstr("\"Alone\" is not part of the main tree"));
 }
 
 TEST(Load, LeavesMetadataAlone) {

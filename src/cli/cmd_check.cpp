@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -135,8 +136,11 @@ Diagnostics check_scenario(const std::filesystem::path& path) {
 
 // A project, or a file that is neither a tree nor a chart.
 Diagnostics check_one(const std::string& path) {
-  if (is_world(path)) return sim::load_world(path).diagnostics;
   const std::filesystem::path file(path);
+  if (file.extension() == ".mcap")
+    return {{Severity::kError, "check.recording", "a recording; `sentree info` and `sentree monitor check` take it",
+             SourceSpan{path}}};
+  if (is_world(path)) return sim::load_world(path).diagnostics;
   if (file.extension() == ".req") return check_requirements(file);
   const std::string ending = file.extension().string();
   if (ending == ".thrift" || ending == ".msg" || ending == ".srv" || ending == ".action")
@@ -155,15 +159,49 @@ bool is_project(const std::filesystem::path& path) {
 // Folders with a sentree.yaml below one that has none, sorted.
 std::vector<std::filesystem::path> projects_below(const std::string& folder) {
   std::vector<std::filesystem::path> found;
+  std::size_t seen = 0;  // that there are more is told by `given_files`
   std::error_code error;
   for (auto at = std::filesystem::recursive_directory_iterator(
            folder, std::filesystem::directory_options::skip_permission_denied, error);
-       !error && at != decltype(at)() && found.size() < kGivenFilesMax; at.increment(error)) {
+       !error && at != decltype(at)() && ++seen <= kGivenEntriesMax; at.increment(error)) {
     const std::string name = at->path().filename().string();
     if (name.starts_with('.')) at.disable_recursion_pending();
     if (name == "sentree.yaml") found.push_back(at->path().parent_path());
   }
   std::sort(found.begin(), found.end());
+  return found;
+}
+
+// What is said of a folder that is no project, where that may be a slip.
+Diagnostics no_project(const std::string& folder, bool has_any) {
+  const std::filesystem::path path(folder);
+  std::error_code error;
+  if (std::filesystem::exists(path / "sentree.yml", error))
+    return {{Severity::kError, "check.no-project", "a project's file is called sentree.yaml; rename this one",
+             SourceSpan{(path / "sentree.yml").string()}}};
+  constexpr const char* kParts[] = {"skills", "scenarios", "requirements", "monitors", "models", "interfaces"};
+  const bool has_parts = std::any_of(std::begin(kParts), std::end(kParts), [&](const char* part) {
+    return std::filesystem::is_directory(path / part, error);
+  });
+  if (has_any || !has_parts) return {};
+  return {{Severity::kNote, "check.no-project",
+           "no project, for want of a sentree.yaml (sentree init makes one); its trees and charts are looked at one by "
+           "one",
+           SourceSpan{folder}}};
+}
+
+// Folders of a project that nobody looks into for the want of a letter.
+Diagnostics misspelt_folders(const std::string& project) {
+  const std::filesystem::path folder(project);
+  std::error_code error;
+  if (!std::filesystem::is_directory(folder, error)) return {};
+  Diagnostics found;
+  for (const auto& [wrong, right] : {std::pair("scenario", "scenarios"), std::pair("skill", "skills")}) {
+    if (!std::filesystem::is_directory(folder / wrong, error)) continue;
+    found.push_back({Severity::kWarning, "check.unknown-folder",
+                     fmt::format("{0} are looked for in {0}/ only; put what is here there", right),
+                     SourceSpan{(folder / wrong).string()}});
+  }
   return found;
 }
 
@@ -192,16 +230,20 @@ Diagnostics check_all(const CheckCommand& command) {
     const auto source = std::filesystem::is_regular_file(name, error) ? text::read_file(name) : Result<std::string>();
     if (!is_project(name)) {
       const text::ReadLog log;
+      bool has_any = false;
       for (const std::filesystem::path& project : projects_below(name)) {
         findings.add(check_one(project.string()));
-        has_projects = true;
+        findings.add(misspelt_folders(project.string()));
+        has_projects = has_any = true;
       }
+      findings.add(no_project(name, has_any));
       for (const text::ReadFile& file : log.files()) read.insert(whole_path(file.path));
     }
     if (ending == ".xml" || ending == ".scxml" || !is_project(name) || (source && is_xml_source(*source)))
       trees_and_charts.push_back(name);
     else
       findings.add(check_one(name));
+    findings.add(misspelt_folders(name));
   }
   Diagnostics problems;
   const std::vector<GivenFile> files = given_files(trees_and_charts, problems);
@@ -238,7 +280,8 @@ int check(const CheckCommand& command) {
     if (found.empty())
       print("nothing to complain about\n");
     else
-      print(fmt::format("{} errors, {} warnings\n", errors, warnings));
+      print(fmt::format("{} error{}, {} warning{}\n", errors, errors == 1 ? "" : "s", warnings,
+                        warnings == 1 ? "" : "s"));
   }
   return errors > 0 ? kInvalidInput : warnings > 0 ? kFindings : kOk;
 }

@@ -491,7 +491,9 @@ class OneRun {
     run.forget();
     page_->ended(report);
     if (command_.json) {
-      print(to_json(to_value(report)) + "\n");
+      Value said = to_value(report);
+      (*said.as_map())["ok"] = exit_code(plan_.value->scenario, report) == kOk;
+      print(to_json(said) + "\n");
     } else {
       for (const auto& monitor : report.monitors) {
         if (was_live && monitor.decision) print(story(monitor));

@@ -9,6 +9,8 @@
 #include "sentree/cli/output.h"
 #include "sentree/cli/page.h"
 #include "sentree/cli/report.h"
+#include "sentree/cli/requirement_file.h"
+#include "sentree/cli/shell_word.h"
 #include "sentree/studio/difference.h"
 #include "sentree/studio/groot_play.h"
 #include "sentree/studio/recorded.h"
@@ -25,6 +27,17 @@ std::optional<std::filesystem::path> project_folder(const std::string& named) {
   if (std::filesystem::is_directory(path, error)) return path;
   if (path.filename() != "sentree.yaml") return std::nullopt;
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
+// The folder of the project that a file of it is given for; empty: it is none.
+std::string folder_meant(const std::string& named) {
+  const std::filesystem::path path(named);
+  std::error_code error;
+  const std::filesystem::path ending = path.extension();
+  const bool is_part = ending == ".xml" || ending == ".scxml" || ending == ".req" || ending == ".yaml";
+  if (!is_part || !std::filesystem::is_regular_file(path, error)) return "";
+  const std::filesystem::path above = project_above(path);
+  return above.empty() ? "." : above.string();
 }
 
 int design(const std::filesystem::path& folder, const StudioCommand& command,
@@ -83,6 +96,11 @@ int studio(const StudioCommand& command) {
   if (!where) return kUsage;
   if (!command.diff.empty()) return compare(command, *where, signals);
   if (const auto folder = project_folder(command.recording)) return design(*folder, command, *where, signals);
+  if (const std::string folder = folder_meant(command.recording); !folder.empty()) {
+    say(fmt::format("{}: no recording, and a project is a folder; `sentree studio {}` shows it", command.recording,
+                    shell_word(folder)));
+    return kInvalidInput;
+  }
   Diagnostics diagnostics;
   auto page = start_page(*where, command.at.empty(), [&](const sentree::studio::ServerOptions& there) {
     return sentree::studio::Recorded::open(command.recording, command.recorded_code, there, diagnostics);

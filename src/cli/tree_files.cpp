@@ -23,6 +23,7 @@ using std::filesystem::path;
 
 void files_below(const path& folder, std::vector<GivenFile>& all, Diagnostics& problems) {
   std::vector<path> found;
+  std::size_t seen = 0;
   std::error_code error;
   path last = folder;  // which is opened by the next step, if it is a folder
   for (auto at = std::filesystem::recursive_directory_iterator(folder, error); at != decltype(at)();
@@ -33,9 +34,11 @@ void files_below(const path& folder, std::vector<GivenFile>& all, Diagnostics& p
     } else if (at->is_regular_file(error) && (at->path().extension() == ".xml" || is_chart_name(at->path()))) {
       found.push_back(at->path());
     }
-    if (found.size() > kGivenFilesMax) {
+    const bool is_endless = ++seen > kGivenEntriesMax;
+    if (is_endless || found.size() > kGivenFilesMax) {
       problems.push_back({Severity::kError, "cli.too-many-files",
-                          fmt::format("more than {} files; name folders below it", kGivenFilesMax),
+                          fmt::format("more than {} files{}; name folders below it",
+                                      is_endless ? kGivenEntriesMax : kGivenFilesMax, is_endless ? " of any kind" : ""),
                           SourceSpan{folder.string()}});
       return;
     }

@@ -15,6 +15,8 @@ namespace sentree::cli {
 
 /// Files that one command looks at, at most.
 inline constexpr std::size_t kGivenFilesMax = 20'000;
+/// Files and folders of any kind below one that is given, that are looked at.
+inline constexpr std::size_t kGivenEntriesMax = 400'000;
 
 struct GivenFile {
   std::filesystem::path path;

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <iterator>
 
 #include "sentree/base/assert.h"
 #include "sentree/bt/model.h"
+#include "sentree/scxml/chart.h"
 #include "sentree/scxml/format.h"
 #include "sentree/text/file.h"
 
@@ -15,17 +17,34 @@ namespace sentree::design {
 
 namespace {
 
-/// A call that the templates make: one without arguments that answers, where the project has one.
+/// A call that the templates make, or speak of.
 struct Call {
   std::string service;
   std::string method;
 };
 
+/// One without arguments that answers, where the project has one.
 std::optional<Call> example_call(const project::Plan& plan) {
   for (const auto& [name, service] : plan.services) {
     for (const idl::Method* method : service.service->methods) {
       if (!method->oneway && method->arguments.fields.empty() && method->result->kind != idl::Kind::kVoid)
         return Call{name, method->name};
+    }
+  }
+  return std::nullopt;
+}
+
+/// One that some skill makes: of any other, nothing is ever observed.
+std::optional<Call> call_of_a_skill(const project::Plan& plan) {
+  for (const project::LeafPlan& leaf : plan.leaves) {
+    if (!leaf.chart) continue;
+    for (const scxml::SendInfo& send : scxml::sends_with_invoked(*leaf.chart)) {
+      if (send.type != "thrift" || !send.target || !send.event) continue;
+      const auto service = plan.services.find(*send.target);
+      if (service == plan.services.end()) continue;
+      for (const idl::Method* method : service->second.service->methods) {
+        if (method->name == *send.event && !method->oneway) return Call{*send.target, *send.event};
+      }
     }
   }
   return std::nullopt;
@@ -77,13 +96,17 @@ Part skill(const std::string& name, const std::optional<Call>& call) {
 Part monitor(const std::string& name, const std::optional<Call>& call) {
   Part part;
   const std::string request = call ? fmt::format("{}.{}.request", call->service, call->method) : "mission.tick";
-  const std::string answer =
-      call ? fmt::format("{0}.{1}.reply {0}.{1}.error", call->service, call->method) : "mission.status";
+  const std::string answer = call ? fmt::format("{0}.{1}.reply {0}.{1}.error", call->service, call->method) : "";
+  // Without a call: from tick to tick, until the mission ends.
+  const std::string ways = call ? fmt::format("    <transition event=\"{}\" target=\"content\"/>\n", answer)
+                                : "    <transition event=\"mission.tick\" target=\"waiting\"/>\n"
+                                  "    <transition event=\"mission.status\" cond=\"_event.data.status !== 'RUNNING'\" "
+                                  "target=\"content\"/>\n";
   part.files.emplace_back(
       fmt::format("monitors/{}.scxml", name),
       chart(name,
             call ? fmt::format("Requirement: {}.{} is answered within two seconds.", call->service, call->method)
-                 : "Requirement: the mission ends within two seconds of a tick.",
+                 : "Requirement: the mission is ticked at least every two seconds.",
             "content",
             fmt::format("  <state id=\"content\">\n"
                         "    <transition event=\"{}\" target=\"waiting\"/>\n"
@@ -91,11 +114,11 @@ Part monitor(const std::string& name, const std::optional<Call>& call) {
                         "  <state id=\"waiting\">\n"
                         "    <onentry><send event=\"late\" id=\"late\" delay=\"2s\"/></onentry>\n"
                         "    <onexit><cancel sendid=\"late\"/></onexit>\n"
-                        "    <transition event=\"{}\" target=\"content\"/>\n"
+                        "{}"
                         "    <transition event=\"late\" target=\"violated\"/>\n"
                         "  </state>\n"
                         "  <final id=\"violated\"/>\n",
-                        request, answer)));
+                        request, ways)));
   part.entries.emplace_back("monitors", fmt::format("- {{file: monitors/{}.scxml}}", name));
   part.next = "docs/observations.md lists what a monitor can see";
   return part;
@@ -113,7 +136,7 @@ Part requirement(const std::string& name, const std::optional<Call>& call) {
                                              what, name, call->service)
                                : fmt::format("# docs/requirements.md tells what can be said.\n"
                                              "{} \"The mission is ticked at least once a second.\":\n"
-                                             "  observation(mission.tick) at least every 1 s.\n",
+                                             "  event(observation(mission.tick)) at least every 1 s.\n",
                                              name));
   part.entries.emplace_back("monitors", fmt::format("- {{file: requirements/{}.req}}", name));
   part.next = "`sentree run {project}` judges it, `sentree monitor check RUN.mcap --project {project}` on a past run";
@@ -181,9 +204,18 @@ std::string bearer_of(const std::string& name, const std::string& kind, const pr
   if (kind == "monitor" || kind == "requirement") {
     const bool is_judged = std::any_of(plan.monitors.begin(), plan.monitors.end(),
                                        [&](const monitor::Model& monitor) { return monitor.name() == name; });
-    return is_judged ? "a monitor or requirement" : "";
+    return is_judged ? "a monitor or requirement " + name : "";
   }
-  return kind == "component" && plan.services.contains(name) ? "a service" : "";
+  if (kind != "component") return "";
+  if (plan.services.contains(name)) return "a service " + name;
+  // Of its two parts, the service and the model, each has a name.
+  for (const std::string& one : {name, name + "_model"}) {
+    const auto is_called = [&](const auto& other) { return other.name == one; };
+    const auto& models = plan.scenario.project.models;
+    if (std::any_of(models.begin(), models.end(), is_called)) return "a model " + one;
+    if (std::any_of(plan.leaves.begin(), plan.leaves.end(), is_called)) return "a leaf " + one;
+  }
+  return "";
 }
 
 }  // namespace
@@ -195,8 +227,12 @@ Result<Part> new_part(const std::string& kind, const std::string& name, const pr
     std::string free = name;
     for (int number = 2; !bearer_of(free, kind, *plan).empty(); ++number) free = fmt::format("{}_{}", name, number);
     return fail("design.name-taken",
-                fmt::format("there is {} {} already; choose another name, for example {}", taken, name, free));
+                fmt::format("there is {} already; choose another name, for example {}", taken, free));
   }
+  if (kind == "component" && std::find(std::begin(project::kReservedNames), std::end(project::kReservedNames), name) !=
+                                 std::end(project::kReservedNames))
+    return fail("design.name-taken",
+                fmt::format("{} is a reserved name; choose another, for example {}_1", name, name));
   if (kind == "skill" && is_of_trees(name))
     return fail(
         "design.name-taken",
@@ -204,9 +240,10 @@ Result<Part> new_part(const std::string& kind, const std::string& name, const pr
                     "for example {0}Skill",
                     name));
   const auto call = plan != nullptr ? example_call(*plan) : std::nullopt;
+  const auto made = plan != nullptr ? call_of_a_skill(*plan) : std::nullopt;
   if (kind == "skill") return skill(name, call);
-  if (kind == "monitor") return monitor(name, call);
-  if (kind == "requirement") return requirement(name, call);
+  if (kind == "monitor") return monitor(name, made);
+  if (kind == "requirement") return requirement(name, made);
   if (kind == "scenario") return scenario(name);
   if (kind == "component") return component(name);
   return fail("design.no-such-part", fmt::format("\"{}\" is no part of a project", kind));

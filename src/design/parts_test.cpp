@@ -2,6 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
+#include <fstream>
+#include <string>
+
 #include "sentree/project/plan.h"
 #include "sentree/scxml/format.h"
 
@@ -38,6 +42,84 @@ TEST(NewParts, AreNoSkillsCalledLikeBuiltInNodes) {
     EXPECT_THAT(skill.error().message, testing::HasSubstr("is a built-in node"));
     EXPECT_TRUE(new_part("monitor", name, nullptr)) << name;
   }
+}
+
+// A project without services, and what it is when a part is added.
+class PlainProject {
+ public:
+  PlainProject()
+      : folder_(std::filesystem::path(testing::TempDir()) /
+                testing::UnitTest::GetInstance()->current_test_info()->name()) {
+    std::filesystem::remove_all(folder_);
+    write("mission.xml",
+          "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><Repeat num_cycles=\"100\">"
+          "<AlwaysSuccess/></Repeat></BehaviorTree></root>\n");
+  }
+  ~PlainProject() { std::filesystem::remove_all(folder_); }
+
+  void write(const std::string& file, const std::string& content) const {
+    std::filesystem::create_directories((folder_ / file).parent_path());
+    std::ofstream(folder_ / file) << content;
+  }
+  Diagnostics with(const std::string& more) const {
+    write("sentree.yaml", "mission: {file: mission.xml}\n" + more);
+    return project::check_project(folder_);
+  }
+  Loaded<project::Plan> plan() const {
+    auto loaded = project::load_project(folder_);
+    return loaded.ok() ? project::prepare(project::plain_scenario(std::move(*loaded.value))) : Loaded<project::Plan>();
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+TEST(NewParts, AreSoundInAProjectWithoutServices) {
+  const PlainProject project;
+  ASSERT_THAT(project.with(""), testing::IsEmpty());
+  const auto plan = project.plan();
+  ASSERT_TRUE(plan.ok());
+  for (const char* const kind : {"monitor", "requirement"}) {
+    const auto part = new_part(kind, "first", &*plan.value);
+    ASSERT_TRUE(part) << kind;
+    for (const auto& [file, content] : part->files) project.write(file, content);
+    std::string entries;
+    for (const auto& [section, entry] : part->entries) entries += section + ":\n  " + entry + "\n";
+    std::string told;
+    for (const Diagnostic& diagnostic : project.with(entries)) told += to_string(diagnostic) + "\n";
+    EXPECT_EQ(told.find("requirements/"), std::string::npos) << told;
+    EXPECT_EQ(told.find("monitors/"), std::string::npos) << told;
+  }
+}
+
+TEST(NewParts, SpeakOfACallThatASkillMakes) {
+  auto project = project::load_project(std::string(SENTREE_SOURCE_DIR) + "/examples/recharge");
+  ASSERT_TRUE(project.ok());
+  auto plan = project::prepare(project::plain_scenario(std::move(*project.value)));
+  ASSERT_TRUE(plan.ok());
+  // One that nobody calls, and comes first.
+  plan.value->services.emplace("aaa", plan.value->services.at("battery")).first->second.name = "aaa";
+  for (const char* const kind : {"monitor", "requirement"}) {
+    const auto part = new_part(kind, "first", &*plan.value);
+    ASSERT_TRUE(part) << kind;
+    EXPECT_THAT(part->files[0].second, testing::Not(testing::HasSubstr("aaa."))) << kind;
+  }
+}
+
+TEST(NewParts, AreNoComponentsCalledLikeWhatIsThere) {
+  auto project = project::load_project(std::string(SENTREE_SOURCE_DIR) + "/examples/recharge");
+  ASSERT_TRUE(project.ok());
+  auto plan = project::prepare(project::plain_scenario(std::move(*project.value)));
+  ASSERT_TRUE(plan.ok());
+  project::ModelEntry& model = plan.value->scenario.project.models.emplace_back();
+  for (const char* const name : {"arm", "arm_model"}) {
+    model.name = name;
+    const auto part = new_part("component", "arm", &*plan.value);
+    ASSERT_FALSE(part) << name;
+    EXPECT_THAT(part.error().message, testing::StartsWith(std::string("there is a model ") + name + " already"));
+  }
+  EXPECT_TRUE(new_part("component", "leg", &*plan.value));
+  EXPECT_FALSE(new_part("component", "mission", &*plan.value));
 }
 
 }  // namespace

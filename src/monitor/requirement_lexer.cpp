@@ -1,6 +1,8 @@
 #include "sentree/monitor/requirement_lexer.h"
 
 #include <charconv>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -58,13 +60,23 @@ class Lexer {
       add(is_letter(peek(0)) ? TokenKind::kSymbol : TokenKind::kStop, begin, ".");
       return true;
     }
+    // As programs write it.
+    using Spelling = std::pair<std::string_view, std::string_view>;
+    for (const auto& [theirs, ours] : {Spelling("==", "="), Spelling("&&", "and"), Spelling("||", "or"),
+                                       Spelling("<>", "!="), Spelling("=>", "implies"), Spelling("->", "implies")}) {
+      if (!source_.substr(at_).starts_with(theirs)) continue;
+      at_ += 2;
+      error(begin, 2, fmt::format("\"{}\" has no meaning here; write \"{}\"", theirs, ours));
+      return false;
+    }
     for (const std::string_view two : {"<=", ">=", "!="}) {
       if (source_.substr(at_).starts_with(two)) return symbol(begin, two);
     }
     constexpr std::string_view kSymbols = "()[],:=<>+-*/%";
     if (kSymbols.find(c) != std::string_view::npos) return symbol(begin, source_.substr(at_, 1));
     ++at_;
-    error(begin, 1, fmt::format("character \"{}\" has no meaning here", std::string(1, c)));
+    error(begin, 1,
+          fmt::format("character \"{}\" has no meaning here{}", std::string(1, c), c == '!' ? "; write \"not\"" : ""));
     return false;
   }
 

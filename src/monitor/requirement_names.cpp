@@ -190,7 +190,9 @@ class Resolver {
 
   ConditionPtr unknown(const Condition& name, bool is_event) {
     const std::string what = is_event ? "event \"" : "\"";
-    const std::string hint = did_you_mean(name.text, names(is_event));
+    std::string hint = did_you_mean(name.text, names(is_event));
+    if (!is_event && definitions_.contains({true, name.text}))
+      hint = fmt::format(", but an event of that name is: write event({})", to_text(name));
     error(name.span, "requirement.unknown-name",
           fmt::format(
               "{}{}\" is not defined{}", what, name.text,
@@ -204,8 +206,8 @@ class Resolver {
   ConditionPtr defined(const Condition& name, const Definition& definition, const Arguments& outer, Place place) {
     if (name.operands.size() != definition.parameters.size()) {
       error(name.span, "requirement.unknown-name",
-            fmt::format("\"{}\" takes {} arguments, got {}", name.text, definition.parameters.size(),
-                        name.operands.size()));
+            fmt::format("\"{}\" takes {} argument{}, got {}", name.text, definition.parameters.size(),
+                        definition.parameters.size() == 1 ? "" : "s", name.operands.size()));
       return unknown_truth(name.span);
     }
     if (std::find(open_.begin(), open_.end(), &definition) != open_.end()) {

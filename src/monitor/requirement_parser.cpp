@@ -43,6 +43,24 @@ bool compares(const RequirementToken& token) {
   return token.kind == TokenKind::kSymbol && std::find(kSigns.begin(), kSigns.end(), token.text) != kSigns.end();
 }
 
+// To the word that is meant by one that is none of the language. Short English words are near to many.
+std::string to_word(std::string_view word) {
+  using Word = std::pair<std::string_view, std::string_view>;
+  constexpr std::array<Word, 7> kMeant{{{"if", "whenever"},
+                                        {"when", "whenever"},
+                                        {"must", "shall"},
+                                        {"should", "shall"},
+                                        {"will", "shall"},
+                                        {"equals", "="},
+                                        {"during", "while"}}};
+  constexpr std::array<std::string_view, 13> kCommon{"the", "a",  "an", "is",   "are",  "be",  "of",
+                                                     "it",  "to", "on", "this", "that", "than"};
+  const auto meant = std::find_if(kMeant.begin(), kMeant.end(), [&](const Word& one) { return one.first == word; });
+  if (meant != kMeant.end()) return fmt::format("; write \"{}\"", meant->second);
+  if (std::find(kCommon.begin(), kCommon.end(), word) != kCommon.end()) return "";
+  return did_you_mean(word, keywords());
+}
+
 std::string shown(const RequirementToken& token) {
   if (token.kind == TokenKind::kEnd) return "the end of the file";
   if (token.kind == TokenKind::kStop) return "\".\"";
@@ -101,6 +119,14 @@ std::string RequirementParser::expect_name(std::string_view what) {
     return {};
   }
   return take().text;
+}
+
+// To the word that is meant here.
+std::string RequirementParser::word_hint() const {
+  if (peek().kind != TokenKind::kName) return "";
+  if (peek().text != "is") return to_word(peek().text);
+  const bool is_bound = peek(1).text == "at" && (peek(2).text == "most" || peek(2).text == "least");
+  return fmt::format("; write \"{}\"", !is_bound ? "=" : peek(2).text == "most" ? "<=" : ">=");
 }
 
 // ---- Statements ----
@@ -214,7 +240,7 @@ void RequirementParser::requirement(RequirementFile& file) {
   if (accept_word("assuming")) requirement.assuming = part(Role::kAssuming);
   if (failed_) return;
   if (peek().kind != TokenKind::kStop) {
-    const std::string hint = peek().kind == TokenKind::kName ? did_you_mean(peek().text, keywords()) : "";
+    const std::string hint = word_hint();
     return error(
         fmt::format("expected \".\" at the end of requirement {}, got {}{}", requirement.name, shown(peek()), hint));
   }
@@ -334,12 +360,10 @@ void RequirementParser::after_condition(Requirement& requirement) {
     expect_word("times");
     if (accept_word("per")) requirement.bound = bound_part();
   } else {
-    const std::string hint = peek().kind == TokenKind::kName && requirement.p->kind != Kind::kName
-                                 ? did_you_mean(peek().text, keywords())
-                             : requirement.p->kind == Kind::kName ? did_you_mean(requirement.p->text, keywords())
-                                                                  : "";
-    error_at(hint.empty() || requirement.p->kind != Kind::kName ? peek().span : requirement.p->span,
-             "requirement.syntax",
+    // "if ok …" begins with a name; in "level is …" what follows it is no word.
+    const bool is_begin = requirement.p->kind == Kind::kName && !is_word("is") && !is_word("equals");
+    const std::string hint = is_begin ? to_word(requirement.p->text) : word_hint();
+    error_at(hint.empty() || !is_begin ? peek().span : requirement.p->span, "requirement.syntax",
              "a requirement begins with always, never, eventually or whenever, or goes on after a condition with "
              "precedes, holds for at least, at least every or at most" +
                  hint);
@@ -351,11 +375,15 @@ void RequirementParser::whenever(Requirement& requirement) {
   if (failed_) return;
   const bool separated = accept_symbol(",");
   if (!accept_word("then") && !separated)
-    return error("expected \",\" or \"then\" after the trigger, got " + shown(peek()));
+    return error(fmt::format("expected \",\" or \"then\" after the trigger, got {}{}", shown(peek()), word_hint()));
   // "robot shall": who has to; for the reader.
   if (peek().kind == TokenKind::kName && peek(1).kind == TokenKind::kName && peek(1).text == "shall") {
     take();
     take();
+  } else if (peek().kind == TokenKind::kName && peek(1).kind == TokenKind::kName &&
+             to_word(peek(1).text) == to_word("must")) {
+    take();
+    return error(fmt::format("expected \"shall\", got {}{}", shown(peek()), word_hint()));
   }
   if (accept_word("keep")) {
     requirement.q = part(Role::kQ);
@@ -389,7 +417,7 @@ void RequirementParser::whenever(Requirement& requirement) {
     error("\"for\" follows \"keep P\" or \"not P\"; put keep before the condition, or parentheses after not");
   } else {
     error(fmt::format("expected within, immediately or eventually after the response, got {}{}", shown(peek()),
-                      peek().kind == TokenKind::kName ? did_you_mean(peek().text, keywords()) : ""));
+                      word_hint()));
   }
 }
 

@@ -136,7 +136,7 @@ TEST(Requirement, ErrorsNameThePlaceAndTheWayOut) {
               ElementsAre("r.req:7:14: expected \")\" to close the parenthesis, got \".\""));
   EXPECT_THAT(messages_of("always ok"),
               ElementsAre("r.req:7:13: expected \".\" at the end of requirement R, got the end of the file"));
-  EXPECT_THAT(messages_of("always at(a, b)."), ElementsAre(HasSubstr("\"at\" takes 1 arguments, got 2")));
+  EXPECT_THAT(messages_of("always at(a, b)."), ElementsAre(HasSubstr("\"at\" takes 1 argument, got 2")));
   EXPECT_THAT(messages("let a = reply(battery)\n"),
               ElementsAre("r.req:1:15: reply(…) takes SERVICE.METHOD, e.g. reply(battery.getBatteryState), got "
                           "\"battery\""));
@@ -146,6 +146,18 @@ TEST(Requirement, ErrorsNameThePlaceAndTheWayOut) {
   EXPECT_THAT(messages("let never = 3\n"), ElementsAre(HasSubstr("is a word of the language")));
   EXPECT_THAT(messages("let a [volt] = 3\n"), ElementsAre("r.req:1:8: \"volt\" is no unit that is known"));
   EXPECT_THAT(messages("let a = \"x\n"), ElementsAre(HasSubstr("closing \" is missing")));
+  EXPECT_THAT(messages_of("always halt."),
+              ElementsAre(HasSubstr("\"halt\" is not defined, but an event of that name is: write event(halt)")));
+  EXPECT_THAT(messages_of("if ok then robot shall at(a) within 3 s."),
+              ElementsAre(AllOf(StartsWith("r.req:7:4: "), HasSubstr("; write \"whenever\""))));
+  EXPECT_THAT(messages_of("whenever ok, robot must at(a) within 3 s."),
+              ElementsAre("r.req:7:23: expected \"shall\", got \"must\"; write \"shall\""));
+  EXPECT_THAT(messages_of("level is at most 20."), ElementsAre(HasSubstr("; write \"<=\"")));
+  EXPECT_THAT(messages_of("always level the 20."),
+              ElementsAre(testing::EndsWith("expected \".\" at the end of requirement R, got \"the\"")));
+  EXPECT_THAT(messages_of("always level == 20."), ElementsAre("r.req:7:17: \"==\" has no meaning here; write \"=\""));
+  EXPECT_THAT(messages_of("always ok && ok || !ok."),
+              ElementsAre(HasSubstr("write \"and\""), HasSubstr("write \"or\""), HasSubstr("write \"not\"")));
   EXPECT_THAT(messages("let a = 3 ~ 4\n"), testing::Contains(HasSubstr("character \"~\" has no meaning here")));
 }
 

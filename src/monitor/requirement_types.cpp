@@ -225,7 +225,8 @@ class Checker {
       std::string members;
       for (const auto& [name, inner] : type.members) members += (members.empty() ? "" : ", ") + name;
       const std::string text = to_text(c);
-      const bool is_request = text.starts_with("request(") && text.ends_with(")");
+      const bool is_request = text.ends_with(")") &&
+                              (text.starts_with("request(") || text.starts_with("late(") || text.starts_with("error("));
       error(c.span, "requirement.type",
             fmt::format("{} is {}{}{}", text, type.name.empty() ? "a record" : "of type " + type.name,
                         members.empty() ? ", which cannot be compared" : "; name one of its members: " + members,

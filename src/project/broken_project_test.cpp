@@ -31,7 +31,7 @@ const Broken kBroken[] = {
     {"UnknownLeaf", "mission.xml", "<WaitForUser name=\"WaitForUser\"/>", "<WaitForUsr name=\"WaitForUser\"/>",
      "mission.xml:22:11: there is no node \"WaitForUsr\"; did you mean \"WaitForUser\"?"},
     {"MissingSkillFile", "skills/WaitForUser.scxml", nullptr, nullptr,
-     "mission.xml:22:11: file \"skills/WaitForUser.scxml\": no such file"},
+     "mission.xml:22:11: file \"skills/WaitForUser.scxml\": no such file; `sentree add skill WaitForUser` makes one"},
     {"MisspeltPort", "mission.xml", "threshold=\"30\"", "treshold=\"30\"",
      "mission.xml:14:57: BatteryLevelAbove has no port \"treshold\" in the TreeNodesModel; did you mean "
      "\"threshold\"?"},
@@ -179,7 +179,8 @@ const Broken kBroken[] = {
      "mission.xml:27:164: input \"destination\" of SubTree.GoToKitchen reads blackboard entry \"place\", "
      "which "
      "nothing in the tree writes\n"
-     "sentree.yaml:19:33: nothing of this run that can be killed is called \"GoToKitchen\""},
+     "sentree.yaml:19:33: nothing of this run that can be killed is called \"GoToKitchen\"; did you mean "
+     "\"SubTree.GoToKitchen\"?"},
     {"TwoWordsThatAreCompared", "requirements/recharge.req", "destination = kitchen", "robot = kitchen",
      "requirements/recharge.req:15:35: \"robot\" and \"kitchen\" are words that stand for themselves; one of them "
      "should be defined by let"},

@@ -190,6 +190,16 @@ void check_entries(const bt::Tree& tree, const Project& project, Diagnostics& di
   }
   for (const SkillEntry& entry : project.skills) {
     if (is_known(entry.leaf)) continue;
+    const auto leaves = tree.external_leaves();
+    const auto in_messages = std::find_if(leaves.begin(), leaves.end(),
+                                          [&](bt::NodeId node) { return tree.event_name(node) == entry.leaf; });
+    if (in_messages != leaves.end()) {
+      add(diagnostics, Severity::kError, "check.unused-skill",
+          fmt::format("\"{}\" is a leaf's name in messages; skills go by the leaf's own name or ID: write \"{}\"",
+                      entry.leaf, tree.registration(*in_messages)),
+          entry.span);
+      continue;
+    }
     // Misspelt is only what nobody else is called.
     std::vector<std::string> free;
     for (const std::string& leaf : known) {

@@ -262,6 +262,75 @@ TEST(CheckSkills, TellsOfActionsThatHaltEachOtherForEver) {
               Not(Contains(HasSubstr("never gets to its end"))));
 }
 
+// Of a project whose only leaf stands in a BehaviorTree that two SubTrees have.
+std::string told_of_fetching(const std::string& given, const std::string& more, const std::string& requirement,
+                             const std::string& scenario) {
+  const TemporaryFolder temporary("check-fetching");
+  const auto write = [&](const std::string& file, const std::string& content) {
+    fs::create_directories((temporary.path() / file).parent_path());
+    std::ofstream(temporary.path() / file) << content;
+  };
+  write("sentree.yaml",
+        "mission: {file: mission.xml}\nservices:\n  arm: {interface: arm.thrift/Arm, at: tcp://127.0.0.1:4}\n"
+        "monitors:\n  - {file: a.req}\n" +
+            more);
+  write("interfaces/arm.thrift", "service Arm {\n  bool take(1: string thing)\n}\n");
+  write("mission.xml",
+        "<root BTCPP_format=\"4\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\"><Sequence>"
+        "<SubTree ID=\"Fetch\" name=\"FetchCup\" thing=\"cup\"/><SubTree ID=\"Fetch\" name=\"FetchPot\" thing=\"pot\"/>"
+        "</Sequence></BehaviorTree><BehaviorTree ID=\"Fetch\"><Action ID=\"Grasp\" " +
+            given + "/></BehaviorTree></root>\n");
+  write("skills/Grasp.scxml",
+        "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\" initial=\"asking\">"
+        "<datamodel><data id=\"thing\"/></datamodel><state id=\"asking\"><onentry><send type=\"thrift\" target=\"arm\" "
+        "event=\"take\"><param name=\"thing\" expr=\"thing\"/></send></onentry>"
+        "<transition event=\"halt\" target=\"halted\"/><transition event=\"arm.take.reply\" target=\"success\"/>"
+        "<transition event=\"arm.take.error error\" target=\"failure\"/></state><final id=\"success\"/>"
+        "<final id=\"failure\"/><final id=\"halted\"/></scxml>\n");
+  write("a.req", "R: " + requirement + "\n");
+  write("scenarios/a.yaml", "clock: real\nduration: 1 s\nexpect: {mission: SUCCESS}\n" + scenario);
+  std::string all;
+  for (const Diagnostic& found : check_project(temporary.path())) {
+    Diagnostic one = found;
+    one.span.file = fs::path(one.span.file).filename();
+    all += to_string(one) + "\n";
+  }
+  return all;
+}
+
+TEST(CheckSkills, KnowsLeavesInSubTreesByTheirLastName) {
+  const std::string given = "thing=\"{thing}\"";
+  const std::string sound = "always request(arm.take).thing != pot.";
+  EXPECT_EQ(told_of_fetching(given, "", sound, ""), "");
+  EXPECT_THAT(
+      told_of_fetching(given, "skills:\n  FetchCup.Grasp: {file: skills/Grasp.scxml}\n", sound, ""),
+      HasSubstr("sentree.yaml:7:3: \"FetchCup.Grasp\" is a leaf's name in messages; skills go by the leaf's own "
+                "name or ID: write \"Grasp\""));
+  const char* const both = "; did you mean \"FetchCup.Grasp\" or \"FetchPot.Grasp\"?";
+  for (const char* const entry : {"kill: Grasp", "force: {leaf: Grasp, status: FAILURE}"}) {
+    EXPECT_THAT(told_of_fetching(given, "", sound, std::string("timeline:\n  - {at: 1 s, ") + entry + "}\n"),
+                HasSubstr(both))
+        << entry;
+  }
+  EXPECT_THAT(told_of_fetching(given, "", sound, "timeline:\n  - {at: 1 s, delay: {message: Grasp.tick, by: 1 s}}\n"),
+              HasSubstr("; did you mean \"FetchCup.Grasp.tick\" or \"FetchPot.Grasp.tick\"?"));
+  EXPECT_THAT(told_of_fetching(given, "", "never node(Grasp) in FAILURE.", ""), HasSubstr(both));
+  EXPECT_THAT(told_of_fetching(given, "", "always request(arm.take from Grasp).thing != pot.", ""), HasSubstr(both));
+  EXPECT_THAT(told_of_fetching(given, "", sound, "timeline:\n  - {at: 1 s, kill: Grasp, restart: Grasp}\n"),
+              HasSubstr("; it has kill and restart, make two entries of it"));
+}
+
+TEST(CheckSkills, TellsOfALeafInTwoSubTreesOnce) {
+  const std::string all = told_of_fetching("", "", "always request(arm.take).thing != cup.", "");
+  EXPECT_THAT(all, HasSubstr("input \"thing\" of FetchCup.Grasp has no value"));
+  EXPECT_THAT(all, Not(HasSubstr("input \"thing\" of FetchPot.Grasp")));
+}
+
+TEST(CheckSkills, KnowsTheTextsThatSubTreesAreGiven) {
+  EXPECT_THAT(told_of_fetching("thing=\"{thing}\"", "", "always request(arm.take).thing != pott.", ""),
+              HasSubstr("did you mean \"pot\"?"));
+}
+
 TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
   const auto told = [](const std::vector<ExampleEdit>& edits) {
     const TemporaryFolder temporary("check-unnamed");

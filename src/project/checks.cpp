@@ -138,9 +138,30 @@ void check_outputs(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& diag
 
 }  // namespace
 
+namespace {
+
+// To a file that is not there: one that is called nearly so, or, of a skill, the command that makes it.
+std::string way_to(const Project& project, const FileRef& file) {
+  constexpr std::size_t kLookedAtMax = 1'000;
+  const std::filesystem::path wanted(file.path);
+  std::vector<std::string> there;
+  std::error_code error;
+  for (auto at = std::filesystem::directory_iterator((project.folder / wanted).parent_path(), error);
+       !error && at != decltype(at)() && there.size() < kLookedAtMax; at.increment(error)) {
+    if (at->path().extension() == wanted.extension()) there.push_back(at->path().filename().string());
+  }
+  std::sort(there.begin(), there.end());
+  if (std::string near = did_you_mean(wanted.filename().string(), there); !near.empty()) return near;
+  const bool is_skill = wanted.parent_path() == "skills" && wanted.extension() == ".scxml";
+  return is_skill ? fmt::format("; `sentree add skill {}` makes one", wanted.stem().string()) : "";
+}
+
+}  // namespace
+
 Diagnostic missing(const Project& project, const FileRef& file, Diagnostic why) {
   if (file.span.line > 0) {
-    why.message = fmt::format("file \"{}\": {}", project.shown(file.path), why.message);
+    why.message = fmt::format("file \"{}\": {}{}", project.shown(file.path), why.message,
+                              why.code == "file.not-found" ? way_to(project, file) : "");
     why.span = file.span;
   }
   return why;

@@ -297,7 +297,10 @@ Intervention read_intervention(YamlReader& reader, const text::YamlNode& entry, 
   }
   if (found.size() != 1) {
     reader.error(entry.span, found.empty() ? "project.missing-key" : "scenario.timeline",
-                 fmt::format("an entry of the timeline needs one of {}", fmt::join(words, ", ")));
+                 fmt::format("an entry of the timeline needs one of {}{}", fmt::join(words, ", "),
+                             found.size() < 2 ? ""
+                                              : fmt::format("; it has {} and {}, make two entries of it",
+                                                            word_of(found[0]), word_of(found[1]))));
     return {};
   }
   std::visit([&](auto& what) { read(reader, diagnostics, what); }, found.front());

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdlib>
 #include <deque>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -91,7 +92,7 @@ class Preparation {
         add("check.not-simulated",
             fmt::format(
                 "the simulator does not serve \"{0}\"; give the service an address (at: tcp://…), or a chart that "
-                "answers for it (at: model, and models: [{{file: models/{1}.scxml, serves: [{1}]}}])",
+                "answers for it (at: model, and models: [{{file: models/{1}.scxml, name: {1}_model, serves: [{1}]}}])",
                 entry.interface, entry.name),
             entry.span);
       }
@@ -258,6 +259,24 @@ class Preparation {
       check_tolerances(leaves_, *world_, diagnostics);
       check_locations(tree, leaves_, *world_, project_.shown(project_.world->path), diagnostics);
     }
+    tell_elements_once(tree);
+  }
+
+  // What is found in a leaf of a BehaviorTree is found in each SubTree that has it; told of the first.
+  void tell_elements_once(const bt::Tree& tree) {
+    std::map<std::string, std::vector<std::string>> names;  // of the leaves, by the place of their element
+    for (const LeafPlan& leaf : leaves_) names[to_string(tree.span(leaf.node))].push_back(leaf.name);
+    std::set<std::string> told;
+    std::erase_if(diagnostics, [&](const Diagnostic& found) {
+      const auto here = names.find(to_string(found.span));
+      if (here == names.end() || here->second.size() < 2) return false;
+      std::string said = found.message;
+      for (const std::string& name : here->second) {
+        const std::size_t at = said.find(name);
+        if (at != std::string::npos) said.replace(at, name.size(), "*");
+      }
+      return !told.insert(fmt::format("{} {} {}", here->first, found.code, said)).second;
+    });
   }
 
   // A chart is loaded once, however many leaves run it.

@@ -304,9 +304,32 @@ void read_models(const text::YamlNode& node, Project& project, Diagnostics& diag
     model.serves_span = reader.span("serves");
     model.span = entry.span;
     model.subscribes = {reader.strings("subscribe"), {}, reader.span("subscribe")};
+    const auto other = std::find_if(project.models.begin(), project.models.end(),
+                                    [&](const ModelEntry& one) { return one.name == model.name; });
+    if (other != project.models.end() && !model.name.empty()) {
+      reader.error(entry.span, "project.duplicate",
+                   fmt::format("two models are named \"{}\"; the other is at {}; give one another name with \"name\"",
+                               model.name, to_string(other->span)));
+      continue;
+    }
     project.models.push_back(std::move(model));
   }
 }
+
+namespace {
+
+// Of an entry with the name of another one.
+std::string twice(const MonitorEntry& one, const MonitorEntry& other) {
+  const std::string where = to_string(other.span);
+  if (one.file.path == other.file.path && !one.requirement.empty())
+    return fmt::format("{} is named at {} already; take one of the two out", one.file.path, where);
+  const bool is_requirement = !one.requirement.empty() || !other.requirement.empty();
+  return fmt::format("two monitors are named \"{}\"; the other is at {}; give one another name{}", one.name, where,
+                     is_requirement ? fmt::format(", in {}", one.requirement.empty() ? other.file.path : one.file.path)
+                                    : " with \"name\"");
+}
+
+}  // namespace
 
 void read_monitors(const text::YamlNode& node, EntriesOf whose, Project& project, Diagnostics& diagnostics) {
   for (const text::YamlNode& entry : node.items) {
@@ -320,6 +343,7 @@ void read_monitors(const text::YamlNode& node, EntriesOf whose, Project& project
     monitor.gate = reader.strings("gate");
     monitor.gate_span = reader.span("gate");
     monitor.at = reader.string("at").value_or("");
+    const MonitorEntry* clash = nullptr;  // The first of the entry: of a file that stands twice all do.
     for (MonitorEntry& one : expand_requirements(project, std::move(monitor))) {
       auto other = std::find_if(project.monitors.begin(), project.monitors.end(),
                                 [&](const auto& m) { return m.name == one.name; });
@@ -329,9 +353,8 @@ void read_monitors(const text::YamlNode& node, EntriesOf whose, Project& project
         project.monitors.push_back(std::move(one));
       else if (whose == EntriesOf::kScenario)
         *other = std::move(one);
-      else
-        reader.error(entry.span, "project.duplicate",
-                     fmt::format("two monitors are named \"{}\"; give one another name:", one.name));
+      else if (std::exchange(clash, &*other) == nullptr)
+        reader.error(entry.span, "project.duplicate", twice(one, *other));
     }
   }
 }

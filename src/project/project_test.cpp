@@ -190,6 +190,28 @@ TEST(Project, ReportsAllProblemsAtOnce) {
                   "sentree.yaml:2:1: the project has no key \"sevices\"; did you mean \"services\"?"));
 }
 
+TEST(Project, SaysWhereTheOtherOfANameIs) {
+  const Folder folder;
+  folder.write("two.req", "a: never event(mission.tick).\nb: never event(mission.tick).\n");
+  folder.write("sentree.yaml",
+               "mission: {file: m.xml}\n"
+               "models:\n  - {file: m/arm.scxml, serves: [x]}\n  - {file: n/arm.scxml, serves: [y]}\n"
+               "monitors:\n  - {file: m/gentle.scxml}\n  - {file: n/gentle.scxml}\n"
+               "  - {file: two.req}\n  - {file: two.req}\n");
+  std::vector<std::string> texts = messages(load_project(folder.path()).diagnostics, folder);
+  for (std::string& text : texts) {
+    for (std::size_t at = 0; (at = text.find(folder.path().string() + "/")) != std::string::npos;)
+      text.erase(at, folder.path().string().size() + 1);
+  }
+  EXPECT_THAT(texts,
+              ElementsAre("sentree.yaml:4:5: two models are named \"arm\"; the other is at sentree.yaml:3:5; give "
+                          "one another name with \"name\"",
+                          "sentree.yaml:7:5: two monitors are named \"gentle\"; the other is at sentree.yaml:6:5; "
+                          "give one another name with \"name\"",
+                          "sentree.yaml:9:5: two.req is named at sentree.yaml:8:5 already; take one of the two "
+                          "out"));
+}
+
 TEST(Project, SaysWhatAProjectIsWhenThereIsNone) {
   const auto loaded = load_project("/nonexistent/project");
   ASSERT_EQ(loaded.diagnostics.size(), 1U);

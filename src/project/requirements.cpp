@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "sentree/bt/model.h"
 #include "sentree/idl/schema.h"
 #include "sentree/scxml/model.h"
 #include "sentree/sim/world.h"
@@ -139,9 +140,17 @@ std::set<std::string> names_of_world(const sim::World* world) {
 class GivenTexts {
  public:
   GivenTexts(const bt::Tree& tree, const std::vector<LeafPlan>& leaves, ChartMemory& charts) : charts_(charts) {
+    std::set<bt::NodeId> seen;
     for (const LeafPlan& leaf : leaves) {
       for (const bt::PortFact& port : tree.ports(leaf.node)) {
         if (port.input && !port.text.empty() && port.text.front() != '{') all_.emplace(port.text);
+      }
+      // What a SubTree above gives as a constant.
+      for (bt::NodeId above = subtree_of(tree, leaf.node); above != bt::kNoNode && seen.insert(above).second;
+           above = subtree_of(tree, above)) {
+        for (const bt::PortFact& port : tree.ports(above)) {
+          if (!port.text.empty() && port.text.front() != '{') all_.emplace(port.text);
+        }
       }
       if (leaf.chart) add(tree, leaf);
     }
@@ -162,6 +171,11 @@ class GivenTexts {
       }
       if (send.has_content) open_.insert(call);
     }
+  }
+
+  static bt::NodeId subtree_of(const bt::Tree& tree, bt::NodeId node) {
+    const bt::Model& model = tree.model();
+    return model.trees[model.infos[node].tree].subtree;
   }
 
   // False: it can be anything.

@@ -37,7 +37,12 @@ std::vector<std::string> not_reached(const project::Plan& plan, const Graph& gra
     const project::LeafPlan& of = plan.leaves[leaf];
     const auto& statuses = graph.statuses[leaf];
     if (std::none_of(statuses.begin(), statuses.end(), [](bool b) { return b; })) {
+      constexpr unsigned kTicked = 1U << static_cast<unsigned>(bt::Status::kRunning) |
+                                   1U << static_cast<unsigned>(bt::Status::kSuccess) |
+                                   1U << static_cast<unsigned>(bt::Status::kFailure);
+      const bool is_ticked = (graph.nodes_had[of.node] & kTicked) != 0;
       out.push_back(fmt::format("leaf {} is never ticked", of.name));
+      if (is_ticked) out.back() = fmt::format("leaf {} never answers a tick in time", of.name);
       continue;
     }
     if (!statuses[1]) out.push_back(fmt::format("leaf {} never succeeds", of.name));

@@ -858,6 +858,17 @@ TEST_F(Verify, SaysWhatNothingReaches) {
   EXPECT_THAT(found.not_reached, Contains(HasSubstr("Ask.scxml:4:")));
 }
 
+TEST_F(Verify, TellsALeafThatIsAlwaysLateFromOneThatIsNeverTicked) {
+  write("skills/Ask.scxml", kHead + R"(initial="asking"><state id="asking">
+  <onentry><send event="enough" delay="5s"/></onentry><transition event="enough" target="success"/>
+</state><final id="success"/><final id="failure"/></scxml>)");
+  write("models/door.scxml", kHead + R"(initial="there"><state id="there"/></scxml>)");
+  requirements("small: always said <= 6.\n");
+  const Verification found = verify(plan(), {});
+  EXPECT_THAT(found.not_reached, Contains("leaf Ask never answers a tick in time"));
+  EXPECT_THAT(found.not_reached, Not(Contains("leaf Ask is never ticked")));
+}
+
 TEST_F(Verify, SaysWhatOfAModelNothingReaches) {
   write("models/door.scxml", kHead + R"(initial="there"><state id="there"><transition event="door.ask.request">
   <if cond="pick('says', 1, 6) === 6"><raise event="well"/></if>

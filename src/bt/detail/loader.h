@@ -187,6 +187,8 @@ class Loader {
   void name_scopes();
 
   // check.cpp: what loads, and still deserves a word.
+  [[nodiscard]] std::set<std::uint32_t> named_by_broken() const;
+  void check_missing_format(std::uint32_t document);
   void check_definitions();
   void check_entries();
   /// What the entries of each cell hold, where everybody who writes one agrees; asked through their owner.

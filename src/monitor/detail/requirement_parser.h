@@ -60,6 +60,7 @@ class RequirementParser {
   [[nodiscard]] bool is_symbol(std::string_view symbol) const;
   bool accept_word(std::string_view word);
   bool accept_symbol(std::string_view symbol);
+  [[nodiscard]] std::string word_hint() const;
   void expect_word(std::string_view word);
   void expect_symbol(std::string_view symbol, std::string_view what);
   std::string expect_name(std::string_view what);
