@@ -332,6 +332,8 @@ END
   # CountTo keeps what cannot be saved.
   sed -i 's|<Sequence>|<Sequence><Sleep msec="5000"/>|; s|<CountTo limit="3"/>||' "$work/cpp/mission.xml"
   timeout -s KILL 3 "$sentree" run "$work/cpp" --durable --record "$work/cut.mcap" >"$work/out" 2>&1 || true
+  cp "$work/out" "$work/begun"
+  expect 0 'C\+\+ leaves \(Double\) are no part of the journal' cat "$work/begun"
   sed -i 's|5000|1000|' "$work/cpp/mission.xml"
   expect 3 'cut.mcap/sentree.yaml:2:11: plug-in nodes.so .*--allow-plugins' "$sentree" run --resume "$work/cut.mcap"
   expect 0 'mission SUCCESS' "$sentree" run --resume "$work/cut.mcap" --allow-plugins --record "$work/resumed.mcap"

@@ -101,7 +101,8 @@ void register_all(bt::Registry& registry) {
   registry.action("Mirror", {bt::input<Position2D>("from"), bt::output<Position2D>("to")}, [](bt::Context& self) {
     const auto from = self.input<Position2D>("from");
     if (!from) return bt::Status::kFailure;
-    return self.output("to", Position2D{-from->x, from->y}) ? bt::Status::kSuccess : bt::Status::kFailure;
+    self.output("to", Position2D{-from->x, from->y});
+    return bt::Status::kSuccess;
   });
   registry.add<RoundRobin>("RoundRobin", bt::Category::kControl);
   registry.add<UntilTrue>("UntilTrue", bt::Category::kDecorator);

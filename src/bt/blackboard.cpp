@@ -102,7 +102,7 @@ bool Blackboard::set(std::uint32_t cell, Datum&& datum, const PortType* type, st
       return t.kind == PortType::Class::kInteger || t.kind == PortType::Class::kReal ||
              t.kind == PortType::Class::kBool;
     };
-    if (!converted && numeric(*type) && numeric(*entry.type) && entry.type->accepts(datum.value)) {
+    if (!converted && numeric(*type) && numeric(*entry.type) && accepts_value(*entry.type, datum.value)) {
       converted = std::move(datum.value);
     }
     if (!converted) {

@@ -62,7 +62,9 @@ class Context {
     return read ? std::move(*read) : std::move(otherwise);
   }
   /// Writes the entry that an output port names; the first typed write locks its type. These errors fail the tick:
-  /// bt.not-an-entry, bt.entry-type, and bt.no-port unless the port is declared, and only has been given no entry.
+  /// bt.not-an-entry, bt.entry-type, and bt.no-port of a port that the node does not declare. A declared port that the
+  /// file gives no entry is bt.no-port too, which fails nothing: nobody asks for what is written there. So do not make
+  /// your status of what this returns.
   template <class T>
   Result<void> output(PortName port, const T& value);
   /// What an input port holds, as it is, for code that does not know the type (e.g. to take it elsewhere). Null if
@@ -93,8 +95,9 @@ class Context {
   [[nodiscard]] bool failed() const;
 
   [[nodiscard]] std::size_t child_count() const;
+  /// Of a child beyond the last one: IDLE, and the tick fails.
   [[nodiscard]] Status child_status(std::size_t child) const;
-  /// Halts the child if it runs, and makes it IDLE.
+  /// Halts the child if it runs, and makes it IDLE. A child beyond the last one fails the tick.
   void reset_child(std::size_t child);
   void reset_children();
 

@@ -341,13 +341,15 @@ void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlE
   Datum literal{Value(text), nullptr};
   const bool reads = info != nullptr && info->direction != PortDirection::kOutput;
   if (reads && port.type != nullptr && port.type->strong() && port.type->kind != PortType::Class::kString) {
-    std::optional<Value> parsed = value_of_text(*model_, *port.type, text);
+    std::string why;
+    std::optional<Value> parsed = value_of_text(*model_, *port.type, text, &why);
     // Format 3 finds it out when the port is read.
     if (!parsed && model_->format != 3) {
       report(
           severity_of(manifest), "bt.bad-value",
           fmt::format("port \"{}\" of {}: \"{}\" is no {}{}", model_->strings[name], manifest.id, text, port.type->name,
-                      port.type->parse != nullptr                   ? ""
+                      !why.empty()                                  ? ": " + why
+                      : port.type->parse != nullptr                 ? ""
                       : port.type->kind == PortType::Class::kObject ? "; only an entry {…} can hold one"
                                                                     : "; write json:… or an entry {…}"),
           element.attribute_value_span(model_->strings[name]));

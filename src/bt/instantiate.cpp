@@ -302,7 +302,11 @@ void Loader::bind_special(const DefinedNode& defined, NodeId id, std::uint32_t s
     }
     case Kind::kUser: {
       node.data = static_cast<std::uint32_t>(model_->users.size());
-      const bool remembers = manifest.behaviour->make_memory() != nullptr;
+      bool remembers = true;
+      try {
+        remembers = manifest.behaviour->make_memory() != nullptr;
+      } catch (...) {  // told at its first tick
+      }
       model_->users.push_back(
           {manifest.behaviour.get(), manifest.behaviour->function(), remembers ? model_->objects++ : kNone});
       break;
@@ -557,7 +561,8 @@ SourceSpan Loader::span_of(NodeId id) const {
 }
 
 std::string Loader::path_of(NodeId id, bool numbered) const {
-  std::string path;
+  std::vector<std::string> parts;  // from below
+  std::size_t size = 0;
   for (NodeId at = id; at != kNoNode; at = model_->trees[model_->infos[at].tree].subtree) {
     const std::string& kind = model_->manifest(at).id;
     std::string part(model_->name(at));
@@ -568,7 +573,14 @@ std::string Loader::path_of(NodeId id, bool numbered) const {
       if (model_->nodes[at].kind == Kind::kSubTree) part = model_->strings[model_->trees[model_->infos[child].tree].id];
       part += fmt::format("::{}", at + 1);
     }
-    path = path.empty() ? part : fmt::format("{}.{}", part, path);
+    size += part.size() + 1;
+    parts.push_back(std::move(part));
+  }
+  std::string path;
+  path.reserve(size);
+  for (auto part = parts.rbegin(); part != parts.rend(); ++part) {
+    if (!path.empty()) path += '.';
+    path += *part;
   }
   return path;
 }

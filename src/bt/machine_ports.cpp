@@ -25,7 +25,7 @@ bool fits(const PortType& wanted, const Datum& datum) {
       return integer != nullptr && *integer >= wanted.min && *integer <= wanted.max;
     }
     case PortType::Class::kStatus:
-    case PortType::Class::kOther: return !datum.value.text().empty() ? false : wanted.accepts(datum.value);
+    case PortType::Class::kOther: return !datum.value.text().empty() ? false : accepts_value(wanted, datum.value);
     case PortType::Class::kObject: return false;
   }
   return false;
@@ -115,9 +115,15 @@ Diagnostic Machine::read_error(const Binding& binding, const PortType* wanted) {
   }
   const std::string what =
       datum->object != nullptr ? "a C++ object of type " + datum->object->type().name : to_json(datum->value);
+  std::string why;
+  if (const auto* text = datum->value.as_string();
+      text != nullptr && wanted != nullptr && wanted->kind != PortType::Class::kString) {
+    static_cast<void>(value_of_text(model_, *wanted, *text, &why));
+    if (!why.empty()) why.insert(0, ": ");
+  }
   return {Severity::kError,
           "bt.conversion",
-          fmt::format("{}{} is no {}", port, what, wanted != nullptr ? wanted->name : "value"),
+          fmt::format("{}{} is no {}{}", port, what, wanted != nullptr ? wanted->name : "value", why),
           {}};
 }
 
@@ -235,10 +241,25 @@ void Context::wake() { machine_.wake(); }
 std::function<void()> Context::waker() const { return machine_.effects().waker; }
 void Context::fail(std::string message) { machine_.fail(node_, "bt.node-failed", std::move(message)); }
 std::size_t Context::child_count() const { return machine_.node(node_).child_count; }
+
+namespace {
+
+/// False, and the tick is given up: the node has no such child.
+bool has_child(Machine& m, NodeId id, std::size_t child) {
+  const std::size_t count = m.node(id).child_count;
+  if (child < count) return true;
+  m.fail(id, "bt.child-count", fmt::format("asks for child {} and has {}", child, count));
+  return false;
+}
+
+}  // namespace
+
 Status Context::child_status(std::size_t child) const {
+  if (!has_child(machine_, node_, child)) return Status::kIdle;
   return machine_.status(machine_.child(machine_.node(node_), static_cast<std::uint32_t>(child)));
 }
 void Context::reset_child(std::size_t child) {
+  if (!has_child(machine_, node_, child)) return;
   machine_.reset(machine_.child(machine_.node(node_), static_cast<std::uint32_t>(child)));
 }
 void Context::reset_children() { machine_.reset_children(machine_.node(node_)); }

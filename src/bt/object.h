@@ -120,15 +120,16 @@ class TypedMemory final : public NodeMemory {
   T content;
 };
 
-/// Owner of a NodeMemory with the semantics of a value.
+/// Owner of a NodeMemory with the semantics of a value. Where copying it threw, the copy has none: the node's next tick
+/// fails, and says so.
 class ObjectSlot {
  public:
   ObjectSlot() = default;
   explicit ObjectSlot(std::unique_ptr<NodeMemory> memory) : memory_(std::move(memory)) {}
-  ObjectSlot(const ObjectSlot& other) : memory_(other.memory_ ? other.memory_->clone() : nullptr) {}
+  ObjectSlot(const ObjectSlot& other) : memory_(other.cloned()) {}
   ObjectSlot(ObjectSlot&&) noexcept = default;
   ObjectSlot& operator=(const ObjectSlot& other) {
-    if (this != &other) memory_ = other.memory_ ? other.memory_->clone() : nullptr;
+    if (this != &other) memory_ = other.cloned();
     return *this;
   }
   ObjectSlot& operator=(ObjectSlot&&) noexcept = default;
@@ -141,6 +142,15 @@ class ObjectSlot {
   }
 
  private:
+  [[nodiscard]] std::unique_ptr<NodeMemory> cloned() const {
+    if (memory_ == nullptr) return nullptr;
+    try {
+      return memory_->clone();
+    } catch (...) {
+      return nullptr;
+    }
+  }
+
   std::unique_ptr<NodeMemory> memory_;
 };
 

@@ -49,12 +49,21 @@ bool is_identifier(std::string_view name) {
 
 }  // namespace
 
+void Registry::no_function(const std::string& id) {
+  problems_.push_back({Severity::kError,
+                       "bt.no-function",
+                       fmt::format("C++ node \"{}\": is registered with an empty function", id),
+                       {}});
+}
+
 void Registry::action(std::string id, Ports ports, Function tick) {
+  if (!tick) return no_function(id);
   add(Entry{
       std::move(id), Category::kAction, true, std::move(ports), {}, std::make_shared<FunctionLeaf>(std::move(tick))});
 }
 
 void Registry::condition(std::string id, Ports ports, Function tick) {
+  if (!tick) return no_function(id);
   add(Entry{std::move(id),
             Category::kCondition,
             true,
@@ -64,6 +73,7 @@ void Registry::condition(std::string id, Ports ports, Function tick) {
 }
 
 void Registry::decorator(std::string id, Ports ports, std::function<Status(Context&, Status)> map) {
+  if (!map) return no_function(id);
   add(Entry{std::move(id),
             Category::kDecorator,
             false,

@@ -79,7 +79,8 @@ class Registry {
   /// Anything that ticks at once: `Status tick(Context&)`.
   /// Control or decorator: `Next on_tick(Context&)`, `Next on_child(Context&, std::size_t child, Status)`,
   ///   optionally `void on_halted(Context&)`.
-  /// `static Ports ports()` is optional.
+  /// `static Ports ports()` is optional. Nodes are copied, with the states of their tree: what cannot be copied goes
+  /// into a `std::shared_ptr`.
   template <class Node>
   void add(std::string id, Category category, Node prototype = {});
   template <class Node>
@@ -137,6 +138,8 @@ class Registry {
   [[nodiscard]] const Diagnostics& problems() const { return problems_; }
 
  private:
+  void no_function(const std::string& id);
+
   std::map<std::string, Entry, std::less<>> entries_;
   std::vector<std::pair<std::string, std::int64_t>> enums_;
   std::vector<PolymorphicCast> casts_;
@@ -155,6 +158,20 @@ concept Composite = requires(Node node, Context& self) {
   { node.on_tick(self) } -> std::same_as<Next>;
   { node.on_child(self, std::size_t{}, Status{}) } -> std::same_as<Next>;
 };
+
+/// Its `on_halted`, if there is one, can be called.
+template <class Node>
+inline constexpr bool kHaltFits = !requires {
+  &Node::on_halted;
+}
+|| requires(Node node, Context& self) { node.on_halted(self); };
+/// It has a function that is called when the node is halted nowhere but in other libraries, and none of ours.
+template <class Node>
+inline constexpr bool kHaltIsMisspelt = !requires {
+  &Node::on_halted;
+}
+&&(
+    requires { &Node::onHalted; } || requires { &Node::on_halt; });
 
 template <class Node>
 class ClassBehaviour final : public Behaviour {
@@ -205,6 +222,12 @@ class ClassBehaviour final : public Behaviour {
 
 template <class Node>
 void Registry::add(std::string id, Category category, Node prototype) {
+  static_assert(std::is_copy_constructible_v<Node>,
+                "nodes are copied, with the states of their tree: keep what cannot be copied (a unique_ptr, a mutex, a "
+                "connection) in a shared_ptr");
+  static_assert(detail::kHaltFits<Node>, "on_halted cannot be called; write void on_halted(sentree::bt::Context&)");
+  static_assert(!detail::kHaltIsMisspelt<Node>,
+                "nobody calls onHalted or on_halt; write void on_halted(sentree::bt::Context&)");
   Entry entry;
   entry.id = std::move(id);
   entry.category = category;

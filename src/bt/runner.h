@@ -20,16 +20,20 @@ namespace sentree::bt {
 ///     registry.action("SayHello", [](bt::Context&) { std::puts("Hello"); return bt::Status::kSuccess; });
 ///     auto tree = bt::load(xml, {.registry = &registry});
 ///     if (!tree.ok()) …print tree.diagnostics…
-///     bt::Runner runner(std::move(*tree.value));
+///     bt::Runner runner(std::move(*tree.value), &clock);   // some sentree::Clock of yours
 ///     while (runner.tick() == bt::Status::kRunning) …
 ///
-/// Time: `clock` if given, else the time stands at zero until `tick(now)` says otherwise.
-/// External leaves are answered by `on_leaf`; without it they fail.
+/// Time: `clock` if given, else what `tick(now)` says. A tree that waits for time (Sleep, Delay, Timeout), and is given
+/// none, fails with bt.no-clock. `exec::Executor` has a clock, and waits between ticks.
+/// External leaves, which a file declares and nobody registered, are answered by `on_leaf`; without it a tick that
+/// comes to one fails with bt.unregistered. From within a tick (a node, an observer, `on_leaf`) `halt` may be called:
+/// it takes effect when the tick ends. A tick from there fails the tick. What an observer, a hook or `on_leaf` throws
+/// fails the tick, too.
 class Runner {
  public:
   explicit Runner(Tree tree, const Clock* clock = nullptr);
 
-  /// One root tick. A failed tick (see `error`) counts as FAILURE and halts the tree.
+  /// One root tick. A failed tick (see `error`) counts as FAILURE and halts the tree. IDLE: it was halted from within.
   Status tick();
   Status tick(TimePoint now);
   /// Ticks again while nodes ask for it (BehaviorTree.CPP's tickOnce), `ticks_max` times at most.
@@ -52,11 +56,30 @@ class Runner {
   /// Answers what a step has asked for, and gives up a tick that failed.
   Status settle(StepResult result, TimePoint now);
 
+  /// The same, and does what was asked for meanwhile.
+  Status end(StepResult result, TimePoint now);
+  /// Somebody whom a step calls asks for another one.
+  Status asked_within(const Input& input);
+  /// Inside a handler: gives the tick up, whatever was thrown through it.
+  Status threw(TimePoint now);
+  /// Nobody says what time it is, and some node waits for it.
+  Status time_stands();
+  void give_up(TimePoint now, Observer* observer);
+  void fail(NodeId leaf, const char* code, const std::string& message);
+  /// False: nobody answers the leaf.
+  bool ask(NodeId leaf, std::pair<Status, Map>& answer);
+
+  static constexpr unsigned kHalt = 1;
+  static constexpr unsigned kTick = 2;
+
   Tree tree_;
   State state_;
   Effects effects_;
   const Clock* clock_;
   TimePoint now_{};
+  bool timed_ = false;     ///< Somebody said the time.
+  bool stepping_ = false;  ///< In a step, or between the steps of one tick.
+  unsigned asked_ = 0;     ///< From within: kHalt, kTick.
 };
 
 }  // namespace sentree::bt

@@ -208,8 +208,9 @@ class Run {
     } else if (value.tag == Tag::kString && held.as_string() == nullptr) {
       // Text for an entry of another type is read as that type.
       std::optional<Value> parsed;
-      if (entry->type != nullptr) parsed = value_of_text(model_, *entry->type, *value.string);
-      if (!parsed) return mismatch(in.arg, value, *entry);
+      std::string why;
+      if (entry->type != nullptr) parsed = value_of_text(model_, *entry->type, *value.string, &why);
+      if (!parsed) return mismatch(in.arg, value, *entry, why);
       entry->datum = Datum{std::move(*parsed), nullptr};
     } else {
       Datum from;
@@ -221,14 +222,16 @@ class Run {
     return true;
   }
 
-  bool mismatch(std::uint32_t name, const ScriptValue& value, const Blackboard::Entry& entry) {
+  bool mismatch(std::uint32_t name, const ScriptValue& value, const Blackboard::Entry& entry,
+                const std::string& why = {}) {
     std::string text;
     append_text(text, value);
     const Value& held = entry.datum.value;
     const std::string is = entry.datum.empty() && entry.type != nullptr
                                ? fmt::format("is of type {}{}", entry.type->name, declared_by(cells_[name], entry.type))
                                : fmt::format("holds {} {}", to_string(held.type()), to_json(held));
-    return fail(fmt::format("entry \"{}\" {} and cannot take {}", script_.names[name].name, is, text));
+    return fail(fmt::format("entry \"{}\" {} and cannot take {}{}{}", script_.names[name].name, is, text,
+                            why.empty() ? "" : ": ", why));
   }
 
   // Whose port gives the entry its type: " (port "percent" of BatteryOk)".

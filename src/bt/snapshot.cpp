@@ -58,6 +58,8 @@ class Writer {
   /// What has no saved form, and is left out; empty if there is none.
   [[nodiscard]] const std::string& unsavable() const { return unsavable_; }
   /// Of the objects written, the first that has no saved form.
+  /// What the `save` of that object threw; empty: nothing.
+  [[nodiscard]] const std::string& thrown() const { return thrown_; }
   [[nodiscard]] std::optional<std::size_t> unsavable_object() const { return unsavable_object_; }
 
   void number(std::uint64_t value, std::size_t octets) {
@@ -122,8 +124,20 @@ class Writer {
     if (type != nullptr) write(std::string_view(type->name));
   }
   void write(const ObjectSlot& slot) {
-    const auto saved = slot.get()->save();
-    if (!saved && !unsavable_object_) unsavable_object_ = objects_;
+    std::optional<Value> saved;
+    std::string why;
+    // What is somebody else's may throw.
+    try {
+      if (slot.get() != nullptr) saved = slot.get()->save();
+    } catch (const std::exception& thrown) {
+      why = thrown.what();
+    } catch (...) {
+      why = "something that is no std::exception";
+    }
+    if (!saved && !unsavable_object_) {
+      unsavable_object_ = objects_;
+      thrown_ = std::move(why);
+    }
     ++objects_;
     write(saved.value_or(Value()));
   }
@@ -146,6 +160,7 @@ class Writer {
   std::string unsavable_;
   std::size_t objects_ = 0;
   std::optional<std::size_t> unsavable_object_;
+  std::string thrown_;
 };
 
 /// The types that an entry of the tree may have: those of ports, and what TreeNodesModels name.
@@ -243,7 +258,11 @@ class Reader {
   }
   void read(ObjectSlot& slot) {
     const Value saved = value();
-    if (ok && !slot.get()->restore(saved)) ok = false;
+    try {
+      if (ok && (slot.get() == nullptr || !slot.get()->restore(saved))) ok = false;
+    } catch (...) {
+      ok = false;
+    }
   }
   template <class T>
   void read(std::vector<T>& list) {
@@ -298,6 +317,12 @@ Result<void> checked(const Tree& tree, const Writer& out) {
   for (NodeId id = 0; id < model.nodes.size(); ++id) {
     if (model.nodes[id].kind != Kind::kUser || model.users[model.nodes[id].data].object != *out.unsavable_object())
       continue;
+    if (!out.thrown().empty()) {
+      return fail("bt.unsavable",
+                  fmt::format("node \"{}\" ({}) cannot be saved: its save() threw {}", tree.path(id),
+                              tree.registration(id), out.thrown()),
+                  tree.span(id));
+    }
     return fail("bt.unsavable",
                 fmt::format("node \"{}\" ({}) keeps what cannot be saved; give its class save() and restore()",
                             tree.path(id), tree.registration(id)),

@@ -20,7 +20,13 @@ State::State(const Tree& tree) {
   entries_.resize(model.homes);
   objects_.resize(model.objects);
   for (const UserNode& user : model.users) {
-    if (user.object != kNone) objects_[user.object] = ObjectSlot(user.behaviour->make_memory());
+    if (user.object == kNone) continue;
+    // Copying somebody else's prototype may throw. The node's first tick fails then.
+    try {
+      objects_[user.object] = ObjectSlot(user.behaviour->make_memory());
+    } catch (...) {
+      objects_[user.object] = ObjectSlot();
+    }
   }
   Blackboard blackboard(model, *this, TimePoint{});
   std::string error;
@@ -39,6 +45,12 @@ TimePoint State::next_timer() const {
   TimePoint next = kNever;
   for (const Timer& timer : timers_) next = std::min(next, timer.due);
   return next;
+}
+
+NodeId State::next_to_ring() const {
+  const auto next =
+      std::min_element(timers_.begin(), timers_.end(), [](const Timer& a, const Timer& b) { return a.due < b.due; });
+  return next != timers_.end() ? next->node : 0;
 }
 
 namespace {

@@ -46,6 +46,8 @@ class State {
   [[nodiscard]] std::span<const NodeId> outstanding_halts() const { return halting_; }
   /// When the next timer of a Delay, Timeout or Sleep is due; kNever if none runs.
   [[nodiscard]] TimePoint next_timer() const;
+  /// The node whose timer that is; the root if there is none.
+  [[nodiscard]] NodeId next_to_ring() const;
 
   /// Equal states of one tree behave alike from here on.
   friend bool operator==(const State& a, const State& b);

@@ -1,6 +1,7 @@
 #include "sentree/bt/detail/values.h"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 #include <vector>
 
@@ -33,17 +34,33 @@ std::optional<Value> value_of_json(const PortType& wanted, std::string_view json
     }
     case PortType::Class::kAny: return std::move(*value);
     default:
-      if (wanted.accepts == nullptr || !wanted.accepts(*value)) return std::nullopt;
+      if (wanted.accepts == nullptr || !accepts_value(wanted, *value)) return std::nullopt;
       return std::move(*value);
   }
 }
 
 }  // namespace
 
-std::optional<Value> value_of_text(const Model& model, const PortType& wanted, std::string_view text) {
+bool accepts_value(const PortType& wanted, const Value& value) {
+  try {
+    return wanted.accepts(value);
+  } catch (...) {
+    return false;
+  }
+}
+
+std::optional<Value> value_of_text(const Model& model, const PortType& wanted, std::string_view text,
+                                   std::string* why) {
   if (text.starts_with(kJson)) return value_of_json(wanted, text.substr(kJson.size()));
   if (wanted.parse != nullptr) {
-    if (auto parsed = wanted.parse(text)) return parsed;
+    // Somebody else's Convert may throw, as convertFromString of BehaviorTree.CPP does.
+    try {
+      if (auto parsed = wanted.parse(text)) return parsed;
+    } catch (const std::exception& thrown) {
+      if (why != nullptr) *why = thrown.what();
+    } catch (...) {
+      if (why != nullptr) *why = "its conversion threw something that is no std::exception";
+    }
   }
   const bool integer = wanted.kind == PortType::Class::kInteger;
   if (!integer && wanted.kind != PortType::Class::kReal) return std::nullopt;

@@ -368,6 +368,39 @@ TEST(Executor, IsWokenByANodeATimerAndAThread) {
   EXPECT_EQ(executor.run(), Status::kSuccess);
 }
 
+TEST(ThreadedAction, WithAnOutputThatNobodyAsksForSucceeds) {
+  bt::Registry registry;
+  threaded_action(registry, std::make_shared<Threads>(0), "Plan", {bt::output<int>("steps")}, [](Job& job) {
+    job.output("steps", 3);
+    return Status::kSuccess;
+  });
+  bt::Runner r(tree("<Plan/>", registry));
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_FALSE(r.error().has_value());
+}
+
+TEST(Executor, HaltedByACoroutineHaltsWhenTheTickEnds) {
+  bt::Registry registry;
+  Executor* at_work = nullptr;
+  bool is_gone = false;
+  struct Frame {
+    bool* is_gone;
+    ~Frame() { *is_gone = true; }
+  };
+  coroutine_action(registry, "Halt", {}, [&](Coroutine& self) -> Task {
+    const Frame frame{&is_gone};
+    at_work->runner().halt();
+    EXPECT_FALSE(is_gone);
+    co_await self.next_tick();
+    co_return Status::kSuccess;
+  });
+  Executor executor(tree("<Halt/>", registry));
+  at_work = &executor;
+  EXPECT_EQ(executor.run(), Status::kIdle);
+  EXPECT_TRUE(is_gone);
+  EXPECT_FALSE(executor.error().has_value());
+}
+
 TEST(Executor, EndsWhenAnotherThreadHaltsIt) {
   bt::Registry registry;
   std::atomic<bool> halted = false;

@@ -40,7 +40,9 @@ class Executor {
   [[nodiscard]] const std::optional<Diagnostic>& error() const { return runner_.error(); }
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
   [[nodiscard]] std::uint64_t missed() const { return missed_; }
-  /// The tree with its state. Only while nobody is in `run`, or from a node.
+  /// The tree with its state. Only while nobody is in `run`, or from a node, which may look at it, and `halt` it: that
+  /// takes effect when the tick ends, and `run` returns IDLE unless the tree has completed by then. A tick from a node
+  /// fails the tick.
   [[nodiscard]] bt::Runner& runner() { return runner_; }
 
  private:

@@ -1,10 +1,13 @@
 #include "sentree/runtime/durable.h"
 
 #include <algorithm>
+#include <set>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "sentree/bt/model.h"
 #include "sentree/mission/carry.h"
 #include "sentree/runtime/detail/decision_record.h"
 #include "sentree/runtime/local_skill.h"
@@ -62,6 +65,29 @@ std::string Durability::obstacle(const project::Plan& plan) {
       return fmt::format("service {} is reached through another middleware than Thrift", name);
   }
   return {};
+}
+
+std::string Durability::done_again(const project::Plan& plan) {
+  if (plan.scenario.project.plugins.empty()) return {};
+  const bt::Model& model = plan.tree.model();
+  std::set<std::string> names;
+  for (bt::NodeId id = 0; id < model.nodes.size(); ++id) {
+    const bt::Node& node = model.nodes[id];
+    if (node.kind == bt::Kind::kUser && node.child_count == 0) names.emplace(plan.tree.registration(id));
+  }
+  if (names.empty()) return {};
+  constexpr std::size_t kShown = 3;
+  std::string shown;
+  std::size_t count = 0;
+  for (const std::string& name : names) {
+    if (count++ < kShown) shown += (shown.empty() ? "" : ", ") + name;
+  }
+  if (names.size() > kShown) shown += fmt::format(" and {} more", names.size() - kShown);
+  return fmt::format(
+      "C++ leaves ({}) are no part of the journal: --resume executes again what they did since its last state, with "
+      "what "
+      "they find then",
+      shown);
 }
 
 const idl::Method& Durability::method_of(const mission::Call& call) const {

@@ -27,6 +27,8 @@ class Durability final : public Chronicle {
 
   /// Why runs of this plan cannot be durable; empty: they can.
   [[nodiscard]] static std::string obstacle(const project::Plan& plan);
+  /// What is done again when a run of this plan is resumed, though it was done before; empty: nothing.
+  [[nodiscard]] static std::string done_again(const project::Plan& plan);
 
   void instant(TimePoint now) override { journal_.instant(now); }
   void entered(const Place& where, const mission::Delivery& what) override;

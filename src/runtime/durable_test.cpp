@@ -11,6 +11,8 @@
 
 #include "sentree/base/rng.h"
 #include "sentree/base/temporary_folder.h"
+#include "sentree/bt/load.h"
+#include "sentree/bt/registry.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/requirements.h"
 #include "sentree/runtime/durable.h"
@@ -31,6 +33,19 @@ project::Plan plan_of(const std::string& scenario, bool virtual_time = true) {
   auto plan = project::prepare(std::move(*loaded.value));
   EXPECT_TRUE(plan.ok()) << to_string(plan.diagnostics.front());
   return std::move(*plan.value);
+}
+
+TEST(Durability, NamesTheLeavesOfPluginsThatAreExecutedAgain) {
+  project::Plan plan = plan_of("recharge/scenarios/normal.yaml");
+  EXPECT_EQ(Durability::done_again(plan), "");
+  bt::Registry registry;
+  registry.action("Knock", [](bt::Context&) { return bt::Status::kSuccess; });
+  auto tree = bt::load("<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\"><Knock/></BehaviorTree></root>",
+                       {.registry = &registry});
+  ASSERT_TRUE(tree.ok());
+  plan.tree = std::move(*tree.value);
+  plan.scenario.project.plugins.emplace_back();
+  EXPECT_THAT(Durability::done_again(plan), HasSubstr("C++ leaves (Knock) are no part of the journal"));
 }
 
 // What an observation says, but for its number: that a run was resumed is an observation too.

@@ -21,7 +21,10 @@ std::optional<std::string> Run::Impl::prepare_durability() {
   if (!durability_) return std::nullopt;
   if (const std::string obstacle = Durability::obstacle(plan_); !obstacle.empty())
     return "the run cannot be durable: " + obstacle;
-  if (options_.resume == nullptr) return std::nullopt;
+  if (options_.resume == nullptr) {
+    if (const std::string again = Durability::done_again(plan_); !again.empty()) problem(again);
+    return std::nullopt;
+  }
   auto state = mission::restore(plan_, options_.resume->state);
   if (!state) return fmt::format("{}: {}", options_.resume->file.string(), state.error().message);
   resumed_from_ = std::move(*state);

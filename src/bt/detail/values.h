@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "sentree/bt/model.h"
@@ -11,8 +12,13 @@
 namespace sentree::bt {
 
 /// What the text means for a port of that type: JSON behind "json:", a script enum where a number is wanted, else as
-/// the type reads it. Nothing where it is none; text itself is never asked for.
-[[nodiscard]] std::optional<Value> value_of_text(const Model& model, const PortType& wanted, std::string_view text);
+/// the type reads it. Nothing where it is none, or where reading it threw: `why` then has what it said. Text itself is
+/// never asked for.
+[[nodiscard]] std::optional<Value> value_of_text(const Model& model, const PortType& wanted, std::string_view text,
+                                                 std::string* why = nullptr);
+
+/// `wanted.accepts`; what throws accepts nothing.
+[[nodiscard]] bool accepts_value(const PortType& wanted, const Value& value);
 
 /// The object as one of the wanted type, by the casts that were registered, up or down and through several of them.
 /// Null if there is no way, or the object is not of that kind.

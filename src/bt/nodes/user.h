@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <stdexcept>
 #include <string>
 
 #include "sentree/bt/nodes/node.h"
@@ -107,7 +108,15 @@ struct User : AnyNode {
     }
   }
   static NodeMemory* memory(Machine& m, const UserNode& user) {
-    return user.object == kNone ? nullptr : m.object(user.object);
+    if (user.object == kNone) return nullptr;
+    NodeMemory* const remembered = m.object(user.object);
+    if (remembered == nullptr) [[unlikely]]
+      uncopied();
+    return remembered;
+  }
+  /// All who ask for a memory take what is thrown.
+  [[noreturn, gnu::noinline, gnu::cold]] static void uncopied() {
+    throw std::runtime_error("when it was copied, which the copy of a state asks for");
   }
   [[gnu::noinline]] static Next checked(Machine& m, const Node& n, NodeId id, Next next) {
     if (m.failed()) return Next::done(Status::kIdle);
