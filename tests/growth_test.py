@@ -49,7 +49,8 @@ FILES = {
     "comments.xml": lambda n: TREE.format(many("<!-- {i} -->\n", n) + "<AlwaysSuccess/>", ""),
     "json.xml": lambda n: TREE.format("<SetBlackboard output_key='e' value='json:{" + many("&quot;k{i}&quot;: {i}", n, ", ") + "}'/>", ""),
     "deep.xml": lambda n: TREE.format(nested("<Inverter>", "</Inverter>", n), ""),
-    "subtrees.xml": lambda n: '<root BTCPP_format="4" main_tree_to_execute="T0">' + "".join(f'<BehaviorTree ID="T{i}"><SubTree ID="T{i + 1}"/></BehaviorTree>' for i in range(n // 13)) + f'<BehaviorTree ID="T{n // 13}"><AlwaysSuccess/></BehaviorTree></root>',
+    # One beside the other, four deep: the paths of a chain are together as long as its length squared.
+    "subtrees.xml": lambda n: '<root BTCPP_format="4" main_tree_to_execute="T"><BehaviorTree ID="T"><Sequence>' + "".join(f'<SubTree ID="T{i}"/>' for i in range(0, n // 13, 4)) + "</Sequence></BehaviorTree>" + "".join(f'<BehaviorTree ID="T{i}">' + (f'<SubTree ID="T{i + 1}"/>' if i % 4 < 3 else "<AlwaysSuccess/>") + "</BehaviorTree>" for i in range(4 * (n // 52) + 4)) + "</root>",
     "entities.xml": lambda n: TREE.format('<AlwaysSuccess name="' + "&amp;" * n + '"/>', ""),
     "transitions.scxml": lambda n: CHART.format('<state id="a">' + many('<transition event="e{i}" target="a"/>', n) + "</state>"),
     "states.scxml": lambda n: CHART.format(many('<state id="s{i}"><transition event="e" target="s{next}"/></state>', n // 2)),
