@@ -767,7 +767,7 @@ class Replay {
 namespace {
 
 // Of a run that was resumed, once or more often: the recording in which it began, or the first that is not there.
-std::string first_of(const RecordedRun& recorded) {
+std::string recording_begun_in(const RecordedRun& recorded) {
   const std::filesystem::path folder = std::filesystem::path(recorded.path()).parent_path();
   std::string first = recorded.fact("continues");
   std::set<std::string> seen;
@@ -788,7 +788,7 @@ Result<ReplayReport> replay(RecordedRun& recorded, project::Plan plan, ReplayOpt
         "replay.continued",
         fmt::format("{}: this run was resumed in the middle of its mission; replay {}, in which it began, up to "
                     "where its executive died",
-                    recorded.path(), first_of(recorded)));
+                    recorded.path(), recording_begun_in(recorded)));
   }
   return Replay(recorded, std::move(plan), std::move(options)).run();
 }

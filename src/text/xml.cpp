@@ -16,7 +16,6 @@ std::string what_else(std::string_view source, std::string_view file) {
     return "";
   if (file.ends_with(".req")) return "requirements, and neither a tree nor a chart; `sentree check` takes them";
   if (file.ends_with(".thrift")) return "an interface, and neither a tree nor a chart; `sentree check` takes it";
-  if (file.ends_with(".yaml")) return "YAML, and neither a tree nor a chart; `sentree check` takes it";
   return "";
 }
 
