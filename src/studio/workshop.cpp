@@ -68,7 +68,9 @@ Workshop::Impl::~Impl() {
     watcher.join();
   }
   if (beside) beside->end();
-  server.reset();
+  // What its threads still do while it ends asks it for its pages: it is there until they have ended.
+  delete server.get();
+  (void)server.release();
   if (inotify >= 0) close(inotify);
   if (wake >= 0) close(wake);
   workspace.keep_journal();
