@@ -134,7 +134,9 @@ struct Server::Impl {
 
   Impl(const Subject& shown, const History& past, RunAccess access, ServerOptions given)
       : subject(shown), history(past), run(std::move(access)), options(std::move(given)) {}
-  ~Impl() {
+  ~Impl() { stop(); }
+
+  void stop() {
     http.reset();
     {
       const std::lock_guard lock(inbox->mutex);
@@ -372,6 +374,7 @@ void Server::Impl::compose() {
 
 Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Server::~Server() = default;
+void Server::stop() { impl_->stop(); }
 
 Result<std::unique_ptr<Server>> Server::start(const Subject& subject, const History& history, RunAccess run,
                                               ServerOptions options) {

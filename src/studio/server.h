@@ -77,6 +77,9 @@ class Server {
   [[nodiscard]] static Result<std::unique_ptr<Server>> start(const Subject& subject, const History& history,
                                                              RunAccess run, ServerOptions options);
   ~Server();
+  /// Ends the connections and the threads; nothing that it was given is called afterwards. What is called until then
+  /// may ask it: an owner whom `RunAccess::steer` reaches stops it before letting it go. Once or more often.
+  void stop();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 

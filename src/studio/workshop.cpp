@@ -68,9 +68,8 @@ Workshop::Impl::~Impl() {
     watcher.join();
   }
   if (beside) beside->end();
-  // What its threads still do while it ends asks it for its pages: it is there until they have ended.
-  delete server.get();
-  (void)server.release();
+  if (server) server->stop();  // whose threads ask it for its pages until then
+  server.reset();
   if (inotify >= 0) close(inotify);
   if (wake >= 0) close(wake);
   workspace.keep_journal();
