@@ -153,7 +153,9 @@ cp -r "$work/mine" "$work/singular"
 mkdir "$work/singular/scenario"
 expect 1 'scenario: warning: scenarios are looked for in scenarios/ only' "$sentree" check "$work/singular"
 expect 3 'mission.xml: no recording, and a project is a folder; `sentree studio .*mine` shows it' "$sentree" studio "$work/mine/mission.xml"
-expect 3 'requirements, and neither a tree nor a chart; `sentree check` takes them' "$sentree" graph examples/recharge/requirements/recharge.req
+for command in graph fmt 'diff examples/recharge/mission.xml'; do
+  expect 3 'requirements, and neither a tree nor a chart; `sentree check` takes them' "$sentree" $command examples/recharge/requirements/recharge.req
+done
 expect 0 'interfaces/gripper.thrift' "$sentree" add component gripper --project "$work/with-component"
 expect 0 'note: skills/Wave.scxml is run by nobody: the mission has no leaf "Wave"' "$sentree" check "$work/with-component"
 expect 0 '3 of 3 scenarios held' "$sentree" test "$work/with-component"

@@ -64,6 +64,9 @@ namespace {
 
 // What differs between two files.
 Result<std::vector<bt::Difference>> diff_files(const std::string& before, const std::string& after) {
+  for (const std::string& file : {before, after}) {
+    if (const auto other = other_kind(file)) return tl::unexpected(*other);
+  }
   const auto first = read_named(before);
   if (!first) return tl::unexpected(first.error());
   const auto second = read_named(after);

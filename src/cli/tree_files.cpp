@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "sentree/bt/load.h"
 #include "sentree/cli/document.h"
@@ -50,12 +51,24 @@ void files_below(const path& folder, std::vector<GivenFile>& all, Diagnostics& p
 
 }  // namespace
 
+std::optional<Diagnostic> other_kind(const path& file) {
+  static const std::map<std::string, std::string> kKinds{
+      {".mcap", "a recording, and neither a tree nor a chart; `sentree info` and `sentree studio` take it"},
+      {".req", "requirements, and neither a tree nor a chart; `sentree check` takes them"},
+      {".thrift", "an interface, and neither a tree nor a chart; `sentree check` takes it"}};
+  const auto kind = kKinds.find(file.extension().string());
+  if (kind == kKinds.end()) return std::nullopt;
+  return Diagnostic{Severity::kError, "cli.other-kind", kind->second, SourceSpan{file.string()}};
+}
+
 std::vector<GivenFile> given_files(const std::vector<std::string>& names, Diagnostics& problems) {
   std::vector<GivenFile> all;
   for (const std::string& name : names) {
     std::error_code error;
     if (std::filesystem::is_directory(name, error))
       files_below(name, all, problems);
+    else if (const auto other = other_kind(name))
+      problems.push_back(*other);
     else
       all.push_back({name, true});
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,11 @@ struct GivenFile {
   bool named = true;  ///< By the user; else found in a folder, where not every .xml is a tree.
 };
 
+/// Nothing, or that a file is neither a tree nor a chart by its ending, and which command takes it: cli.other-kind.
+[[nodiscard]] std::optional<Diagnostic> other_kind(const std::filesystem::path& file);
+
 /// The files that a command line names. A folder stands for the .xml and .scxml files below it, hidden ones left out,
-/// sorted. Errors: file.not-found, file.unreadable, cli.too-many-files.
+/// sorted. Errors: file.not-found, file.unreadable, cli.too-many-files, cli.other-kind.
 [[nodiscard]] std::vector<GivenFile> given_files(const std::vector<std::string>& names, Diagnostics& problems);
 
 /// "tree" or "chart" by the root element; empty for any other document, also one that is not well-formed.

@@ -6,21 +6,6 @@
 
 namespace sentree::text {
 
-namespace {
-
-// What a file is that is no XML and was not meant to be, and what takes it; empty: that is not known.
-std::string what_else(std::string_view source, std::string_view file) {
-  if (source.starts_with("\x89MCAP"))
-    return "a recording, and neither a tree nor a chart; `sentree info` and `sentree studio` take it";
-  if (const std::size_t first = source.find_first_not_of(" \t\r\n"); first == source.npos || source[first] == '<')
-    return "";
-  if (file.ends_with(".req")) return "requirements, and neither a tree nor a chart; `sentree check` takes them";
-  if (file.ends_with(".thrift")) return "an interface, and neither a tree nor a chart; `sentree check` takes it";
-  return "";
-}
-
-}  // namespace
-
 Result<XmlDocument> XmlDocument::parse(std::string source, std::string file, const XmlOptions& options) {
   auto tree = std::make_unique<XmlTree>();
   tree->source = std::move(source);
@@ -31,11 +16,7 @@ Result<XmlDocument> XmlDocument::parse(std::string source, std::string file, con
     return Diagnostic{severity, finding.code, finding.message, {tree->file, at.line, at.column, 0}};
   };
   XmlScan scan = scan_xml(tree->source, options);
-  if (scan.error) {
-    if (const std::string other = what_else(tree->source, tree->file); !other.empty())
-      return fail(scan.error->code, other, SourceSpan{tree->file});
-    return tl::unexpected(diagnostic(*scan.error, Severity::kError));
-  }
+  if (scan.error) return tl::unexpected(diagnostic(*scan.error, Severity::kError));
   for (const auto& finding : scan.warnings) tree->warnings.push_back(diagnostic(finding, Severity::kWarning));
   tree->elements = std::move(scan.elements);
   tree->attributes = std::move(scan.attributes);

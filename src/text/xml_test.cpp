@@ -89,18 +89,6 @@ TEST(XmlElement, OfNothingIsEmpty) {
   EXPECT_TRUE(none.attributes().empty());
 }
 
-TEST(XmlDocument, SaysWhatAFileOfAnotherKindIs) {
-  const auto told = [](const char* source, const char* file) {
-    return to_string(XmlDocument::parse(source, file).error());
-  };
-  EXPECT_EQ(told("a: always b.", "a.req"),
-            "a.req: requirements, and neither a tree nor a chart; `sentree check` takes them");
-  EXPECT_EQ(told("\x89MCAP0\r\n", "x.mcap"),
-            "x.mcap: a recording, and neither a tree nor a chart; `sentree info` and `sentree studio` take it");
-  EXPECT_EQ(told("a: always b.", "a.xml"), "a.xml:1:1: expected an element, found text");
-  EXPECT_EQ(told("<a>", "a.req"), "a.req:1:1: <a> is never closed");
-}
-
 TEST(XmlDocument, RefusesWhatIsNotWellFormed) {
   EXPECT_EQ(refusal(""), "a.xml:1:1: there is no root element");
   EXPECT_EQ(refusal("<a>\n<b></a>"), "a.xml:2:4: </a> closes <b>");
