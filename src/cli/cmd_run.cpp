@@ -490,10 +490,9 @@ class OneRun {
     const bool is_recorded = !recording_ || recording_->finish(report);
     run.forget();
     page_->ended(report);
+    const int code = exit_code(plan_.value->scenario, report);
     if (command_.json) {
-      Value said = to_value(report);
-      (*said.as_map())["ok"] = exit_code(plan_.value->scenario, report) == kOk;
-      print(to_json(said) + "\n");
+      print(to_json(to_value(report, code == kOk ? Judged::kPassed : Judged::kFailed)) + "\n");
     } else {
       for (const auto& monitor : report.monitors) {
         if (was_live && monitor.decision) print(story(monitor));
@@ -505,7 +504,6 @@ class OneRun {
       say(fmt::format("the run is over; its page stays at {} until Ctrl-C", page_->server().url()));
       interrupts.wait_for_one();
     }
-    const int code = exit_code(plan_.value->scenario, report);
     // Who has asked for none is not told by it that the mission went wrong.
     return code == kOk && !is_recorded && !command_.record.empty() ? kEnvironment : code;
   }

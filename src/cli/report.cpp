@@ -168,9 +168,9 @@ std::string story(const runtime::MonitorReport& report) {
   return text;
 }
 
-Value to_value(const runtime::RunReport& report) {
+Value to_value(const runtime::RunReport& report, Judged judged) {
   Map map{{"scenario", report.scenario},
-          {"ok", report.unmet.empty()},
+          {"ok", judged == Judged::kByExpectations ? report.unmet.empty() : judged == Judged::kPassed},
           {"clock", report.virtual_time ? "virtual" : "real"},
           {"seed", static_cast<std::int64_t>(report.seed)},
           {"mission", to_string(report.mission)}};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 
@@ -9,8 +10,10 @@
 
 namespace sentree::cli {
 
+/// What `ok` of a run means: that nothing is unmet, or what its command says by its exit code.
+enum class Judged : std::uint8_t { kByExpectations, kPassed, kFailed };
 /// The whole report as data. In virtual time it depends on project, scenario and seed only.
-[[nodiscard]] Value to_value(const runtime::RunReport& report);
+[[nodiscard]] Value to_value(const runtime::RunReport& report, Judged judged = Judged::kByExpectations);
 
 /// The report as a few lines for people.
 [[nodiscard]] std::string summary(const runtime::RunReport& report);
