@@ -117,6 +117,7 @@ std::string_view Tree::subtree_id(NodeId node) const {
   return definition(children(node).front());
 }
 
+bool Tree::is_user(NodeId node) const { return model_->nodes[node].kind == Kind::kUser; }
 bool Tree::is_external(NodeId node) const {
   const Kind kind = model_->nodes[node].kind;
   return kind == Kind::kExternalAction || kind == Kind::kExternalCondition;

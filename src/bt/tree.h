@@ -74,6 +74,8 @@ class Tree {
 
   /// True for a leaf that is neither built in nor a registered C++ node: a skill runs it.
   [[nodiscard]] bool is_external(NodeId node) const;
+  /// True for a node in C++ that a program or a plug-in registered.
+  [[nodiscard]] bool is_user(NodeId node) const;
   [[nodiscard]] std::span<const NodeId> external_leaves() const;
   /// The name of an external leaf in messages: its path through `event_name`. Unique in the tree.
   [[nodiscard]] std::string event_name(NodeId leaf) const;

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "sentree/bt/model.h"
 #include "sentree/mission/carry.h"
 #include "sentree/runtime/detail/decision_record.h"
 #include "sentree/runtime/local_skill.h"
@@ -69,11 +68,9 @@ std::string Durability::obstacle(const project::Plan& plan) {
 
 std::string Durability::done_again(const project::Plan& plan) {
   if (plan.scenario.project.plugins.empty()) return {};
-  const bt::Model& model = plan.tree.model();
   std::set<std::string> names;
-  for (bt::NodeId id = 0; id < model.nodes.size(); ++id) {
-    const bt::Node& node = model.nodes[id];
-    if (node.kind == bt::Kind::kUser && node.child_count == 0) names.emplace(plan.tree.registration(id));
+  for (bt::NodeId node = 0; node < plan.tree.size(); ++node) {
+    if (plan.tree.is_user(node) && plan.tree.children(node).empty()) names.emplace(plan.tree.registration(node));
   }
   if (names.empty()) return {};
   constexpr std::size_t kShown = 3;
