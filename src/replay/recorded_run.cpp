@@ -6,6 +6,7 @@
 
 #include <array>
 #include <charconv>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -80,6 +81,18 @@ Result<RecordedRun> RecordedRun::open(const std::string& path) {
 std::string RecordedRun::fact(std::string_view name) const {
   const auto found = facts_.find(name);
   return found != facts_.end() ? found->second : std::string();
+}
+
+std::string RecordedRun::begun_in() const {
+  std::string first = fact("continues");
+  std::set<std::string> seen;
+  while (!first.empty() && seen.insert(first).second) {
+    const auto before = open((fs::path(path_).parent_path() / first).string());
+    const std::string further = before ? before->fact("continues") : std::string();
+    if (further.empty()) break;
+    first = further;
+  }
+  return first;
 }
 
 TimePoint RecordedRun::ended() const {

@@ -29,6 +29,9 @@ class RecordedRun {
   [[nodiscard]] const std::string& path() const { return path_; }
   /// A fact of the run ("scenario", "clock", "seed", …) or of its result ("mission", "ended_ns", …); empty: not known.
   [[nodiscard]] std::string fact(std::string_view name) const;
+  /// Of a run that was resumed, once or more often: the recording in which it began, beside this one, or the first on
+  /// the way there that cannot be read. Empty: it was not resumed.
+  [[nodiscard]] std::string begun_in() const;
   [[nodiscard]] bool is_virtual() const { return fact("clock") == "virtual"; }
   /// Run time of its end; of a recording that was cut off, of its last message.
   [[nodiscard]] TimePoint ended() const;

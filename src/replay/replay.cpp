@@ -2,19 +2,18 @@
 
 #include <algorithm>
 #include <deque>
-#include <filesystem>
 #include <map>
 #include <set>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "sentree/bt/model.h"
 #include "sentree/idl/conform.h"
 #include "sentree/project/check_intervention.h"
 #include "sentree/project/intervention.h"
 #include "sentree/replay/behaviour.h"
 #include "sentree/replay/detail/arrivals.h"
+#include "sentree/replay/detail/at_rest.h"
 #include "sentree/replay/detail/snapshot.h"
 #include "sentree/replay/recording.h"
 #include "sentree/runtime/local_skill.h"
@@ -61,9 +60,6 @@ mission::CallOutcome outcome_of(const Message& message) {
   return outcome;
 }
 
-// A moment of a run in real time is looked for in so many snapshots before it.
-constexpr int kSnapshotsTriedMax = 4;
-
 // What the replay itself has done to the world, to do it to a restored one.
 struct Act {
   TimePoint time{};
@@ -78,9 +74,7 @@ struct Act {
 std::set<std::string> nodes_in_cpp(const project::Plan& plan) {
   std::set<std::string> paths;
   for (bt::NodeId node = 0; node < plan.tree.size(); ++node) {
-    if (plan.tree.children(node).empty() && !plan.tree.is_external(node) &&
-        bt::find_builtin(plan.tree.registration(node), plan.tree.format()) == nullptr)
-      paths.insert(plan.tree.path(node));
+    if (plan.tree.is_user(node) && plan.tree.children(node).empty()) paths.insert(plan.tree.path(node));
   }
   return paths;
 }
@@ -103,20 +97,19 @@ class Replay {
                                                     shortest_decimal(seconds(recorded_.ended()))));
     }
     if (!can_restore()) return run_recorded(std::nullopt);
-    return recorded_.is_virtual() ? run_restored() : run_recorded(state_at_rest());
+    return recorded_.is_virtual() ? run_restored() : run_from_rest();
   }
 
  private:
-  // What a run in real time was at some moment, with all of the recording that what follows depends on.
-  struct AtRest {
-    mission::State state;
-    std::vector<Message> messages;
-  };
+  Result<ReplayReport> run_from_rest() {
+    const TimePoint known = add_saturating(moment(), options_.go_on_at ? longest_answer() : kSnapshotPeriod);
+    auto from = at_rest_before(recorded_, plan_, moment(), known);
+    if (!from) return tl::unexpected(from.error());
+    return run_recorded(std::move(*from));
+  }
 
   // The recorded messages are executed again: from there on, or from the beginning.
-  Result<ReplayReport> run_recorded(Result<std::optional<AtRest>> from) {
-    if (!from) return tl::unexpected(from.error());
-    std::optional<AtRest>& at_rest = *from;
+  Result<ReplayReport> run_recorded(std::optional<AtRest> at_rest) {
     if (options_.go_on_at && !plan_.world) {
       return fail("replay.no-simulator",
                   "from a moment on it is the simulated robot that answers, and the project has none: what its models "
@@ -141,7 +134,9 @@ class Replay {
       ticked_[message.tick] = message.time;
     }
     if (at_rest) {
-      go_on_from(at_rest->state, options.tick_times);
+      prepare_for_replay(at_rest->state, options.tick_times);
+      report_.restored = at_rest->state.now;
+      tick_ = at_rest->state.tick;
       options.from = &at_rest->state;
     }
     options.listeners.insert(options.listeners.begin(), [this](const Message& message) {
@@ -218,50 +213,6 @@ class Replay {
         std::max({deadlines.call, deadlines.condition, deadlines.budget, deadlines.halt, deadlines.unresponsive});
     return kSnapshotPeriod +
            Duration(static_cast<std::int64_t>(static_cast<double>(longest.count()) * plan_.scenario.factor));
-  }
-
-  // The last snapshot before the moment at which nothing was under way; nothing if the last ones are none.
-  Result<std::optional<AtRest>> state_at_rest() {
-    const TimePoint known = add_saturating(moment(), options_.go_on_at ? longest_answer() : kSnapshotPeriod);
-    TimePoint before = moment();
-    for (int tries = 0; tries < kSnapshotsTriedMax; ++tries) {
-      const auto snapshot = recorded_.snapshot(before);
-      if (!snapshot || !*snapshot) break;
-      before = (*snapshot)->time - Duration(1);
-      auto state = mission::restore(plan_, (*snapshot)->state);
-      if (!state || !mission::is_at_rest(*state)) continue;
-      std::optional<AtRest> from(AtRest{std::move(*state), {}});
-      bool is_answer_due = false;  // a call was under way
-      auto read = recorded_.each(
-          [&](Message message) {
-            if (message.sequence <= from->state.published) return true;
-            const bool is_answer = message.kind == MessageKind::kReply || message.kind == MessageKind::kError;
-            is_answer_due = is_answer && message.call != 0 && message.call <= from->state.calls;
-            from->messages.push_back(std::move(message));
-            return !is_answer_due;
-          },
-          from->state.now, known);
-      if (!read) return tl::unexpected(read.error());
-      if (!is_answer_due) return from;
-    }
-    return std::nullopt;
-  }
-
-  // The next tick begins when it did, and models answer as they did.
-  void go_on_from(mission::State& state, const std::vector<TimePoint>& ticks) {
-    report_.restored = state.now;
-    tick_ = state.tick;
-    state.models.clear();
-    std::erase_if(state.queue, [](const mission::Waiting& waiting) {
-      return std::holds_alternative<mission::ModelDelivery>(waiting.what.what);
-    });
-    state.tree.given_tick = 0;
-    for (mission::Waiting& waiting : state.queue) {
-      const auto* const what = std::get_if<mission::TreeDelivery>(&waiting.what.what);
-      if (what == nullptr || !std::holds_alternative<mission::Period>(*what) || ticks.empty()) continue;
-      waiting.when = state.tree.planned = ticks.front();
-      state.tree.given_tick = 1;
-    }
   }
 
   Result<ReplayReport> run_restored() {
@@ -764,31 +715,13 @@ class Replay {
 
 }  // namespace
 
-namespace {
-
-// Of a run that was resumed, once or more often: the recording in which it began, or the first that is not there.
-std::string recording_begun_in(const RecordedRun& recorded) {
-  const std::filesystem::path folder = std::filesystem::path(recorded.path()).parent_path();
-  std::string first = recorded.fact("continues");
-  std::set<std::string> seen;
-  while (seen.insert(first).second) {
-    const auto before = RecordedRun::open((folder / first).string());
-    const std::string further = before ? before->fact("continues") : std::string();
-    if (further.empty()) break;
-    first = further;
-  }
-  return first;
-}
-
-}  // namespace
-
 Result<ReplayReport> replay(RecordedRun& recorded, project::Plan plan, ReplayOptions options) {
-  if (!recorded.fact("continues").empty()) {
+  if (const std::string first = recorded.begun_in(); !first.empty()) {
     return fail(
         "replay.continued",
         fmt::format("{}: this run was resumed in the middle of its mission; replay {}, in which it began, up to "
                     "where its executive died",
-                    recorded.path(), recording_begun_in(recorded)));
+                    recorded.path(), first));
   }
   return Replay(recorded, std::move(plan), std::move(options)).run();
 }
