@@ -28,7 +28,7 @@ struct Named {
   std::string_view name;
   Form form;
 };
-constexpr std::array<Named, 20> kOfLeaf{{{".tick.request", Form::kLeafTick},
+constexpr std::array<Named, 21> kOfLeaf{{{".tick.request", Form::kLeafTick},
                                          {".tick.reply", Form::kLeafAnswer},
                                          {".tick.error", Form::kLeafError},
                                          {".tick.taken", Form::kTaken},
@@ -47,6 +47,7 @@ constexpr std::array<Named, 20> kOfLeaf{{{".tick.request", Form::kLeafTick},
                                          {".halt.reply", Form::kBare},
                                          {".cancel", Form::kBare},
                                          {".log", Form::kLog},
+                                         {".unreachable", Form::kGivenUp},
                                          {".given_up", Form::kGivenUp}}};
 constexpr std::array<Named, 4> kOfCall{
     {{".request", Form::kRequest}, {".error", Form::kError}, {".reply", Form::kReply}, {".late", Form::kLate}}};
@@ -69,6 +70,7 @@ constexpr std::array<Named, 14> kOfRun{{{"mission.tick", Form::kBare},
 // Who says so; nothing: the leaf itself.
 std::string_view sender_to_leaf(std::string_view end) {
   if (end.ends_with(".delayed")) return "scenario";
+  if (end == ".unreachable") return "run";
   return end.ends_with(".request") || end == ".cancel" ? "mission" : "";
 }
 

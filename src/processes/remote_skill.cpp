@@ -61,7 +61,7 @@ class RemoteSkill final : public RemoteLeafDriver {
                     if (closed_) return;
                     if (!reply) {
                       replies_.problem(fmt::format("{}: {}", options_.leaf, reply.error().message));
-                      replies_.answered(tick, bt::Status::kFailure, {{"reason", reply.error().message}});
+                      replies_.unreachable(tick, reply.error().message);
                       return;
                     }
                     const Value* status = reply->find("status");

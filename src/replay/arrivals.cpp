@@ -36,8 +36,9 @@ What* first_of(std::deque<What*>& waiting) {
 
 }  // namespace
 
-Arrivals::Arrivals(const project::Plan& plan, NeverCame never_came, From from)
-    : plan_(plan), never_came_(never_came), from_(from) {
+Arrivals::Arrivals(const project::Plan& plan, std::map<std::string, std::string> processes, NeverCame never_came,
+                   From from)
+    : plan_(plan), processes_(std::move(processes)), never_came_(never_came), from_(from) {
   for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves_[plan_.leaves[i].name] = i;
 }
 
@@ -77,7 +78,10 @@ bool Arrivals::note(const Message& message) {
     open_.erase(activation);
     return true;
   }
+  if (const auto by = latest_ticks_.find(message.source); by != latest_ticks_.end()) by->second->seen = true;
   if (message.kind != MessageKind::kEvent) return false;
+  if (message.source == "run" && message.name.ends_with(".unreachable")) return note_unreached(message);
+  if (message.name == "process.restarted") note_restarted(message);
   if (message.name == "mission.tick") ticked_[message.tick] = message.time;
   if (message.name == "mission.stop.taken") {
     stops_.push_back(message.time);
@@ -164,6 +168,35 @@ void Arrivals::note_injection(const Message& message) {
   }
 }
 
+// What did not reach a skill that was gone was tried again until it was there.
+void Arrivals::note_restarted(const Message& message) {
+  const Value* const process = message.data.find("process");
+  const auto ran = process != nullptr ? processes_.find(std::string(process->text())) : processes_.end();
+  if (ran == processes_.end()) return;
+  for (const project::LeafPlan& leaf : plan_.leaves) {
+    const auto latest = latest_ticks_.find(leaf.name);
+    if ((leaf.name != ran->second && leaf.id != ran->second) || latest == latest_ticks_.end()) continue;
+    Activation& open = *latest->second;
+    if (!open.answered && !open.seen && !open.unreached) open.asked = message.time;
+  }
+}
+
+// False: the mission waited for that.
+bool Arrivals::note_unreached(const Message& message) {
+  const auto latest = latest_ticks_.find(message.target);
+  if (latest == latest_ticks_.end() || latest->second->answered) return true;
+  latest->second->unreached = true;
+  if (!latest->second->seen) latest->second->asked = kNever;
+  return false;
+}
+
+std::optional<Arrivals::Unreached> Arrivals::of_unreached(std::size_t leaf) const {
+  const auto current = ticking_.find(leaf);
+  if (current == ticking_.end() || !current->second || !current->second->unreached || !current->second->answered)
+    return std::nullopt;
+  return Unreached{*current->second->answered, current->second->seen};
+}
+
 TimePoint Arrivals::of(std::size_t leaf, LeafMessage what, std::uint64_t tick, TimePoint now) {
   // What was not taken then is by a changed project.
   const auto next_of = [this](std::deque<TimePoint>& all) {
@@ -196,6 +229,7 @@ TimePoint Arrivals::of(std::size_t leaf, LeafMessage what, std::uint64_t tick, T
   const TimePoint due = next != ticked_.end() ? std::min(patience, next->second) : patience;
   // What the end of the run cut short is cut short again.
   if (!current->answered) return what == LeafMessage::kDue && due < ended_ ? TimePoint{} : never();
+  if (what == LeafMessage::kAnswer && current->unreached) return never();
   if (what != LeafMessage::kDue) return current->late ? never() : *current->answered;
   if (current->late) return *current->answered;
   // The deadline's own timer may have been late, and the answer so in time.

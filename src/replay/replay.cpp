@@ -347,7 +347,8 @@ class Replay {
     std::map<std::uint64_t, Exchange*> open;  // by call
     std::set<std::string_view> leaves;
     for (const project::LeafPlan& leaf : plan_.leaves) leaves.insert(leaf.name);
-    arrivals_.emplace(plan_, is_own_ ? Arrivals::NeverCame::kDoesNotCome : Arrivals::NeverCame::kComesAtOnce, from);
+    arrivals_.emplace(plan_, process_skills_,
+                      is_own_ ? Arrivals::NeverCame::kDoesNotCome : Arrivals::NeverCame::kComesAtOnce, from);
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
       const bool is_arrival = arrivals_->note(message);
@@ -355,7 +356,7 @@ class Replay {
       if (is_said_anew(message)) continue;
       const bool is_published = message.kind == MessageKind::kRequest && plan_.services.contains(message.target) &&
                                 !leaves.contains(message.source);
-      if (message.name == "scenario.injection" || message.name == "process.restarted" ||
+      if (message.name == "scenario.injection" || is_of_process(message) || is_unreached(message) ||
           models_.contains(message.source) || is_published) {
         injections_.push_back(message);
         continue;
@@ -422,11 +423,15 @@ class Replay {
 
   // What was done then is done again, except to what answers as recorded.
   void inject(const Message& injection) {
-    const Value* process = injection.data.find("process");
-    if (injection.name == "process.restarted") {
-      if (process != nullptr)
-        of_process(std::string(process->text()),
-                   [this](runtime::SkillActor& skill) { skill.restart(inside_->scheduler().now()); });
+    if (is_unreached(injection)) return fail_unreached(injection);
+    if (is_of_process(injection)) {
+      const Value* const process = injection.data.find("process");
+      if (process == nullptr) return;
+      const bool exited = injection.name == "process.exited";
+      of_process(std::string(process->text()), [this, exited](runtime::SkillActor& skill) {
+        const TimePoint now = inside_->scheduler().now();
+        exited ? skill.kill(now) : skill.restart(now);
+      });
       return;
     }
     const auto what = project::intervention_of(injection);
@@ -448,6 +453,31 @@ class Replay {
       of_process(kill->part, [this](runtime::SkillActor& skill) { skill.kill(inside_->scheduler().now()); });
     }
     if (call != nullptr && plan_.world) call_again(call->method, call->args);
+  }
+
+  static bool is_of_process(const Message& message) {
+    return message.source == "run" && (message.name == "process.exited" || message.name == "process.restarted");
+  }
+  static bool is_unreached(const Message& message) {
+    return message.source == "run" && message.name.ends_with(".unreachable");
+  }
+
+  // The leaf of a skill that was gone fails as it did then, and the chart that was at work has gone.
+  void fail_unreached(const Message& told) {
+    const auto leaf = std::find_if(plan_.leaves.begin(), plan_.leaves.end(),
+                                   [&](const project::LeafPlan& each) { return each.name == told.target; });
+    const Value* const reason = told.data.find("reason");
+    if (leaf == plan_.leaves.end() || reason == nullptr) return;
+    const auto index = static_cast<std::size_t>(leaf - plan_.leaves.begin());
+    const auto unreached = arrivals_->of_unreached(index);
+    if (!unreached) return;
+    runtime::SkillActor* const skill = inside_->skill(index);
+    if (unreached->was_at_work && skill != nullptr) {
+      skill->kill(inside_->scheduler().now());
+      skill->restart(inside_->scheduler().now());
+    }
+    inside_->scheduler().at(inside_->director(), unreached->known, mission::Rank::kMessage,
+                            [this, index, why = std::string(reason->text())] { inside_->fail_leaf(index, why); });
   }
 
   // Only a model tells what comes of that.

@@ -38,6 +38,8 @@ struct ProcessEvent {
 /// What a skill in another process answers; from threads of its own.
 struct LeafReplies {
   std::function<void(std::uint64_t tick, bt::Status status, Map outputs)> answered;
+  /// The tick that it was asked last has not reached it, or its answer has not come back: its leaf fails.
+  std::function<void(std::uint64_t tick, const std::string& reason)> unreachable;
   std::function<void()> halted;
   std::function<void(const std::string&)> problem;
 };

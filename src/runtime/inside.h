@@ -44,6 +44,8 @@ class RunInside {
   /// In the director's actor: what an entry of a timeline does. Its names must be those of the run (see
   /// `check_intervention`).
   virtual void inject(const project::Injection& injection) = 0;
+  /// In the director's actor, in virtual time: fails what a leaf was asked, as a skill that cannot be reached does.
+  virtual void fail_leaf(std::size_t leaf, const std::string& reason) = 0;
   /// Calls are not delayed or falsified, because whoever makes their ports has seen to that; or no message is delayed,
   /// because `RunOptions::arrival` and the like see to that too.
   virtual void spare(Spared what) = 0;

@@ -251,6 +251,11 @@ void Run::Impl::pass(std::size_t leaf, RunOptions::LeafMessage what, Scheduler::
     scheduler_->at(director_, at, mission::Rank::kMessage, std::move(task));
 }
 
+void Run::Impl::fail_leaf(std::size_t leaf, const std::string& reason) {
+  const std::uint64_t asked = mission_->state().leaves.at(leaf).outstanding;
+  mission_->answered(leaf, asked, bt::Status::kFailure, Map{{"reason", reason}});
+}
+
 struct Run::Impl::LocalDriver final : LeafDriver {
   LocalDriver(Impl& of, std::size_t leaf) : run(of), index(leaf) {}
   void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint asked) override {
@@ -334,6 +339,17 @@ Result<std::unique_ptr<LeafDriver>> Run::Impl::make_remote(std::size_t index) {
   replies.answered = [this, index](std::uint64_t tick, bt::Status status, Map outputs) {
     take_observations();
     mission_->answered(index, tick, status, std::move(outputs));
+  };
+  replies.unreachable = [this, index](std::uint64_t tick, const std::string& reason) {
+    take_observations();
+    // Whose answer it was no chart tells, and a replay executes the chart.
+    Message message;
+    message.source = "run";
+    message.target = plan_.leaves[index].name;
+    message.name = message.target + ".unreachable";
+    message.data = Map{{"reason", reason}};
+    stream_.publish(std::move(message));
+    mission_->answered(index, tick, bt::Status::kFailure, Map{{"reason", reason}});
   };
   replies.halted = [this, index] {
     take_observations();

@@ -30,7 +30,9 @@ class Arrivals {
   enum class From : std::uint8_t { kBeginning, kMiddle };
 
   /// @param plan  Of which leaves and deadlines are looked at; borrowed.
-  Arrivals(const project::Plan& plan, NeverCame never_came, From from = From::kBeginning);
+  /// @param processes  The skill, or leaf, by the process that executed it.
+  Arrivals(const project::Plan& plan, std::map<std::string, std::string> processes, NeverCame never_came,
+           From from = From::kBeginning);
   Arrivals(const Arrivals&) = delete;
   Arrivals& operator=(const Arrivals&) = delete;
 
@@ -42,6 +44,13 @@ class Arrivals {
   void published(const Message& request) { ++published_now_[{topic_of(request), request.source}]; }
   /// As `runtime::RunOptions::arrival`. @param tick  The root's, the latest.
   [[nodiscard]] TimePoint of(std::size_t leaf, LeafMessage what, std::uint64_t tick, TimePoint now);
+  /// When the mission knew that what it last asked of a leaf, whose skill ran elsewhere, would not be answered;
+  /// nothing: it was not waiting for that.
+  struct Unreached {
+    TimePoint known;
+    bool was_at_work;  ///< The skill had begun with it.
+  };
+  [[nodiscard]] std::optional<Unreached> of_unreached(std::size_t leaf) const;
   /// As `runtime::RunOptions::topic_arrival` and `timer_arrival`.
   [[nodiscard]] TimePoint of_topic(std::size_t leaf, const mission::Publication& what) const;
   [[nodiscard]] TimePoint of_timer(std::size_t leaf, std::uint64_t number) const;
@@ -59,6 +68,9 @@ class Arrivals {
     TimePoint asked{};  // or, where that is known, when the leaf took it
     std::optional<TimePoint> answered;
     bool late = false;  // `answered` is when the mission gave up
+    // Of a skill elsewhere.
+    bool seen = false;       // it has published something since
+    bool unreached = false;  // it failed because the skill was not reached, or gone
   };
   // By leaf and root tick, in order.
   using Activations = std::map<std::pair<std::size_t, std::uint64_t>, std::deque<Activation>>;
@@ -82,9 +94,12 @@ class Arrivals {
   bool note_taken(const Message& message);
   bool note_delayed(const Message& message);
   void note_injection(const Message& message);
+  void note_restarted(const Message& message);
+  bool note_unreached(const Message& message);
   void note_topic(std::size_t leaf, const Message& message, TimePoint taken);
 
   const project::Plan& plan_;
+  std::map<std::string, std::string> processes_;
   NeverCame never_came_;
   From from_;
   TimePoint ended_{};                          // the latest observation

@@ -65,6 +65,7 @@ class Run::Impl final : public RunView, private RunInside {
   SkillActor* skill(std::size_t leaf) override { return skills_[leaf]; }
   Steering& steering() override { return steering_; }
   void inject(const project::Injection& injection) override { steering_.inject(injection); }
+  void fail_leaf(std::size_t leaf, const std::string& reason) override;
   void spare(Spared what) override { steering_.faults().spare(what); }
   Result<void> settle(std::chrono::milliseconds patience) override;
   mission::State capture() override;
