@@ -451,6 +451,7 @@ expect 0 '"interface":"Battery"' "$sentree" services --json
 expect 0 '✓ run .* ms' "$sentree" ping
 expect 2 'no service "batery"; did you mean "battery"' "$sentree" ping batery
 expect 4 'refused|unreachable|no such' "$sentree" ping unix:/nowhere/at.sock
+expect 2 'address "yarp" has no ":" after its scheme' "$sentree" services --on yarp
 expect 0 'battery.getBatteryState.reply' "$sentree" echo 'battery.*.reply' -n 2
 expect 0 '^\{"sequence":' "$sentree" echo mission.tick --json -n 1
 until grep -q 'battery violated' "$work/mission" || ! kill -0 $mission 2>/dev/null; do read -rt 0.05 <> <(:) || true; done

@@ -32,6 +32,7 @@ Result<Address> Address::parse(std::string_view text) {
   std::string_view rest = text;
   const std::string_view scheme = text.substr(0, std::min(text.find(':'), text.size()));
   if (const Middleware* other = find_middleware(scheme); other != nullptr && other != &thrift()) {
+    if (scheme.size() == text.size()) return wrong(text, "has no \":\" after its scheme");
     out.kind = Kind::kOther;
     out.scheme = scheme;
     out.path = text.substr(scheme.size() + 1);
