@@ -57,23 +57,42 @@ int finish(bool ok, const std::string& result, const std::string& kind, const st
   return kind == "arguments" ? kUsage : kind == "exception" ? kFindings : kEnvironment;
 }
 
-// What the network says of the address: the interface of ROS that is there; empty: it does not say.
-std::string interface_there(const rpc::Address& address) {
-  constexpr std::chrono::seconds kDiscovery{1};
-  const auto listed = rpc::middleware_of(address).list(address, kDiscovery);
-  if (!listed) return {};
-  const std::string name = address.path.substr(0, address.path.find('?'));
-  for (const rpc::NetworkEntry& entry : *listed) {
-    // "action nav2_msgs/action/Spin"
-    if (entry.name == name && entry.kind.find('/') != std::string::npos)
-      return entry.kind.substr(entry.kind.rfind(' ') + 1);
+// The interface of ROS that the network has at the address; nothing, and it is said: nobody is there.
+std::optional<std::string> interface_there(const rpc::Address& address) {
+  // A busy machine's first look at its network may be too short.
+  constexpr std::chrono::seconds kDiscoveries[] = {std::chrono::seconds(1), std::chrono::seconds(3)};
+  const std::string options = address.path.substr(std::min(address.path.find('?'), address.path.size()));
+  const std::string name = address.path.substr(0, address.path.size() - options.size());
+  rpc::Address everywhere = address;
+  everywhere.path = "/" + options;
+  std::vector<std::string> names;
+  std::string silence;
+  for (const std::chrono::seconds discovery : kDiscoveries) {
+    const auto listed = rpc::middleware_of(address).list(everywhere, discovery);
+    names.clear();
+    silence = listed ? "" : listed.error().message;
+    if (!listed) continue;
+    for (const rpc::NetworkEntry& entry : *listed) {
+      // "action nav2_msgs/action/Spin"
+      if (entry.kind.find('/') == std::string::npos) continue;
+      if (entry.name == name) return entry.kind.substr(entry.kind.rfind(' ') + 1);
+      names.push_back(entry.name);
+    }
   }
-  return {};
+  say(!silence.empty() ? silence
+                       : fmt::format("nobody has {} there{}; `sentree services --on ros:{}` lists what is", name,
+                                     did_you_mean(name, names), everywhere.path));
+  return std::nullopt;
 }
 
 int call_address(const CallCommand& command, const rpc::Address& address, const Value& arguments, Duration deadline) {
-  const std::string said = command.interface.empty() && address.scheme == "ros" ? interface_there(address) : "";
-  const auto [name, of] = project::interface_name(said.empty() ? command.interface : said);
+  std::string interface = command.interface;
+  if (interface.empty() && address.scheme == "ros") {
+    auto said = interface_there(address);
+    if (!said) return kEnvironment;
+    interface = std::move(*said);
+  }
+  const auto [name, of] = project::interface_name(interface);
   if (name.empty()) {
     say("calling an address needs --interface FILE.thrift/SERVICE, or PACKAGE/srv/NAME of ROS");
     return kUsage;
