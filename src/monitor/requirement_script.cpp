@@ -202,17 +202,24 @@ std::string Script::raw(const Condition& value) {
   return place;
 }
 
-// Whether the observation has the value.
-Js Script::guard(const Condition& value) const {
+// Whether the observation has what the value is a member of.
+Js Script::holders(const Condition& value) {
   Js guard = js_true();
   std::string place = "_event.data";
   const std::vector<std::string> path = path_of(value);
-  for (std::size_t i = 0; i < path.size(); ++i) {
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     place += "." + path[i];
-    if (i + 1 < path.size()) guard = js_and(guard, {place, kPrimary});
+    guard = js_and(guard, {place, kPrimary});
   }
+  return guard;
+}
+
+// Whether the observation has the value.
+Js Script::guard(const Condition& value) const {
+  const std::string place = raw(value);
   const DataType type = type_of(value);
-  guard = js_and(guard, type_name(type.kind).empty() ? Js{place + " !== null", kEquality} : is_of(place, type));
+  const Js guard =
+      js_and(holders(value), type_name(type.kind).empty() ? Js{place + " !== null", kEquality} : is_of(place, type));
   return {std::move(guard.text), guard.binding == kOr ? kOr : kAnd};
 }
 
@@ -338,10 +345,12 @@ Js Script::at_present(const Variable& variable, const Js& expression) {
 
 // Whether the present observation has the values in an expression: variables are undefined where theirs did not.
 Js Script::is_there(const Condition& c) const {
-  if (present_.empty()) return js_true();
+  const auto may_lack = [&] { return type_of(c).may_be_absent; };
+  if (c.kind == Kind::kMember) return may_lack() ? holders(c) : js_true();
+  if (c.kind == Kind::kValue)
+    return !present_.empty() && c.source->observation == present_ && may_lack() ? guard(c) : js_true();
+  if (c.kind != Kind::kDefined && c.kind < Kind::kNegate) return js_true();
   Js there = js_true();
-  if (c.kind == Kind::kValue && type_of(c).may_be_absent && c.source->observation == present_) there = guard(c);
-  if (c.kind != Kind::kDefined && c.kind < Kind::kNegate) return there;
   for (const ConditionPtr& operand : c.operands) there = js_and(there, is_there(*operand));
   return there;
 }

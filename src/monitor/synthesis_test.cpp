@@ -375,6 +375,21 @@ TEST(Unknown, DecidesNothing) {
               ElementsAre(at(1002)));
 }
 
+TEST(Unknown, IsWhatAnObservationHasNoHolderOf) {
+  for (const char* text : {"never event(reply(s.info where result.inner.n = 3)).",
+                           "never event(reply(s.info where result.inner.n > 2)).",
+                           "never event(reply(s.info where result.inner.is_on)).",
+                           "never event(reply(s.info where not result.inner.n != 3)).",
+                           "never event(reply(s.info where result.inner.n + 1 = 4))."}) {
+    SCOPED_TRACE(text);
+    Player p(text);
+    p.see(at(1), "s.info.reply", Map{{"k", 1}}).see(at(2), "s.info.reply", Map{{"inner", Map{}}});
+    EXPECT_THAT(p.violations(), IsEmpty());
+    p.see(at(3), "s.info.reply", Map{{"inner", Map{{"n", 3}, {"is_on", true}}}});
+    EXPECT_THAT(p.violations(), testing::ElementsAre(at(3)));
+  }
+}
+
 TEST(Unknown, AreNotEqualToEachOther) {
   const auto two = [](const std::string& condition) {
     auto file = parse_requirements("let x = reply(s.a)\nlet y = reply(s.b)\nR: never " + condition + ".");

@@ -87,6 +87,7 @@ class Script {
   [[nodiscard]] static std::vector<std::string> path_of(const Condition& value);
   [[nodiscard]] static std::string raw(const Condition& value);
   [[nodiscard]] Js guard(const Condition& value) const;
+  [[nodiscard]] static Js holders(const Condition& value);
   [[nodiscard]] Js at_present(const Variable& variable, const Js& expression);
   [[nodiscard]] Js is_there(const Condition& c) const;
 
