@@ -238,7 +238,10 @@ const Tree& Context::tree() const { return machine_.tree(); }
 TimePoint Context::now() const { return machine_.now(); }
 bool Context::failed() const { return machine_.failed(); }
 void Context::wake() { machine_.wake(); }
-std::function<void()> Context::waker() const { return machine_.effects().waker; }
+std::function<void()> Context::waker() const {
+  const std::function<void()>& waker = machine_.effects().waker;
+  return waker ? waker : [] {};
+}
 void Context::fail(std::string message) { machine_.fail(node_, "bt.node-failed", std::move(message)); }
 std::size_t Context::child_count() const { return machine_.node(node_).child_count; }
 

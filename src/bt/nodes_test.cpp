@@ -386,6 +386,8 @@ TEST(Context, AWakerAsksForATickFromOutside) {
   });
   Runner r = runner("<Keep/>", &registry);
   int asked = 0;
+  r.tick();
+  waker();  // of who hears none
   r.effects().waker = [&] { ++asked; };
   r.tick();
   waker();

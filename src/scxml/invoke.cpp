@@ -18,7 +18,7 @@ bool is_scxml_type(std::string_view type) {
 
 Interpreter::Relative Interpreter::find_invoked(Session& session, std::string_view id) {
   for (Invocation& invocation : session.invocations_) {
-    if (!invocation.child) continue;
+    if (!invocation.child || !invocation.child->running()) continue;
     if (invocation.child->id() == id) return {invocation.child.get(), &invocation.child.chart(), &session};
     if (const Relative found = find_invoked(*invocation.child, id); found.session != nullptr) return found;
   }
@@ -173,7 +173,7 @@ void Interpreter::apply_finalize_and_autoforward(const Event& event) {
       else
         execute(invoke.finalize);
     }
-    if (!invoke.autoforward) continue;
+    if (!invoke.autoforward || (invocation.child && !invocation.child->running())) continue;
     Event copy = event;
     if (invocation.child)
       send_to_session(*invocation.child, std::move(copy));
@@ -197,6 +197,10 @@ void Interpreter::apply_default_finalize(const Invoke& invoke, const Event& even
 }
 
 bool Interpreter::run_family(Run& run, const Chart& chart, Session& session, Session* parent) {
+  const auto waits = [&](std::string_view invokeid) {
+    const EventQueue& events = session.external_;
+    return std::any_of(events.begin(), events.end(), [&](const Event& event) { return event.invokeid == invokeid; });
+  };
   bool again = true;
   while (again && !must_yield(run)) {
     again = false;
@@ -229,7 +233,9 @@ bool Interpreter::run_family(Run& run, const Chart& chart, Session& session, Ses
         session.status_ = SessionStatus::kFailed;
         return false;
       }
-      if (!child->running())
+      // SCXML 6.5: what it sent before it ended is finalized too.
+      const bool is_heard = session.running() && waits(session.invocations_[i].id);
+      if (!child->running() && !is_heard)
         session.invocations_.erase(session.invocations_.begin() + static_cast<std::ptrdiff_t>(i--));
     }
     again |= session.running() && !session.external_.empty();

@@ -213,7 +213,7 @@ void Interpreter::dispatch(Timer&& timer) {
   }
   const std::string_view invokeid = std::string_view(target).substr(2);
   for (Invocation& invocation : session_.invocations_) {
-    if (invocation.id != invokeid) continue;
+    if (invocation.id != invokeid || (invocation.child && !invocation.child->running())) continue;
     if (invocation.child) return send_to_session(*invocation.child, std::move(event));
     run_.effects.emplace_back(InvokeEvent{session_.id(), invocation.id, std::move(event)});
     return;

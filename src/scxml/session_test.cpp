@@ -169,6 +169,26 @@ TEST(Invocation, SendsAndForwardsBothWays) {
   EXPECT_TRUE(running.session.invocations().empty());
 }
 
+// SCXML 6.5: each event of an invocation passes its <finalize>, while the state that invoked is active.
+TEST(Invocation, WhatItSaysBeforeItEndsIsFinalized) {
+  const auto loaded = load(
+      R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="n" expr="0"/></datamodel>
+    <state id="a"><invoke id="c" autoforward="true"><finalize><assign location="n" expr="n + 10"/></finalize><content>
+      <scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+      <state id="x"><transition event="go" target="f"><send target="#_parent" event="said"/></transition></state><final id="f"/></scxml>
+      </content></invoke>
+      <transition event="said" cond="n == 10"><send target="#_c" event="late"/></transition>
+      <transition event="error.communication" cond="n == 10"><assign location="n" expr="n + 1"/></transition>
+      <transition event="done.invoke.c" cond="n == 21" target="b"/></state>
+    <state id="b"/></scxml>)xml");
+  ASSERT_TRUE(loaded.ok());
+  Running running;
+  start(*loaded.value, running.session, {}, {}, running.effects);
+  step(*loaded.value, running.session, {.name = "go"}, {}, running.effects);
+  EXPECT_THAT(running.session.active_ids(*loaded.value), testing::ElementsAre("b"));
+  EXPECT_TRUE(running.session.invocations().empty());
+}
+
 TEST(Bounds, SessionsThatSendToEachOtherForeverAreStopped) {
   const auto loaded = load(R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="null">
     <state id="a"><onentry><send event="e"/></onentry><transition event="e"><send event="e"/></transition></state></scxml>)xml");
