@@ -321,7 +321,9 @@ class Checker {
       const std::string& source = is_inline ? invoke.payload.content_source : invoke.src_text;
       if (!is_chart || source.empty()) continue;
       for (const Diagnostic& diagnostic :
-           load(source, is_inline ? std::string() : invoke.src.constant, {.to_run = !model_.obstacle}).diagnostics) {
+           load(source, is_inline ? std::string() : seen_from(model_.folder, invoke.src.constant),
+                {.to_run = !model_.obstacle})
+               .diagnostics) {
         if (diagnostic.severity != Severity::kError) continue;
         report(Severity::kError, diagnostic.code,
                "the invoked chart cannot be loaded: " + (is_inline ? diagnostic.message : to_string(diagnostic)),

@@ -159,7 +159,7 @@ TEST(Check, FindsFilesOfDataAndChartsThatCannotBeRead) {
   EXPECT_THAT(told("<state id=\"a\"><invoke src=\"Gone.scxml\"/></state>"),
               ElementsAre(HasSubstr("\"Gone.scxml\" cannot be invoked: no such file")));
   EXPECT_THAT(told("<state id=\"a\"><invoke src=\"file:Child.scxml\"/></state>"),
-              ElementsAre(HasSubstr("the invoked chart cannot be loaded: file:Child.scxml:2:")));
+              ElementsAre(HasSubstr("the invoked chart cannot be loaded: Child.scxml:2:")));
 }
 
 TEST(Check, FindsInOfAStateThatIsNotThere) {

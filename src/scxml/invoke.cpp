@@ -5,6 +5,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/scxml/detail/interpreter.h"
+#include "sentree/scxml/loader.h"
 
 namespace sentree::scxml {
 namespace {
@@ -113,6 +114,7 @@ Result<void> Interpreter::start_invocation(std::uint32_t index) {
 
 Result<Chart> Interpreter::child_chart(const Invoke& invoke, const std::string& src) {
   if (invoke.child) return *invoke.child;
+  const std::string file = src.empty() ? std::string() : seen_from(model_.folder, src);
   std::string source;
   if (!src.empty()) {
     if (invoke.src.expr == kNoExpression && !invoke.src_text.empty()) {
@@ -122,7 +124,7 @@ Result<Chart> Interpreter::child_chart(const Invoke& invoke, const std::string& 
     } else if (!run_.host.read) {
       return fail("scxml.unreadable", fmt::format("\"{}\" cannot be read: no other documents are available here", src));
     } else {
-      auto text = run_.host.read(src);
+      auto text = run_.host.read(file);
       if (!text) return fail("scxml.unreadable", std::move(text.error().message));
       source = *std::move(text);
     }
@@ -136,7 +138,7 @@ Result<Chart> Interpreter::child_chart(const Invoke& invoke, const std::string& 
   }
   LoadOptions options;
   options.read = run_.host.read;
-  Loaded<Chart> loaded = load(source, src, options);
+  Loaded<Chart> loaded = load_in(src.empty() ? model_.folder : folder_of(file), source, file, options);
   if (loaded.value) return *std::move(loaded.value);
   const auto error = std::find_if(loaded.diagnostics.begin(), loaded.diagnostics.end(),
                                   [](const Diagnostic& d) { return d.severity == Severity::kError; });

@@ -26,8 +26,10 @@ std::uint64_t fingerprint_of(std::string_view text) {
 
 }  // namespace
 
-Loader::Loader(const text::XmlDocument& document, const LoadOptions& options, int depth)
-    : document_(document), options_(options), model_(std::make_unique<Model>()), depth_(depth) {}
+Loader::Loader(const text::XmlDocument& document, const LoadOptions& options, std::string folder, int depth)
+    : document_(document), options_(options), model_(std::make_unique<Model>()), depth_(depth) {
+  model_->folder = std::move(folder);
+}
 
 std::shared_ptr<const Model> Loader::run() {
   const Element root = document_.root();
@@ -628,6 +630,10 @@ bool Loader::too_deep(const Element& element, int depth) {
 }
 
 Loaded<Chart> load(std::string_view source, std::string file, const LoadOptions& options) {
+  return load_in({}, source, std::move(file), options);
+}
+
+Loaded<Chart> load_in(std::string folder, std::string_view source, std::string file, const LoadOptions& options) {
   Loaded<Chart> loaded;
   if (source.size() > options.limits.source_bytes_max) {
     loaded.diagnostics.push_back({Severity::kError,
@@ -641,7 +647,7 @@ Loaded<Chart> load(std::string_view source, std::string file, const LoadOptions&
     loaded.diagnostics.push_back(std::move(document.error()));
     return loaded;
   }
-  Loader loader(*document, options);
+  Loader loader(*document, options, std::move(folder));
   auto model = loader.run();
   loaded.diagnostics = loader.take_diagnostics();
   for (Diagnostic warning : document->warnings()) {

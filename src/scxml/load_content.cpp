@@ -73,10 +73,19 @@ std::optional<Value> Loader::inline_content(const Element& element) {
 Result<std::string> Loader::read(std::string_view uri) const {
   if (!options_.read)
     return fail("scxml.unreadable", fmt::format("\"{}\" cannot be read: no other documents are available here", uri));
+  return options_.read(seen_from(model_->folder, uri));
+}
+
+std::string seen_from(std::string_view folder, std::string_view uri) {
   // A relative reference, though with a scheme: as W3C's tests and Qt's charts write it.
   constexpr std::string_view kFile = "file:";
-  return options_.read(uri.starts_with(kFile) ? uri.substr(kFile.size()) : uri);
+  if (uri.starts_with(kFile)) uri.remove_prefix(kFile.size());
+  const std::size_t colon = uri.find(':');
+  const bool is_relative = !uri.starts_with('/') && (colon == uri.npos || uri.find('/') < colon);
+  return std::string(is_relative ? folder : std::string_view()).append(uri);
 }
+
+std::string folder_of(std::string_view uri) { return std::string(uri.substr(0, uri.rfind('/') + 1)); }
 
 ExpressionId Loader::add_expression(std::string_view text, ExpressionUse use, const Place& place) {
   if (text.size() > options_.limits.expression_bytes_max) {

@@ -206,9 +206,10 @@ void Loader::load_children() {
           0, std::string(static_cast<std::size_t>(std::max(0, invoke.payload.content_place.line - 1)), '\n') +
                  std::string(static_cast<std::size_t>(std::max(0, invoke.payload.content_place.column - 1)), ' '));
     }
-    auto document = text::XmlDocument::parse(std::move(source), inline_chart ? model_->file : invoke.src.constant);
+    const std::string file = seen_from(model_->folder, invoke.src.constant);
+    auto document = text::XmlDocument::parse(std::move(source), inline_chart ? model_->file : file);
     if (!document) continue;
-    Loader loader(*document, options_, depth_ + 1);
+    Loader loader(*document, options_, inline_chart ? model_->folder : folder_of(file), depth_ + 1);
     if (auto child = loader.run()) invoke.child.emplace(std::move(child));
   }
 }

@@ -15,12 +15,22 @@
 
 namespace sentree::scxml {
 
+/// A document that a chart names, seen from the outermost chart's folder.
+/// @param folder  Of the chart, as `Model::folder`.
+[[nodiscard]] std::string seen_from(std::string_view folder, std::string_view uri);
+/// What of it is the folder, with the "/" at its end; empty: there is none.
+[[nodiscard]] std::string folder_of(std::string_view uri);
+/// As `load`, of a chart in a folder.
+[[nodiscard]] Loaded<Chart> load_in(std::string folder, std::string_view source, std::string file,
+                                    const LoadOptions& options);
+
 /// Builds a model from a document. The work behind `load`: states in load.cpp, executable content in
 /// load_content.cpp, references between states in load_resolve.cpp.
 class Loader {
  public:
-  /// `depth`: of charts inside charts.
-  Loader(const text::XmlDocument& document, const LoadOptions& options, int depth = 0);
+  /// `folder`: of the document, seen from that of the outermost one, empty or with a "/" at its end; `depth`: of charts
+  /// inside charts.
+  Loader(const text::XmlDocument& document, const LoadOptions& options, std::string folder = {}, int depth = 0);
 
   /// Null if there were errors.
   std::shared_ptr<const Model> run();

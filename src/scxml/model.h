@@ -181,6 +181,7 @@ using ByName = std::unordered_map<std::string, T, NameHash, std::equal_to<>>;
 struct Model {
   std::string name;
   std::string file;
+  std::string folder;  ///< Of an invoked chart, seen from that of the outermost one: its `src`s are seen from there.
   std::string source;
   DataModelKind data_model = DataModelKind::kNull;
   bool late_binding = false;

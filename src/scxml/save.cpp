@@ -7,6 +7,7 @@
 #include "sentree/scxml/carry.h"
 #include "sentree/scxml/detail/interpreter.h"
 #include "sentree/scxml/detail/session_members.h"
+#include "sentree/scxml/loader.h"
 #include "sentree/scxml/model.h"
 #include "sentree/scxml/step.h"
 
@@ -79,7 +80,7 @@ struct SessionSnapshot {
     const auto& known = invokes[invocation.invoke].child;
     auto loaded = known && known->source() == source->text()
                       ? known
-                      : load(source->text(), std::string(file->text()), options).value;
+                      : load_in(folder_of(file->text()), source->text(), std::string(file->text()), options).value;
     if (!loaded) return false;
     invocation.child = ChildSession(*std::move(loaded));
     return restore(invocation.child.chart(), *child, options, depth + 1, *invocation.child);

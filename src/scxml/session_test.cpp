@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -187,6 +188,41 @@ TEST(Invocation, WhatItSaysBeforeItEndsIsFinalized) {
   step(*loaded.value, running.session, {.name = "go"}, {}, running.effects);
   EXPECT_THAT(running.session.active_ids(*loaded.value), testing::ElementsAre("b"));
   EXPECT_TRUE(running.session.invocations().empty());
+}
+
+TEST(Invocation, OfAnotherFolderReadsWhatIsBesideIt) {
+  const std::map<std::string, std::string, std::less<>> files{
+      {"sub/child.scxml",
+       R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><script src="lib.js"/>
+      <datamodel><data id="d" src="file:d.json"/><data id="next" expr="'deep/grand.scxml'"/></datamodel>
+      <state id="s"><invoke id="g" srcexpr="next"/><transition event="done.invoke.g" cond="twice(d.q) == 10" target="f"/></state>
+      <final id="f"/></scxml>)xml"},
+      {"sub/lib.js", "function twice(x) { return 2 * x; }"},
+      {"sub/d.json", "{\"q\": 5}"},
+      {"sub/deep/grand.scxml",
+       R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0"><state id="s"><invoke src="../last.scxml" id="l"/><transition event="done.invoke.l" target="f"/></state><final id="f"/></scxml>)xml"},
+      {"sub/deep/../last.scxml",
+       R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0"><final id="f"/></scxml>)xml"}};
+  LoadOptions options;
+  options.read = [&](std::string_view uri) -> Result<std::string> {
+    const auto found = files.find(uri);
+    return found != files.end() ? found->second : Result<std::string>(fail("none", std::string(uri)));
+  };
+  Running running;
+  Host host;
+  host.read = options.read;
+  for (const char* src : {"src=\"sub/child.scxml\"", "src=\"file:sub/child.scxml\"", "srcexpr=\"'sub/child.scxml'\""}) {
+    SCOPED_TRACE(src);
+    const auto loaded = load(
+        fmt::format(
+            R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><state id="a"><invoke id="c" {}/>
+            <transition event="done.invoke.c" target="b"/></state><state id="b"/></scxml>)xml",
+            src),
+        "main.scxml", options);
+    ASSERT_TRUE(loaded.ok());
+    start(*loaded.value, running.session, {}, {}, running.effects, host);
+    EXPECT_THAT(running.session.active_ids(*loaded.value), testing::ElementsAre("b"));
+  }
 }
 
 TEST(Bounds, SessionsThatSendToEachOtherForeverAreStopped) {
