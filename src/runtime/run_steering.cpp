@@ -122,7 +122,8 @@ Result<void> RunSteering::step(std::uint64_t ticks) {
   if (auto refused = refuse(); !refused) return refused;
   {
     const std::lock_guard lock(mutex_);
-    step_until_ = run_.tick() + std::max<std::uint64_t>(ticks, 1);
+    // Behind the steps that it still owes.
+    step_until_ = std::max(step_until_, run_.tick()) + std::max<std::uint64_t>(ticks, 1);
     ++until_;
     stopped_at_ = 0;
     stopped_what_.clear();
@@ -138,6 +139,9 @@ void RunSteering::tick_done(std::uint64_t tick) {
     step_until_ = 0;
   }
   hold();
+  // Another step may have been asked for just before that.
+  const std::lock_guard lock(mutex_);
+  if (step_until_ != 0) go_on();
 }
 
 Result<void> RunSteering::run_until(TimePoint time) {

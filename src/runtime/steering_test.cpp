@@ -37,6 +37,15 @@ TEST(Steering, StepsOneTickAtATime) {
   EXPECT_EQ(run.messages.back().tick, 12U);
 }
 
+TEST(Steering, OwesEachStepThatWasAskedFor) {
+  SteeredRunFixture run(recharge_scenario("normal"));
+  constexpr int kSteps = 40;
+  for (int i = 0; i < kSteps; ++i) EXPECT_TRUE(run.steering().step(1).has_value());
+  while (run.steering().time() < TimePoint(milliseconds(100 * (kSteps - 1)))) run.steering().wait_paused();
+  EXPECT_EQ(run.steering().wait_paused().state, State::kPaused);
+  EXPECT_EQ(run.count("mission.tick"), static_cast<std::size_t>(kSteps));
+}
+
 TEST(Steering, RunsUntilEverythingBeforeATimeHasHappened) {
   SteeredRunFixture run(recharge_scenario("normal"));
   EXPECT_EQ(run.run_until(milliseconds(1000)).state, State::kPaused);
