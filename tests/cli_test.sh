@@ -335,7 +335,11 @@ END
   sed -i 's|<Sequence>|<Sequence><Sleep msec="5000"/>|; s|<CountTo limit="3"/>||' "$work/cpp/mission.xml"
   timeout -s KILL 3 "$sentree" run "$work/cpp" --durable --record "$work/cut.mcap" >"$work/out" 2>&1 || true
   cp "$work/out" "$work/begun"
-  expect 0 'C\+\+ leaves \(Double\) are no part of the journal' cat "$work/begun"
+  expect 0 'nodes in C\+\+ \(Double\) are no part of the journal' cat "$work/begun"
+  printf 'ends: eventually mission = SUCCESS.\n' >"$work/cpp/ends.req"
+  printf 'mission: {file: mission.xml}\nplugins: [nodes.so]\nrequirements: [ends.req]\n' >"$work/cpp/sentree.yaml"
+  expect 0 'in C\+\+      Double, taken to look at nothing but their ports' "$sentree" verify "$work/cpp"
+  sed -i '/requirements/d' "$work/cpp/sentree.yaml"
   sed -i 's|5000|1000|' "$work/cpp/mission.xml"
   expect 3 'cut.mcap/sentree.yaml:2:11: plug-in nodes.so .*--allow-plugins' "$sentree" run --resume "$work/cut.mcap"
   expect 0 'mission SUCCESS' "$sentree" run --resume "$work/cut.mcap" --allow-plugins --record "$work/resumed.mcap"

@@ -17,11 +17,12 @@ namespace sentree::bt {
 /// `now`. Left out are what the next tick sets anew, the places of entries, and the numbers and times of writes. How a
 /// node that waits for a write stands to its entry is written as up to date or not; where the tree has an
 /// UnsetBlackboard, which makes entries count anew, all numbers are written. Nodes in C++ may read numbers and times
-/// of the entries on their ports: those are written. A node in C++ that asks for the time itself, or keeps times, is
-/// outside of what is promised.
+/// of the entries on their ports: those are written. A node in C++ that asks a clock of its own is outside of what is
+/// promised.
 ///
 /// The form is for comparing states of one tree within one version; it cannot be read back (see `save`).
-/// Error: bt.unsavable, as `save`; `out` is then as it was. Cost: O(nodes + entries); of nodes a copy
+/// Errors: bt.unsavable, as `save`; bt.asks-time, a node in C++ has asked for the time (`Context::now`), and may do
+/// otherwise at another. `out` is then as it was. Cost: O(nodes + entries); of nodes a copy
 /// of what each has.
 [[nodiscard]] Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out);
 

@@ -204,6 +204,25 @@ TEST(Encode, KeepsWhatNodesInCppMayReadOfTheirEntries) {
   EXPECT_NE(form(counting, state, TimePoint{}), once);
 }
 
+TEST(Encode, RefusesWhatHasAskedForTheTime) {
+  Registry registry;
+  registry.condition("Early",
+                     [](Context& self) { return self.now() < TimePoint(1s) ? Status::kSuccess : Status::kFailure; });
+  const Tree tree = encoded_tree("<Fallback><Action ID=\"Flag\"/><Early/></Fallback>", &registry);
+  State state(tree);
+  Effects effects;
+  std::string out = "before";
+  step(tree, state, Input::tick(), TimePoint(1ms), effects);
+  EXPECT_TRUE(encode(tree, state, TimePoint(1ms), out));
+  step(tree, state, Input::answer(state.waiting_leaf(), Status::kFailure), TimePoint(1ms), effects);
+  out = "before";
+  const auto refused = encode(tree, state, TimePoint(1ms), out);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, "bt.asks-time");
+  EXPECT_THAT(refused.error().message, testing::HasSubstr("node Early in C++ asks for the time"));
+  EXPECT_EQ(out, "before");
+}
+
 TEST(Encode, CountsTimersFromNow) {
   const Tree sleeps = encoded_tree(R"(<Sleep msec="500"/>)");
   State state(sleeps);

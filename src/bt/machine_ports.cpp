@@ -235,7 +235,10 @@ bool Machine::run_text(NodeId id, const std::string& text, ScriptValue& result) 
 std::string_view Context::name() const { return machine_.model().name(node_); }
 std::string Context::path() const { return machine_.tree().path(node_); }
 const Tree& Context::tree() const { return machine_.tree(); }
-TimePoint Context::now() const { return machine_.now(); }
+TimePoint Context::now() const {
+  *machine_.memory(machine_.model().nodes[node_]) = 1;
+  return machine_.now();
+}
 bool Context::failed() const { return machine_.failed(); }
 void Context::wake() { machine_.wake(); }
 std::function<void()> Context::waker() const {

@@ -581,6 +581,14 @@ Result<void> Snapshot::encode(const Tree& tree, const State& state, TimePoint no
       word_at += sizeof(memory[0]);
     }
     if (node.kind == Kind::kUser) {
+      if (memory[node.memory] != 0) {
+        out.resize(before);
+        return fail("bt.asks-time",
+                    fmt::format("node {} in C++ asks for the time (Context::now), so that no state of the tree ever "
+                                "comes again; let a Delay or Timeout, or a skill's chart, wait",
+                                tree.path(id)),
+                    tree.span(id));
+      }
       for (std::uint32_t i = 0; i < node.port_count; ++i) {
         const Binding& b = model.bindings[node.ports + i];
         if (b.kind != Binding::Kind::kEntry) continue;

@@ -18,6 +18,7 @@
 #include "sentree/cli/verify_result.h"
 #include "sentree/cli/verify_statistics.h"
 #include "sentree/cli/watched_work.h"
+#include "sentree/project/cpp_nodes.h"
 #include "sentree/project/part_cache.h"
 #include "sentree/record/sink.h"
 #include "sentree/replay/recording.h"
@@ -294,11 +295,16 @@ class Verifying {
                                  .on_failure = [](const std::string& what) { say("! " + what); },
                                  .story = story_without_witness});
     if (!confirmed(*plan.value, judgement, std::move(recorder))) {
-      return tl::unexpected(
-          Unshown{fmt::format("internal error: what {} shows does not come out so in a run; please report it with the "
-                              "project. Nothing is claimed of {}",
-                              file.string(), judgement.requirement),
-                  true});
+      const std::string in_cpp = project::shown_cpp_nodes(*plan.value);
+      return tl::unexpected(Unshown{
+          fmt::format("{}what {} shows does not come out so in a run; {}. Nothing is claimed of {}",
+                      in_cpp.empty() ? "internal error: " : "", file.string(),
+                      in_cpp.empty() ? "please report it with the project"
+                                     : fmt::format("the mission has nodes in C++ ({}), and one of them does not do the "
+                                                   "same each time, or remembers what its `save` does not hold",
+                                                   in_cpp),
+                      judgement.requirement),
+          true});
     }
     if (command_.explain) shown.story = story_of(*plan.value, judgement);
     return {};

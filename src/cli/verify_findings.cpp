@@ -12,6 +12,7 @@
 #include "sentree/base/shown.h"
 #include "sentree/cli/verify_result.h"
 #include "sentree/project/any_reply.h"
+#include "sentree/project/cpp_nodes.h"
 #include "sentree/studio/reached.h"
 
 namespace sentree::cli {
@@ -35,6 +36,8 @@ class Telling {
                 (is_any ? ": any reply" : fmt::format(" ({})", serves));
     }
     std::string out = fmt::format("models      {}   {}\n", models.empty() ? "none" : models, basis());
+    if (const std::string nodes = project::shown_cpp_nodes(found_.plan); !nodes.empty())
+      out += fmt::format("in C++      {}, taken to look at nothing but their ports and what they keep\n", nodes);
     for (const verify::MadeModel& any : found_.any) {
       for (const std::string& tried : any.tried) out += fmt::format("any reply   {}.{}\n", any.service, tried);
     }

@@ -17,6 +17,7 @@
 #include "sentree/cli/share.h"
 #include "sentree/cli/verify_options.h"
 #include "sentree/project/any_reply.h"
+#include "sentree/project/cpp_nodes.h"
 #include "sentree/project/intervention.h"
 
 namespace sentree::cli {
@@ -106,6 +107,7 @@ Map verify_result(const VerifyCommand& command, const project::Plan& plan, const
              {"version", SENTREE_VERSION},
              {"models", std::move(models)},
              {"any_reply", std::move(replies)},
+             {"nodes_in_cpp", to_list(project::cpp_nodes(plan))},
              {"options", given_options(command, plan, faults)},
              {"requirements", List()},
              {"states", Value()},

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sentree/mission/carry.h"
+#include "sentree/project/cpp_nodes.h"
 #include "sentree/runtime/detail/decision_record.h"
 #include "sentree/runtime/local_skill.h"
 #include "sentree/runtime/run.h"
@@ -68,23 +69,12 @@ std::string Durability::obstacle(const project::Plan& plan) {
 
 std::string Durability::done_again(const project::Plan& plan) {
   if (plan.scenario.project.plugins.empty()) return {};
-  std::set<std::string> names;
-  for (bt::NodeId node = 0; node < plan.tree.size(); ++node) {
-    if (plan.tree.is_user(node) && plan.tree.children(node).empty()) names.emplace(plan.tree.registration(node));
-  }
-  if (names.empty()) return {};
-  constexpr std::size_t kShown = 3;
-  std::string shown;
-  std::size_t count = 0;
-  for (const std::string& name : names) {
-    if (count++ < kShown) shown += (shown.empty() ? "" : ", ") + name;
-  }
-  if (names.size() > kShown) shown += fmt::format(" and {} more", names.size() - kShown);
+  const std::string nodes = project::shown_cpp_nodes(plan);
+  if (nodes.empty()) return {};
   return fmt::format(
-      "C++ leaves ({}) are no part of the journal: --resume executes again what they did since its last state, with "
-      "what "
-      "they find then",
-      shown);
+      "nodes in C++ ({}) are no part of the journal: --resume executes again what they did since its last state, with "
+      "what they find then",
+      nodes);
 }
 
 const idl::Method& Durability::method_of(const mission::Call& call) const {

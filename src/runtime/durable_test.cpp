@@ -45,7 +45,7 @@ TEST(Durability, NamesTheLeavesOfPluginsThatAreExecutedAgain) {
   ASSERT_TRUE(tree.ok());
   plan.tree = std::move(*tree.value);
   plan.scenario.project.plugins.emplace_back();
-  EXPECT_THAT(Durability::done_again(plan), HasSubstr("C++ leaves (Knock) are no part of the journal"));
+  EXPECT_THAT(Durability::done_again(plan), HasSubstr("nodes in C++ (Knock) are no part of the journal"));
 }
 
 // What an observation says, but for its number: that a run was resumed is an observation too.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <exception>
 #include <stdexcept>
 #include <string>
@@ -11,6 +12,8 @@ namespace sentree::bt::nodes {
 
 /// A node written in C++.
 struct User : AnyNode {
+  /// Not 0: it has asked for the time.
+  static constexpr std::array kWords{Word{}};
   static may::Mask may_return(const may::Asked& asked) {
     return asked.synchronous ? may::kLeaf : may::kLeaf | may::kRunning;
   }
