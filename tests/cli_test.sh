@@ -304,6 +304,19 @@ silent "$sentree" model examples/recharge --into "$work/again.xml"
 cmp "$work/bare.xml" "$work/again.xml" || failures=$((failures + 1))
 expect 2 'excludes' "$sentree" model examples/recharge --into "$work/bare.xml" -o "$work/other"
 
+# A node in C++ that compares the time with what it keeps: states of different times are not the same.
+mkdir -p "$work/expires"
+cat >"$work/expires/mission.xml" <<'END'
+<root BTCPP_format="4"><BehaviorTree ID="M"><Repeat num_cycles="-1"><Sequence>
+  <Sleep msec="100"/><Inverter><TimeExpired seconds="1"/></Inverter>
+</Sequence></Repeat></BehaviorTree></root>
+END
+printf 'stays: never observation(mission.status).status = FAILURE.\n' >"$work/expires/stays.req"
+printf 'mission: {file: mission.xml}\npalettes: [nav2]\nmonitors: [{file: stays.req}]\n' >"$work/expires/sentree.yaml"
+expect 1 'REFUTED  tick .*1\.[0-9]* s' "$sentree" verify "$work/expires"
+cp "$work/out" "$work/begun"
+expect 0 'one asks for the time' cat "$work/begun"
+
 # C++ nodes of a plug-in, which the build makes beside the tests; a sanitized library needs a sanitized program.
 plugin=$(dirname "$sentree")/../tests/plugins/libnodes_plugin.so
 if [[ -e $plugin ]]; then
@@ -336,10 +349,10 @@ END
   timeout -s KILL 3 "$sentree" run "$work/cpp" --durable --record "$work/cut.mcap" >"$work/out" 2>&1 || true
   cp "$work/out" "$work/begun"
   expect 0 'nodes in C\+\+ \(Double\) are no part of the journal' cat "$work/begun"
-  printf 'ends: eventually mission = SUCCESS.\n' >"$work/cpp/ends.req"
-  printf 'mission: {file: mission.xml}\nplugins: [nodes.so]\nrequirements: [ends.req]\n' >"$work/cpp/sentree.yaml"
+  printf 'ends: eventually observation(mission.status).status = SUCCESS.\n' >"$work/cpp/ends.req"
+  printf 'mission: {file: mission.xml}\nplugins: [nodes.so]\nmonitors: [{file: ends.req}]\n' >"$work/cpp/sentree.yaml"
   expect 0 'in C\+\+      Double, taken to look at nothing but their ports' "$sentree" verify "$work/cpp"
-  sed -i '/requirements/d' "$work/cpp/sentree.yaml"
+  sed -i '/monitors/d' "$work/cpp/sentree.yaml"
   sed -i 's|5000|1000|' "$work/cpp/mission.xml"
   expect 3 'cut.mcap/sentree.yaml:2:11: plug-in nodes.so .*--allow-plugins' "$sentree" run --resume "$work/cut.mcap"
   expect 0 'mission SUCCESS' "$sentree" run --resume "$work/cut.mcap" --allow-plugins --record "$work/resumed.mcap"
@@ -572,7 +585,7 @@ import hashlib, json, os, sys
 
 REPLAYED = ["scenario", "recording", "choices", "chosen", "orders", "loop"]
 MEMBERS = {
-    "": ["tool", "version", "models", "any_reply", "options", "requirements", "states", "transitions", "complete", "orders_left_out",
+    "": ["tool", "version", "models", "any_reply", "nodes_in_cpp", "options", "requirements", "states", "transitions", "complete", "orders_left_out",
          "coverage", "runs", "faults_left_out", "problems", "limits", "wall_s"],
     "models": ["name", "file", "sha256", "serves", "any_reply"],
     "options": ["scenario", "only", "order", "all_orders", "faults", "faults_at_most", "fair", "all_fair", "ticks", "states", "memory",

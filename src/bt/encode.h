@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "sentree/base/result.h"
@@ -8,6 +9,10 @@
 #include "sentree/bt/tree.h"
 
 namespace sentree::bt {
+
+/// How times are written: from `now` on, so that no node may have asked what time it is; or `now` too, so that states
+/// of different times differ.
+enum class Times : std::uint8_t { kFromNow, kAbsolute };
 
 /// Appends the canonical form of a state to `out`: what the future of the tree depends on, and nothing else.
 ///
@@ -21,9 +26,10 @@ namespace sentree::bt {
 /// promised.
 ///
 /// The form is for comparing states of one tree within one version; it cannot be read back (see `save`).
-/// Errors: bt.unsavable, as `save`; bt.asks-time, a node in C++ has asked for the time (`Context::now`), and may do
-/// otherwise at another. `out` is then as it was. Cost: O(nodes + entries); of nodes a copy
-/// of what each has.
-[[nodiscard]] Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out);
+/// Errors: bt.unsavable, as `save`; bt.asks-time, a node in C++ has asked for the time (`Context::now`), may do
+/// otherwise at another, and times are written from `now` on. `out` is then as it was. Cost: O(nodes + entries); of
+/// nodes a copy of what each has.
+[[nodiscard]] Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out,
+                                  Times times = Times::kFromNow);
 
 }  // namespace sentree::bt

@@ -557,12 +557,13 @@ void append(std::string& out, const std::vector<T>& list) {
 
 }  // namespace
 
-Result<void> Snapshot::encode(const Tree& tree, const State& state, TimePoint now, std::string& out) {
+Result<void> Snapshot::encode(const Tree& tree, const State& state, TimePoint now, std::string& out, Times times) {
   const Model& model = tree.model();
   // Names all members, so that a new one does not compile before it is clear whether behaviour depends on it.
   const auto& [status, memory, links, entries, dynamic, objects, timers, halting, waiting] = members(state);
   const std::size_t before = out.size();
   Writer writer(out, true);
+  if (times == Times::kAbsolute) writer.write(now);
   append(out, status);
   const std::size_t memory_at = out.size();
   append(out, memory);
@@ -581,7 +582,7 @@ Result<void> Snapshot::encode(const Tree& tree, const State& state, TimePoint no
       word_at += sizeof(memory[0]);
     }
     if (node.kind == Kind::kUser) {
-      if (memory[node.memory] != 0) {
+      if (memory[node.memory] != 0 && times == Times::kFromNow) {
         out.resize(before);
         return fail("bt.asks-time",
                     fmt::format("node {} in C++ asks for the time (Context::now), so that no state of the tree ever "
@@ -716,8 +717,8 @@ std::uint64_t State::hash() const {
 
 Result<std::string> save(const Tree& tree, const State& state) { return Snapshot::save(tree, state); }
 Result<State> restore(const Tree& tree, std::string_view bytes) { return Snapshot::restore(tree, bytes); }
-Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out) {
-  return Snapshot::encode(tree, state, now, out);
+Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out, Times times) {
+  return Snapshot::encode(tree, state, now, out, times);
 }
 
 }  // namespace sentree::bt

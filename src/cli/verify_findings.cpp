@@ -37,7 +37,8 @@ class Telling {
     }
     std::string out = fmt::format("models      {}   {}\n", models.empty() ? "none" : models, basis());
     if (const std::string nodes = project::shown_cpp_nodes(found_.plan); !nodes.empty())
-      out += fmt::format("in C++      {}, taken to look at nothing but their ports and what they keep\n", nodes);
+      out += fmt::format("in C++      {}, taken to look at nothing but their ports and what they keep{}\n", nodes,
+                         graph.times_apart ? "; one asks for the time, so that no state comes again" : "");
     for (const verify::MadeModel& any : found_.any) {
       for (const std::string& tried : any.tried) out += fmt::format("any reply   {}.{}\n", any.service, tried);
     }

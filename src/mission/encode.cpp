@@ -33,11 +33,11 @@ class Writer {
 
   // Each names all members, so that a new one does not compile before it is clear whether behaviour depends on it.
 
-  Result<void> write(const TreeState& of) {
+  Result<void> write(const TreeState& of, bt::Times times) {
     // Numbers join messages; the rest is told, or follows from what is here.
     const auto& [tree, leaves, next_tick, ticks, missed, planned, given_tick, began, timer_at, deadline, deadline_timer,
                  phase, over, root, reason] = of;
-    if (auto done = bt::encode(parts_.plan().tree, tree, now_, text_); !done) return done;
+    if (auto done = bt::encode(parts_.plan().tree, tree, now_, text_, times); !done) return done;
     for (const auto& [index, leaf] : leaves) {
       const auto& [outstanding, call, halt_call, asked, lateness_told, late, held] = leaf;
       if (outstanding == 0 && halt_call == 0 && !late && !held) continue;
@@ -271,8 +271,8 @@ void prune(State& state) {
   std::erase_if(state.queue, [&](const Waiting& waiting) { return !has_effect(state, waiting, timers); });
 }
 
-Result<void> encode(const Parts& parts, const TreeState& tree, TimePoint now, std::string& out) {
-  return Writer(parts, now, out).write(tree);
+Result<void> encode(const Parts& parts, const TreeState& tree, TimePoint now, std::string& out, bt::Times times) {
+  return Writer(parts, now, out).write(tree, times);
 }
 Result<void> encode(const Parts& parts, std::size_t leaf, const SkillState& skill, TimePoint now, std::string& out) {
   return Writer(parts, now, out).write(leaf, skill);
@@ -295,24 +295,24 @@ void encode(const Faults& faults, const std::set<std::string>& down, std::string
   for (const std::string& one : down) to.text(one);
 }
 
-Result<void> encode(const Parts& parts, const State& state, std::string& out) {
+Result<void> encode(const Parts& parts, const State& state, std::string& out, bt::Times times) {
   // Numbers join messages; the robot is in no run that has a form, and monitors have theirs.
   const auto& [now, begun, order, queue, tree, skills, models, faults, down, published, stamp, calls, tick, orders,
                world, monitors] = state;
-  Writer times(parts, now, out);
-  if (auto done = encode(parts, tree, now, out); !done) return done;
+  Writer writer(parts, now, out);
+  if (auto done = encode(parts, tree, now, out, times); !done) return done;
   for (std::size_t leaf = 0; leaf < skills.size(); ++leaf) {
     if (auto done = encode(parts, leaf, skills[leaf], now, out); !done) return done;
-    times.time(skills[leaf].not_before);
-    times.time(skills[leaf].topics_not_before);
+    writer.time(skills[leaf].not_before);
+    writer.time(skills[leaf].topics_not_before);
   }
   for (std::size_t i = 0; i < models.size(); ++i) {
     if (auto done = encode(parts, i, models[i], now, out); !done) return done;
-    times.time(models[i].topics_not_before);
+    writer.time(models[i].topics_not_before);
   }
   Encoder(out).number(queue.size());
   for (const Waiting& waiting : queue) {
-    times.time(waiting.when);
+    writer.time(waiting.when);
     Encoder(out).number(static_cast<std::uint64_t>(waiting.rank));
     encode(parts, waiting.what, waiting.when, out);
   }

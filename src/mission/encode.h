@@ -4,6 +4,7 @@
 #include <string>
 
 #include "sentree/base/result.h"
+#include "sentree/bt/encode.h"
 #include "sentree/mission/parts.h"
 #include "sentree/mission/state.h"
 
@@ -18,10 +19,12 @@ void prune(State& state);
 /// are counters, monitors, what only views show, and the generators of the models.
 ///
 /// For comparison within one version; it cannot be read back. Errors: those of `bt::encode` and `scxml::encode`.
-[[nodiscard]] Result<void> encode(const Parts& parts, const State& state, std::string& out);
+[[nodiscard]] Result<void> encode(const Parts& parts, const State& state, std::string& out,
+                                  bt::Times times = bt::Times::kFromNow);
 
 // The forms that it consists of, each of one part. What holds back deliveries to a part belongs to who sends them.
-[[nodiscard]] Result<void> encode(const Parts& parts, const TreeState& tree, TimePoint now, std::string& out);
+[[nodiscard]] Result<void> encode(const Parts& parts, const TreeState& tree, TimePoint now, std::string& out,
+                                  bt::Times times = bt::Times::kFromNow);
 [[nodiscard]] Result<void> encode(const Parts& parts, std::size_t leaf, const SkillState& skill, TimePoint now,
                                   std::string& out);
 [[nodiscard]] Result<void> encode(const Parts& parts, std::size_t index, const ModelState& model, TimePoint now,

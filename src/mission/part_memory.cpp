@@ -44,18 +44,18 @@ bool PartMemory::remembers(const project::Plan& plan) {
                       [&](const project::ModelPlan& model) { return asks(model.chart); });
 }
 
-PartMemory::Tables::Tables(const project::Plan& plan, FaultsFrom from)
+PartMemory::Tables::Tables(const project::Plan& plan, FaultsFrom from, bt::Times times)
     : parts(plan),
       faults(from == FaultsFrom::kAnywhere || !plan.scenario.delays.empty() ||
              (from == FaultsFrom::kTimeline && !plan.scenario.timeline.empty())),
       gates(!plan.gates.empty()),
-      states(parts) {
+      states(parts, times) {
   parts.remember_steps();
   for (std::size_t leaf = 0; leaf < parts.skills(); ++leaf) looks.emplace_back(parts.skill(leaf).model().chart);
 }
 
-PartMemory::PartMemory(const project::Plan& plan, FaultsFrom faults)
-    : tables_(std::make_shared<Tables>(plan, faults)) {}
+PartMemory::PartMemory(const project::Plan& plan, FaultsFrom faults, bt::Times times)
+    : tables_(std::make_shared<Tables>(plan, faults, times)) {}
 
 PartMemory::Run PartMemory::begin() {
   Run run;

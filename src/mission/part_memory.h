@@ -115,7 +115,8 @@ class PartMemory final : private Ground {
   enum class FaultsFrom : std::uint8_t { kNowhere, kTimeline, kAnywhere };
 
   /// @param plan  Without obstacles for `VirtualHost`; borrowed.
-  PartMemory(const project::Plan& plan, FaultsFrom faults);
+  /// @param times  As of `PartStates`.
+  PartMemory(const project::Plan& plan, FaultsFrom faults, bt::Times times = bt::Times::kFromNow);
   /// Goes through runs by what this one has found out, and finds out nothing. Several may do so at a time, while this
   /// one does nothing. What it did is right unless it has `missed` something.
   [[nodiscard]] std::unique_ptr<PartMemory> reader() const {
@@ -302,7 +303,7 @@ class PartMemory final : private Ground {
 
   // What has a number, and which; and what steps do.
   struct Tables {
-    Tables(const project::Plan& plan, FaultsFrom from);
+    Tables(const project::Plan& plan, FaultsFrom from, bt::Times times);
 
     Parts parts;
     bool faults;

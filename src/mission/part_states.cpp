@@ -30,7 +30,7 @@ std::uint32_t PartStates::number(std::uint32_t part, PartState&& state, TimePoin
   form_.clear();
   Encoder(form_).number(part);
   const auto encode_at = [&](TimePoint now, std::string& out) -> Result<void> {
-    if (const auto* tree = std::get_if<TreeState>(&state)) return encode(parts_, *tree, now, out);
+    if (const auto* tree = std::get_if<TreeState>(&state)) return encode(parts_, *tree, now, out, times_);
     if (const auto* skill = std::get_if<SkillState>(&state)) return encode(parts_, part, *skill, now, out);
     return encode(parts_, part - parts_.skills(), std::get<ModelState>(state), now, out);
   };

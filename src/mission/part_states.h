@@ -14,6 +14,7 @@
 #include "sentree/base/flat_map.h"
 #include "sentree/base/hash128.h"
 #include "sentree/base/result.h"
+#include "sentree/bt/encode.h"
 #include "sentree/mission/kept_tree.h"
 #include "sentree/mission/parts.h"
 
@@ -47,7 +48,8 @@ class PartStates {
   };
 
   /// @param parts  Borrowed.
-  explicit PartStates(const Parts& parts) : parts_(parts) {}
+  /// @param times  kAbsolute: states of the tree at different times are different ones.
+  explicit PartStates(const Parts& parts, bt::Times times = bt::Times::kFromNow) : parts_(parts), times_(times) {}
 
   [[nodiscard]] const Kept& operator[](std::uint32_t state) const { return all_[state].kept; }
   [[nodiscard]] const KeptTree& tree(std::uint32_t state) const {
@@ -94,6 +96,7 @@ class PartStates {
   };
 
   const Parts& parts_;
+  bt::Times times_;
   std::vector<One> all_;
   FlatMap<Hash128, Hash128Hash> number_of_;
   std::unordered_map<Aged, std::uint32_t, AgedHash> number_of_aged_;

@@ -295,6 +295,11 @@ void for_each(const Each& each, std::size_t count, const std::function<void(std:
 
 Result<Graph> explore(const project::Plan& plan, const Options& options) {
   auto graph = Explorer(plan, options)();
+  if (!graph && graph.error().code == "bt.asks-time" && options.times == bt::Times::kFromNow) {
+    Options apart = options;
+    apart.times = bt::Times::kAbsolute;
+    return explore(plan, apart);
+  }
   if (!graph || !graph->reduced || !graph->probabilistic) return graph;
   Options all = options;
   all.reduce_orders = false;

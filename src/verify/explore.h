@@ -16,6 +16,7 @@
 #include "sentree/base/hash128.h"
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
+#include "sentree/bt/encode.h"
 #include "sentree/mission/virtual_host.h"
 #include "sentree/monitor/monitor.h"
 #include "sentree/monitor/monitor_set.h"
@@ -106,6 +107,7 @@ struct Graph {
   std::vector<std::string> problems;                    ///< Of the mission, each once, at most kProblemsMax.
   bool probabilistic = false;                           ///< Something is drawn,
   bool nondeterministic = false;                        ///< something is left open without a probability.
+  bool times_apart = false;                             ///< `Options::times` was kAbsolute.
   bool reduced = false;                                 ///< Orders were left out (`Options::reduce_orders`).
 
   static constexpr std::size_t kProblemsMax = 100;
@@ -130,6 +132,9 @@ struct Options {
   /// Orders that no monitor and no part tells apart are left out. Only with a memory of steps, without gates and
   /// without probabilities.
   bool reduce_orders = true;
+  /// kAbsolute: no state is the same as one of another time. `explore` and `Walk` take it by themselves where a node in
+  /// C++ asks for the time, or may do so.
+  bt::Times times = bt::Times::kFromNow;
   bool memory_of_steps = true;      ///< Steps are looked up where they are known; else each is executed.
   bool exact = false;               ///< States are compared, not their hashes; every step is executed.
   bool tells_what_is_said = false;  ///< Also what no monitor listens to: `Graph::said`. In one thread.

@@ -23,8 +23,8 @@ Duration since_tick(const project::Plan& plan, TimePoint now) {
 
 class Executing final : public Frontier {
  public:
-  Executing(const project::Plan& plan, mission::Surroundings& surroundings)
-      : plan_(plan), surroundings_(surroundings), host_(plan) {
+  Executing(const project::Plan& plan, mission::Surroundings& surroundings, bt::Times times)
+      : plan_(plan), surroundings_(surroundings), times_(times), host_(plan) {
     host_.reuse_numbers();
   }
 
@@ -99,7 +99,7 @@ class Executing final : public Frontier {
  private:
   Result<void> encode() {
     form_.clear();
-    if (auto encoded = mission::encode(host_.parts(), run_, form_); !encoded) return encoded;
+    if (auto encoded = mission::encode(host_.parts(), run_, form_, times_); !encoded) return encoded;
     for (const project::Injection& injection : plan_.scenario.timeline) {
       if (injection.at > run_.now) form_ += fmt::format("{};", (injection.at - run_.now).count());
     }
@@ -109,6 +109,7 @@ class Executing final : public Frontier {
 
   const project::Plan& plan_;
   mission::Surroundings& surroundings_;
+  bt::Times times_;
   mission::VirtualHost host_;
   static constexpr std::size_t kSpareMax = 16;
   std::deque<mission::State> states_;
@@ -120,8 +121,9 @@ class Executing final : public Frontier {
 
 class Remembering final : public Frontier {
  public:
-  Remembering(const project::Plan& plan, mission::PartMemory::FaultsFrom faults, mission::PartMemory::Outside& outside)
-      : plan_(plan), outside_(outside), memory_(std::make_unique<mission::PartMemory>(plan, faults)) {}
+  Remembering(const project::Plan& plan, mission::PartMemory::FaultsFrom faults, mission::PartMemory::Outside& outside,
+              bt::Times times)
+      : plan_(plan), outside_(outside), memory_(std::make_unique<mission::PartMemory>(plan, faults, times)) {}
   Remembering(const Remembering& of, mission::PartMemory::Outside& outside)
       : plan_(of.plan_), outside_(outside), memory_(of.memory_->reader()), of_(&of) {}
   ~Remembering() override = default;
@@ -227,13 +229,13 @@ class Remembering final : public Frontier {
 
 }  // namespace
 
-std::unique_ptr<Frontier> executing(const project::Plan& plan, mission::Surroundings& surroundings) {
-  return std::make_unique<Executing>(plan, surroundings);
+std::unique_ptr<Frontier> executing(const project::Plan& plan, mission::Surroundings& surroundings, bt::Times times) {
+  return std::make_unique<Executing>(plan, surroundings, times);
 }
 
 std::unique_ptr<Frontier> remembering(const project::Plan& plan, mission::PartMemory::FaultsFrom faults,
-                                      mission::PartMemory::Outside& outside) {
-  return std::make_unique<Remembering>(plan, faults, outside);
+                                      mission::PartMemory::Outside& outside, bt::Times times) {
+  return std::make_unique<Remembering>(plan, faults, outside, times);
 }
 
 }  // namespace sentree::verify

@@ -76,9 +76,10 @@ class Frontier {
 };
 
 /// Executes every step.
-[[nodiscard]] std::unique_ptr<Frontier> executing(const project::Plan& plan, mission::Surroundings& surroundings);
+[[nodiscard]] std::unique_ptr<Frontier> executing(const project::Plan& plan, mission::Surroundings& surroundings,
+                                                  bt::Times times);
 /// Looks up what it knows (`mission::PartMemory`).
 [[nodiscard]] std::unique_ptr<Frontier> remembering(const project::Plan& plan, mission::PartMemory::FaultsFrom faults,
-                                                    mission::PartMemory::Outside& outside);
+                                                    mission::PartMemory::Outside& outside, bt::Times times);
 
 }  // namespace sentree::verify

@@ -82,12 +82,13 @@ Periods::Periods(const project::Plan& plan, const Options& options)
   graph_.nodes_had.resize(plan.tree.size());
   graph_.parts.emplace_back("mission");
   // A state that is remembered is a few numbers, behind which there are hashes again.
+  graph_.times_apart = options.times == bt::Times::kAbsolute;
   frontier_ = options.memory_of_steps && !options.exact && mission::PartMemory::remembers(plan)
                   ? remembering(plan,
                                 options.faults.empty() ? mission::PartMemory::FaultsFrom::kTimeline
                                                        : mission::PartMemory::FaultsFrom::kAnywhere,
-                                *this)
-                  : executing(plan, *this);
+                                *this, options.times)
+                  : executing(plan, *this, options.times);
   tells_orders_ = options.reduce_orders && options.order == Order::kAny && gates_.empty() && frontier_->trace(trace_);
 }
 

@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "sentree/bt/carry.h"
+#include "sentree/bt/encode.h"
 #include "sentree/bt/state.h"
 
 namespace sentree::bt {
@@ -35,7 +36,8 @@ struct Snapshot {
   /// Entries go where the SubTrees of their scopes have gone.
   static void carry_blackboard(const Tree& before, const State& state, const Tree& after, Carried& carried,
                                Diagnostics& diagnostics);
-  [[nodiscard]] static Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out);
+  [[nodiscard]] static Result<void> encode(const Tree& tree, const State& state, TimePoint now, std::string& out,
+                                           Times times);
   /// Every index of the state leads somewhere, so that a damaged one cannot make a step read what is not there.
   [[nodiscard]] static bool consistent(const Model& model, const State& state);
 };
