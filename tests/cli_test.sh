@@ -355,6 +355,7 @@ END
   sed -i '/monitors/d' "$work/cpp/sentree.yaml"
   sed -i 's|5000|1000|' "$work/cpp/mission.xml"
   expect 3 'cut.mcap/sentree.yaml:2:11: plug-in nodes.so .*--allow-plugins' "$sentree" run --resume "$work/cut.mcap"
+  expect 3 'goes on with cut.mcap, of the runs in .* the last one that was killed' env SENTREE_RUNS="$work" "$sentree" run --resume
   expect 0 'mission SUCCESS' "$sentree" run --resume "$work/cut.mcap" --allow-plugins --record "$work/resumed.mcap"
   expect 2 'requires --resume' "$sentree" run "$work/cpp" --allow-plugins
   sed -i 's/nodes.so/none.so/' "$work/cpp/sentree.yaml"

@@ -26,6 +26,8 @@ struct Bar {
   TimePoint from{};
   TimePoint to{};
   std::string status;
+  std::uint64_t tick = 0;  // the root's, of the last answer
+  bool halted = false;
 };
 
 struct Facts {
@@ -272,14 +274,19 @@ int write_report(const ReportCommand& command, replay::RecordedRun& run, const p
     const Value* answer = message.data.find("status");
     const std::string status(answer != nullptr ? answer->text() : "");
     const TimePoint until = message.time + project.scenario.project.period;
+    // In real time a tick is a little late.
+    const bool goes_on = !bars.empty() && !bars.back().halted && message.tick <= bars.back().tick + 1;
     if (halted) {
-      if (!bars.empty()) bars.back().to = std::min(bars.back().to, message.time);
-    } else if (!bars.empty() && message.time <= bars.back().to &&
-               (bars.back().status == status || bars.size() >= kBarsMax)) {
+      if (!bars.empty()) {
+        bars.back().to = std::min(bars.back().to, message.time);
+        bars.back().halted = true;
+      }
+    } else if (goes_on && (bars.back().status == status || bars.size() >= kBarsMax)) {
       bars.back().to = until;
+      bars.back().tick = message.tick;
     } else {
-      if (!bars.empty()) bars.back().to = std::min(bars.back().to, message.time);
-      bars.push_back({message.time, until, status});
+      if (!bars.empty()) bars.back().to = goes_on ? message.time : std::min(bars.back().to, message.time);
+      bars.push_back({.from = message.time, .to = until, .status = status, .tick = message.tick});
     }
     return true;
   });

@@ -46,7 +46,13 @@ Result<runtime::Journaled> newest() {
   std::optional<Diagnostic> why;
   for (const fs::path& journal : journals) {
     auto journaled = runtime::read_journal(journal);
-    if (journaled) return journaled;
+    if (journaled) {
+      // Whoever means another one hears it before anything goes on.
+      if (why) say(to_string(*why));
+      say(fmt::format("goes on with {}, of the runs in {} that can be resumed the last one that was killed",
+                      text_of(journaled->note, "recording"), runs.string()));
+      return journaled;
+    }
     if (!why) why = journaled.error();
   }
   if (why) return tl::unexpected(*why);

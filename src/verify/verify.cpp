@@ -215,9 +215,10 @@ std::string scenario_text(const project::Scenario& example, const Judgement& jud
                         judgement.observation.empty() ? "" : " by " + judgement.observation);
   }
   text::set_scalar(source, "description", what);
-  text::YamlNode& services = text::member(text::member(source, "override"), "services");
   for (const project::ServiceEntry& service : scenario.project.services) {
-    if (service.at == "model") text::set_scalar(text::member(services, service.name), "at", "model");
+    if (service.at != "model") continue;
+    text::YamlNode& services = text::member(text::member(source, "override"), "services");
+    text::set_scalar(text::member(services, service.name), "at", "model");
   }
   scenario.source = std::move(source);
   std::string verdicts;
