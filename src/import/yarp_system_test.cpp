@@ -85,6 +85,7 @@ TEST(YarpSystem, OneChartServesLeavesWithOptionsOfTheirOwn) {
   const std::string yaml = made_file(robot(), "sentree.yaml");
   EXPECT_THAT(yaml, HasSubstr("DriveToDock: {file: skills/Drive.scxml, data: {place: dock}}"));
   // "key value", and found by the program that an application starts with the file.
+  EXPECT_THAT(yaml, HasSubstr("CellsComponent: {interface: cells.thrift/Cells, at: \"yarp:/CellsComponent\"}"));
   EXPECT_THAT(yaml, HasSubstr("DriveToShelf: {file: skills/Drive.scxml, data: {place: \"shelf 3\"}}"));
 }
 
