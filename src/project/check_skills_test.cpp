@@ -115,7 +115,7 @@ TEST(CheckSkills, SubscribeForChartsThatTheyForwardTo) {
                                "<scxml version=\"1.0\"><state id=\"a\"><transition event=\"battery.state\" "
                                "target=\"b\"/></state><final id=\"b\"/></scxml>"}});
   };
-  const char* const unheard = "subscribes to \"battery.state\", but skills/WaitUntilLow.scxml has no transition";
+  const char* const unheard = "skills/WaitUntilLow.scxml has no transition for that event";
   EXPECT_THAT(told("true"), Not(Contains(HasSubstr(unheard))));
   EXPECT_THAT(told("false"), Contains(HasSubstr(unheard)));
 }
