@@ -472,7 +472,16 @@ expect: {mission: SUCCESS}
     check("it hears what it waits for", mission.child.wait(PATIENCE) == 0, mission.said)
 
 
+def imported():
+    """A repository of YARP becomes a project whose services are at the ports that its charts name."""
+    run("import", source + "/src/import/testdata/robot", "-o", "imported")
+    code, out, err = run("check", "imported")
+    check("sentree check takes what was imported", code != 3 and "0 errors" in out and "yarp:/CellsComponent" in open("imported/sentree.yaml").read(),
+          (code, out, err))
+
+
 if __name__ == "__main__":
+    imported()
     robot = simulated_robot()
     components_of_others()
     skill_ticked_by_others()
