@@ -398,8 +398,40 @@ class Publisher(threading.Thread):
             if self.looks > 40:
                 tree = 2
             body = self.body(letter, rest[0] if rest else b"")
+            if body == b"error":
+                self.socket.send_multipart([b"error", b"Request not recognized"])
+                continue
             self.socket.send_multipart([header + bytes([tree]) * 16] + ([] if body is None else [body]))
 
+
+class OldPublisher(Publisher):
+    """What BehaviorTree.CPP 4.1 and 4.2 answer: it records nothing, so what a node was is in its status alone."""
+
+    # By the look: the main tree ends, a leaf is halted and runs again, one ends between two looks, and one did so before.
+    WENT = [[(1, 1), (2, 1), (6, 1), (5, 0), (7, 12)], [(1, 1), (2, 1), (6, 11), (5, 13), (7, 12)], [(1, 1), (2, 1), (6, 1), (5, 13), (7, 12)],
+            [(1, 12), (2, 12), (6, 12), (5, 13), (7, 12)]]
+
+    def body(self, letter, body):
+        if letter in (b"r", b"t"):
+            return b"error"
+        if letter == b"S":
+            self.looks += 1
+            return b"".join(struct.pack("<HB", uid, code) for uid, code in self.WENT[min((self.looks - 1) // 2, 3)])
+        return super().body(letter, body)
+
+
+program = OldPublisher()
+program.start()
+done = subprocess.run([sentree, "watch", "127.0.0.1:%d" % program.port, "--record", "old.mcap", "--duration", "3 s"],
+                      stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, cwd=work)
+told = re.findall(r"^\s*[\d.:]+\s*s?\s+(\S.*)$", done.stdout, re.M)
+check("what is idle already is told as what it was", [line for line in told if line.startswith("BatteryOk")] == ["BatteryOk: FAILURE"], done)
+check("what was halted runs again", [line for line in told if line.startswith("go1.GoTo")]
+      == ["go1.GoTo: RUNNING", "go1.GoTo: halted", "go1.GoTo: RUNNING", "go1.GoTo: SUCCESS"], done)
+check("the mission's end is told", [line for line in told if line.startswith("mission")] == ["mission: RUNNING", "mission: SUCCESS"], done)
+check("what was before is not told", "Go::4" not in done.stdout, done)
+lines = subprocess.run([sentree, "export", "old.mcap", "--to", "ndjson"], capture_output=True, text=True, timeout=60).stdout.splitlines()
+check("it is recorded so", sum("node.status" in line and "go1.GoTo" in line and '"to":"SUCCESS"' in line for line in lines) == 1, lines)
 
 program = Publisher()
 program.start()

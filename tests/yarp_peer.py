@@ -370,6 +370,9 @@ def simulated_robot():
     check("a port that is not there", code == 4 and "knows no such port" in err, err)
     code, out, err = run("ping", "yarp:/battery/rpc:i")
     check("sentree ping yarp:", code == 0 and "yarp:/battery/rpc:i" in out, out + err)
+    code, out, err = run("ping", "yarp:/batery/rpc:i")
+    check("sentree ping of a name that nobody has", code != 0 and 'did you mean "/battery/rpc:i"?' in out + err
+          and "tried again" not in out + err and (out + err).count("yarp:/batery/rpc:i") == 2, out + err)
     code, out, err = run("services", "--on", "yarp:", "--json")
     check("sentree services --on yarp:", code == 0 and "/battery/rpc:i" in [p["name"] for p in json.loads(out)], out + err)
     guide = open(source + "/docs/how-to/join-a-yarp-network.md").read()
@@ -469,7 +472,16 @@ expect: {mission: SUCCESS}
     check("it hears what it waits for", mission.child.wait(PATIENCE) == 0, mission.said)
 
 
+def imported():
+    """A repository of YARP becomes a project whose services are at the ports that its charts name."""
+    run("import", source + "/src/import/testdata/robot", "-o", "imported")
+    code, out, err = run("check", "imported")
+    check("sentree check takes what was imported", code != 3 and "0 errors" in out and "yarp:/CellsComponent" in open("imported/sentree.yaml").read(),
+          (code, out, err))
+
+
 if __name__ == "__main__":
+    imported()
     robot = simulated_robot()
     components_of_others()
     skill_ticked_by_others()

@@ -98,11 +98,13 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
     return kUsage;
   }
   std::error_code error;
-  const bool is_here = std::filesystem::exists(name, error);
+  const bool is_here = std::filesystem::is_regular_file(name, error);
   const auto file = is_here ? std::optional<std::filesystem::path>(name) : project::find_interface("interfaces", name);
   if (!is_here && !file) {
-    say(fmt::format("no file {} is in this folder, in interfaces/, {}or among those of Sentree", name,
-                    name.ends_with(".thrift") ? "" : "in share/ of AMENT_PREFIX_PATH, "));
+    const std::string way = project::missing_form("interfaces", name, of);
+    say(way.empty() ? fmt::format("no file {} is in this folder, in interfaces/, {}or among those of Sentree", name,
+                                  name.ends_with(".thrift") ? "" : "in share/ of AMENT_PREFIX_PATH, ")
+                    : fmt::format("there is no interface \"{}\"{}", interface, way));
     return kInvalidInput;
   }
   const auto schema = project::load_interface(*file, name);
@@ -117,12 +119,15 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
   // What is wrong with the arguments else, the call itself says.
   if (const idl::Method* method = service->find(command.method)) {
     const auto conformed = idl::conform_arguments(*method, arguments);
+    if (const auto can_be = rpc::middleware_of(address).check_called(address, *service, *method); !can_be)
+      return finish(false, "", "arguments", can_be.error().message);
     const auto checked = conformed ? idl::check_ranges(*method, *conformed) : Result<void>();
     if (!checked) return finish(false, "", "arguments", checked.error().message);
   }
   if (sends_goal(address, *service, command.method))
     return call_goal(address, service, arguments, deadline, command.feedback);
-  const auto outcome = processes::call_once(address, service, address.service, command.method, arguments, deadline);
+  const auto outcome = processes::call_once(address, service, address.service, command.method, arguments, deadline,
+                                            [](const std::string& what) { say("! " + what); });
   return finish(outcome.ok, to_json(outcome.result), std::string(outcome.kind_word()), outcome.message);
 }
 

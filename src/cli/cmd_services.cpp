@@ -87,6 +87,7 @@ Ping ping_address(const std::string& name, const std::string& text) {
     ping.milliseconds = seconds(SteadyClock::now() - from) * 1e3;
     ping.alive = !silent;
     ping.message = silent.value_or("");
+    if (silent) break;
   }
   return ping;
 }
@@ -117,7 +118,8 @@ int report(const std::vector<Ping>& pings, bool json) {
     } else if (ping.alive) {
       print(fmt::format("✓ {:<16} {:>8.3f} ms  {}\n", ping.name, ping.milliseconds, ping.at));
     } else {
-      print(fmt::format("✗ {:<16} {:>11}  {}: {}\n", ping.name, "", ping.at, ping.message));
+      print(fmt::format("✗ {:<16} {:>11}  {}{}\n", ping.name, "", ping.at == ping.name ? "" : ping.at + ": ",
+                        ping.message));
     }
   }
   if (json) print(to_json(Value(std::move(list))) + "\n");

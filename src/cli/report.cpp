@@ -95,7 +95,14 @@ std::string Narrator::tell(const Message& message) {
   const std::string status(message.data.find(is_watched ? "to" : "status")->text());
   if (is_watched) {
     const auto node = static_cast<bt::NodeId>(*message.data.find("node")->as_int());
-    if (status == "IDLE" || !watched_->children(node).empty()) return {};
+    if (!watched_->children(node).empty()) return {};
+    if (status == "IDLE") {
+      // What has ended is told again only if it ends otherwise; what was halted runs anew.
+      const auto known = last_.find(message.source);
+      if (known == last_.end() || known->second != "RUNNING") return {};
+      last_.erase(known);
+      return say_line(message.source + ": halted");
+    }
   }
   std::string& last = last_[message.source];
   if (last == status) return {};

@@ -13,7 +13,11 @@ namespace {
 constexpr std::chrono::milliseconds kServerPatience{300};
 
 Result<yarp::HostPort> name_server_at(const std::string& where) {
-  if (where.empty() || where == "true") return yarp::configured_name_server();
+  if (where.empty() || where == "true") {
+    if (auto can_be_meant = yarp::check_name_server(); !can_be_meant)
+      return tl::unexpected(std::move(can_be_meant.error()));
+    return yarp::configured_name_server();
+  }
   return yarp::parse_host_port(where);
 }
 

@@ -16,7 +16,6 @@ constexpr std::uint8_t kProtocol = 2;
 constexpr std::size_t kHeaderBytes = 6;
 constexpr std::string_view kErrorPart = "error";
 constexpr std::string_view kAsks = "TSBIRUDAXrt";
-constexpr StatusCode kIdleAfter = 10;
 
 std::string header(char type, std::uint32_t id) {
   std::string out;

@@ -69,6 +69,7 @@ struct Reply {
 /// The status of a node as it goes over the wire: 0 idle and never run, 1 running, 2 success, 3 failure, 4 skipped,
 /// 10 + s idle and s before.
 using StatusCode = std::uint8_t;
+inline constexpr StatusCode kIdleAfter = 10;
 /// After a node with `code` came to a status.
 [[nodiscard]] StatusCode next_code(StatusCode code, bt::Status to);
 struct NodeStatus {

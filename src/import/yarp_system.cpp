@@ -368,6 +368,13 @@ class YarpSystem {
     return best;
   }
 
+  // What can stand in an address of YARP.
+  static bool is_port(const std::string& name) {
+    return !name.empty() && std::none_of(name.begin(), name.end(), [](char c) {
+      return static_cast<unsigned char>(c) <= ' ' || c == '"' || c == '\\' || c == '?';
+    });
+  }
+
   // A service for each interface of each component.
   void name_services() {
     std::set<std::string> taken;
@@ -383,10 +390,17 @@ class YarpSystem {
         }
         const std::string name = unused_name(safe_name(use.server.empty() ? use.interface : use.server), taken);
         services_[key] = {name, file};
-        if (file != nullptr) {
+        if (file != nullptr && is_port(use.server)) {
+          find(Fate::kReview, use.span, use.variable,
+               fmt::format("the component stays as it is, at its port /{} of YARP, where {} of sentree.yaml calls it; "
+                           "sentree run --yarp-server brings a name server if there is none",
+                           use.server, name));
+        } else if (file != nullptr) {
           find(Fate::kByHand, use.span, use.variable,
-               fmt::format("the component is C++ and stays one: let it serve {} at the address of {} in sentree.yaml",
-                           use.interface, name));
+               fmt::format(
+                   "the component is C++ and stays one, and which port it has is not said: write it as the address "
+                   "of {} in sentree.yaml (at: \"yarp:/PORT\"), or let it serve {} at the one that stands there",
+                   name, use.interface));
         } else {
           find(Fate::kByHand, use.span, use.interface,
                "no .thrift file of the folder defines this service; its calls are not translated");
@@ -511,8 +525,10 @@ class YarpSystem {
       const auto& [name, file] = service;
       if (file == nullptr) continue;
       used.insert(file);
-      services += fmt::format("  {}: {{interface: {}, at: \"tcp://127.0.0.1:{}\"}}\n", yaml_text(name),
-                              yaml_text(fmt::format("{}/{}", file->file_name, key.second)), port++);
+      const std::string at =
+          is_port(key.first) ? fmt::format("yarp:/{}", key.first) : fmt::format("tcp://127.0.0.1:{}", port++);
+      services += fmt::format("  {}: {{interface: {}, at: \"{}\"}}\n", yaml_text(name),
+                              yaml_text(fmt::format("{}/{}", file->file_name, key.second)), at);
     }
     if (!services.empty()) yaml += "\nservices:\n" + services;
     if (!skill_lines_.empty()) yaml += "\nskills:\n" + skill_lines_;

@@ -80,7 +80,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
       if (!address || address->kind != rpc::Address::Kind::kOther) continue;
       if (!rpc::middleware_of(*address).is_source(*address, service.service.get())) {
         // Others may connect what is published on before anything is.
-        auto published = rpc::connect(*address, service.service, {.target = name});
+        auto published = rpc::connect(*address, service.service, {.target = name, .problem = run_.problem});
         if (!published) return published.error().message;
         published_.push_back(std::move(*published));
         continue;
@@ -95,10 +95,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
                                                  {.target = name, .problem = run_.problem});
       if (!opened) return opened.error().message;
       sources_.push_back(std::move(*opened));
-      // What is called too may have nothing to say.
-      const auto& methods = service.service->methods;
-      if (std::all_of(methods.begin(), methods.end(), [](const idl::Method* method) { return method->oneway; }))
-        awaited_.push_back({name, service.at, service.service, came});
+      await(name, service.at, service.service, came);
     }
     return std::nullopt;
   }
@@ -267,7 +264,9 @@ class PartsElsewhere final : public runtime::Elsewhere {
     rpc::Middleware::Hearing hearing;
     // What was asked belongs to its outcome; calls of the middleware come one after the other.
     const auto asked = std::make_shared<std::deque<std::pair<std::uint64_t, Value>>>();
-    hearing.request = [this, asked, name = service.name](const idl::Method& method, Value arguments) {
+    const auto came = std::make_shared<std::atomic<bool>>(false);
+    hearing.request = [this, asked, came, name = service.name](const idl::Method& method, Value arguments) {
+      *came = true;
       if (!method.oneway) asked->emplace_back(0, arguments);
       const std::uint64_t call = publish_request(name, method, std::move(arguments));
       if (!method.oneway) asked->back().first = call;
@@ -303,7 +302,16 @@ class PartsElsewhere final : public runtime::Elsewhere {
                                                         {.target = service.name, .problem = run_.problem});
     if (!opened) return opened.error().message;
     sources_.push_back(std::move(*opened));
+    await(service.name, service.observed, service.service, came);
     return std::nullopt;
+  }
+
+  // What is called, or may be, can have nothing to say.
+  void await(const std::string& name, const std::string& at, const idl::ServicePtr& service,
+             const std::shared_ptr<std::atomic<bool>>& came) {
+    const auto& methods = service->methods;
+    if (std::all_of(methods.begin(), methods.end(), [](const idl::Method* method) { return method->oneway; }))
+      awaited_.push_back({name, at, service, came});
   }
 
   // Of a call that has been made elsewhere; its number.

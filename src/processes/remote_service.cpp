@@ -60,8 +60,11 @@ Result<std::unique_ptr<ServicePort>> make_remote_port(const rpc::Address& addres
 }
 
 mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface, const std::string& name,
-                               const std::string& method, const Value& args, Duration deadline) {
-  const auto client = rpc::connect(address, interface, options_for(address, name));
+                               const std::string& method, const Value& args, Duration deadline,
+                               const std::function<void(const std::string&)>& problem) {
+  rpc::ClientOptions options = options_for(address, name);
+  options.problem = problem;
+  const auto client = rpc::connect(address, interface, std::move(options));
   if (!client) return mission::CallOutcome::failed(rpc::CallErrorKind::kUnreachable, client.error().message);
   return to_call_outcome(rpc::call_and_wait(**client, method, args, std::chrono::steady_clock::now() + deadline));
 }

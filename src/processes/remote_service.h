@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,9 +24,11 @@ namespace sentree::processes {
 [[nodiscard]] mission::CallOutcome to_call_outcome(rpc::Outcome outcome);
 
 /// One synchronous call, for injections and the command line. An address without service is meant likewise.
+/// @param problem  As of `rpc::ClientOptions`.
 [[nodiscard]] mission::CallOutcome call_once(const rpc::Address& address, const idl::ServicePtr& interface,
                                              const std::string& name, const std::string& method, const Value& args,
-                                             Duration deadline);
+                                             Duration deadline,
+                                             const std::function<void(const std::string&)>& problem = {});
 
 /// Asks a server for what nobody serves, which any server says, and so shows that it lives.
 class Probe {

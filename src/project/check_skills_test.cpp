@@ -103,6 +103,23 @@ TEST(CheckSkills, KnowsWhatInvokedChartsCall) {
   EXPECT_THAT(messages, Not(Contains(HasSubstr("never calls battery.getBatteryState"))));
 }
 
+TEST(CheckSkills, SubscribeForChartsThatTheyForwardTo) {
+  const auto told = [](const char* autoforward) {
+    const std::string outer = fmt::format(
+        "<scxml version=\"1.0\"><state id=\"a\"><invoke src=\"Child.scxml\" id=\"child\" autoforward=\"{}\"/>"
+        "<transition event=\"done.invoke.child\" target=\"success\"/><transition event=\"halt\" "
+        "target=\"halted\"/></state><final id=\"success\"/><final id=\"halted\"/></scxml>",
+        autoforward);
+    return told_of("topics", {{"skills/WaitUntilLow.scxml", nullptr, outer.c_str()},
+                              {"skills/Child.scxml", nullptr,
+                               "<scxml version=\"1.0\"><state id=\"a\"><transition event=\"battery.state\" "
+                               "target=\"b\"/></state><final id=\"b\"/></scxml>"}});
+  };
+  const char* const unheard = "skills/WaitUntilLow.scxml has no transition for that event";
+  EXPECT_THAT(told("true"), Not(Contains(HasSubstr(unheard))));
+  EXPECT_THAT(told("false"), Contains(HasSubstr(unheard)));
+}
+
 TEST(CheckSkills, TellsOfAnOutcomeThatEndsNothing) {
   EXPECT_THAT(told_of("pick-and-place", {{"skills/Find.scxml", "<final id=\"failure\"/>", "<state id=\"failure\"/>"}}),
               Contains(HasSubstr("state \"failure\" has no way out and ends nothing: write <final id=\"failure\"/>")));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <string_view>
 
@@ -10,6 +11,7 @@
 #include "sentree/rpc/address.h"
 #include "sentree/rpc/middleware.h"
 #include "sentree/scxml/event.h"
+#include "sentree/scxml/model.h"
 #include "sentree/sim/topics.h"
 
 namespace sentree::project {
@@ -35,6 +37,24 @@ std::vector<std::string> topics_of(const std::map<std::string, ServicePlan>& ser
 
 bool is_all_oneway(const idl::Service& service) {
   return std::all_of(service.methods.begin(), service.methods.end(), [](const auto* method) { return method->oneway; });
+}
+
+// What a chart handles of what comes from outside: itself, or by charts that it invokes and forwards everything to.
+// Nothing: one of those is known at run time only, and may handle anything.
+std::optional<std::vector<std::string>> handled_inside(const scxml::Chart& chart) {
+  std::vector<std::string> handled;
+  std::vector<scxml::Chart> hearing{chart};
+  for (std::size_t i = 0; i < hearing.size(); ++i) {
+    const scxml::Chart one = hearing[i];
+    const std::vector<std::string> events = one.events_handled();
+    handled.insert(handled.end(), events.begin(), events.end());
+    for (const scxml::Invoke& invoke : one.model().invokes) {
+      if (!invoke.autoforward) continue;
+      if (!invoke.child) return std::nullopt;
+      hearing.push_back(*invoke.child);
+    }
+  }
+  return handled;
 }
 
 }  // namespace
@@ -79,7 +99,7 @@ void check_published(const ServiceEntry& entry, const idl::Service& service, Dia
 
 void check_subscriptions(const std::string& who, const Subscriptions& subscribes, const scxml::Chart& chart,
                          const std::map<std::string, ServicePlan>& services, Diagnostics& diagnostics) {
-  const std::vector<std::string> handled = chart.events_handled();
+  const auto handled = handled_inside(chart);
   for (const std::string& topic : subscribes.topics) {
     const idl::Method* const method = method_of(topic, services);
     if (method == nullptr || !method->oneway) {
@@ -91,13 +111,13 @@ void check_subscriptions(const std::string& who, const Subscriptions& subscribes
           subscribes.span);
       continue;
     }
-    const bool heard = std::any_of(handled.begin(), handled.end(), [&](const std::string& descriptor) {
+    const bool heard = !handled || std::any_of(handled->begin(), handled->end(), [&](const std::string& descriptor) {
       return scxml::event_matches(descriptor, topic);
     });
     if (heard) continue;
     add(diagnostics, Severity::kError, "check.unheard-event",
         fmt::format("{} subscribes to \"{}\", but {} has no transition for that event{}", who, topic, chart.file(),
-                    did_you_mean(topic, handled)),
+                    did_you_mean(topic, *handled)),
         subscribes.span);
   }
 }

@@ -10,6 +10,8 @@
 
 #include "sentree/idl/conform.h"
 #include "sentree/monitor/observed.h"
+#include "sentree/rpc/address.h"
+#include "sentree/rpc/middleware.h"
 #include "sentree/scxml/model.h"
 
 namespace sentree::project {
@@ -63,6 +65,19 @@ bool check_call(const scxml::Chart& chart, const scxml::SendInfo& send,
   if (!method) {
     diagnostics.push_back(method.error());
     return false;
+  }
+  if (!is_inside(service->second.at)) {
+    // What cannot be meant has been told where it stands.
+    auto address = rpc::Address::parse(service->second.at);
+    if (address) {
+      if (address->service.empty()) address->service = *send.target;
+      const auto can_be = rpc::middleware_of(*address).check_called(*address, *service->second.service, **method);
+      if (!can_be) {
+        add(diagnostics, Severity::kError, "check.not-called",
+            fmt::format("{}.{}: {}", *send.target, *send.event, can_be.error().message), chart.span(send.event_place));
+        return false;
+      }
+    }
   }
   if (send.has_content) return true;
   std::vector<idl::WrittenArgument> arguments;

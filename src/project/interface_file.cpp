@@ -47,9 +47,19 @@ std::optional<path> find_interface(const path& own, const std::string& file) {
   }
   places.push_back(shipped_folder("interfaces"));
   for (const path& place : places) {
-    if (std::filesystem::exists(place / file, error)) return place / file;
+    // A package's folder is no interface.
+    if (std::filesystem::is_regular_file(place / file, error)) return place / file;
   }
   return std::nullopt;
+}
+
+std::string missing_form(const path& own, const std::string& file, const std::string& service) {
+  if (path(file).has_extension()) return {};
+  for (const char* form : kRosForms) {
+    const std::string whole = fmt::format("{}/{}/{}", file, form, service);
+    if (find_interface(own, fmt::format("{}.{}", whole, form))) return fmt::format("; did you mean \"{}\"?", whole);
+  }
+  return "; an interface is FILE.thrift/SERVICE, or of ROS PACKAGE/msg/NAME, PACKAGE/srv/NAME or PACKAGE/action/NAME";
 }
 
 Loaded<idl::Schema> load_interface(const path& file, const std::string& shown, const OnInterfaceRead& on_read) {

@@ -22,6 +22,11 @@ struct InterfaceName {
 [[nodiscard]] std::optional<std::filesystem::path> find_interface(const std::filesystem::path& own,
                                                                   const std::string& file);
 
+/// Of a name whose file has no ending, "std_srvs/SetBool": "; did you mean …?" of ROS, else how interfaces are named.
+/// Empty: it has one.
+[[nodiscard]] std::string missing_form(const std::filesystem::path& own, const std::string& file,
+                                       const std::string& service);
+
 /// Called for each file that was tried, with its text, or nothing if it could not be read.
 using OnInterfaceRead = std::function<void(const std::filesystem::path& file, const std::string& shown,
                                            const std::optional<std::string>& content)>;

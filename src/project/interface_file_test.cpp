@@ -59,6 +59,14 @@ TEST_F(InterfaceFile, MayIncludeWhatComesWithSentree) {
   EXPECT_TRUE(mine.ok()) << to_string(mine.diagnostics.front());
 }
 
+TEST(BundledInterface, IsNamedWithItsForm) {
+  EXPECT_EQ(missing_form("nowhere", "std_srvs", "SetBool"), "; did you mean \"std_srvs/srv/SetBool\"?");
+  EXPECT_EQ(missing_form("nowhere", "nav2_msgs", "Spin"), "; did you mean \"nav2_msgs/action/Spin\"?");
+  EXPECT_THAT(missing_form("nowhere", "nav2_msgs", "Spam"), ::testing::HasSubstr("FILE.thrift/SERVICE, or of ROS"));
+  EXPECT_EQ(missing_form("nowhere", "robot.thrift", "Battery"), "");
+  EXPECT_FALSE(find_interface("nowhere", "std_srvs")) << "which is a folder";
+}
+
 TEST(BundledInterface, SaysThatItIsOfAnotherRelease) {
   const auto said = [](const char* name, const char* release) {
     ::setenv("ROS_DISTRO", release, 1);

@@ -66,6 +66,14 @@ class Preparation {
         check_address(fmt::format("what is observed as \"{}\"", entry.name), entry.observed, entry.span);
       else if (!is_inside(entry.at) && entry.at != kAnyReply)
         check_address(fmt::format("service \"{}\"", entry.name), entry.at, entry.span);
+      if (const std::string way = missing_form(project_.folder / "interfaces", entry.idl, entry.interface);
+          !entry.idl.empty() && !way.empty() && !find_interface(project_.folder / "interfaces", entry.idl)) {
+        add("check.no-interface",
+            fmt::format("service \"{}\": there is no interface \"{}/{}\"{}", entry.name, entry.idl, entry.interface,
+                        way),
+            entry.span);
+        continue;
+      }
       const idl::Schema* schema = interface(entry.idl, entry.span);
       if (schema == nullptr) continue;
       const auto service = idl::find_service(*schema, entry.interface, entry.span);
@@ -79,6 +87,7 @@ class Preparation {
         check_observed(entry, **service);
         continue;
       }
+      check_at(entry, **service);
       check_idempotent(entry, **service);
       if (entry.at == "topics") check_all_oneway(entry, **service, diagnostics);
       check_published(entry, **service, diagnostics);
@@ -489,6 +498,15 @@ class Preparation {
       heard.error().message = fmt::format("\"{}\" cannot be observed: {}", entry.name, heard.error().message);
       diagnostics.push_back(std::move(heard.error()));
     }
+  }
+
+  // What the address says beside the name, of what the interface is.
+  void check_at(const ServiceEntry& entry, const idl::Service& service) {
+    if (is_inside(entry.at)) return;
+    const auto address = rpc::Address::parse(entry.at);
+    if (!address) return;  // has been told
+    if (const auto can_be = rpc::middleware_of(*address).check_service(*address, service); !can_be)
+      add(can_be.error().code, fmt::format("service \"{}\": {}", entry.name, can_be.error().message), entry.span);
   }
 
   void check_idempotent(const ServiceEntry& entry, const idl::Service& service) {

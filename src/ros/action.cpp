@@ -162,7 +162,11 @@ rpc::Outcome ActionClient::call(const idl::Method& method, const Value& argument
   if (!wait_available(deadline, interrupted))
     return failed(rpc::CallErrorKind::kUnreachable,
                   fmt::format("no server of the action {} is there{}", name_, other_type_()));
+  // Without an id, all goals would be cancelled: whatever else is asked for must not come to that.
   const bool is_goal = method.name == "send_goal";
+  if (!is_goal && method.name != "cancel_goal")
+    return failed(rpc::CallErrorKind::kArguments,
+                  fmt::format("the action {} is asked for send_goal and cancel_goal, not for {}", name_, method.name));
   const std::string id = is_goal ? new_goal_id() : std::string(arguments.find("goal_id")->text());
   Octets request;
   if (is_goal) {

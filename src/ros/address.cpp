@@ -72,7 +72,9 @@ bool is_name(std::string_view name) {
 Result<GraphAddress> GraphAddress::parse(std::string_view text) {
   GraphAddress out;
   std::string_view rest = text;
-  for (const auto& [option, value] : rpc::cut_options(rest)) {
+  const std::vector<rpc::AddressOption> options = rpc::cut_options(rest);
+  if (const std::string twice = rpc::given_twice(options); !twice.empty()) return wrong_address(text, twice);
+  for (const auto& [option, value] : options) {
     if (option == "publish") {
       out.publish = true;
     } else if (option == "requests") {
@@ -89,6 +91,8 @@ Result<GraphAddress> GraphAddress::parse(std::string_view text) {
     } else if (option.starts_with("peers=")) {
       out.peers = hosts_in(value, ',');
       if (out.peers.empty()) return wrong_address(text, "has peers= without a host");
+      if (value.find(';') != std::string_view::npos)
+        return wrong_address(text, "has a semicolon between its peers, where a comma is meant");
     } else if (option.starts_with("release=")) {
       out.release = release_named(value);
       if (!out.release)
@@ -128,6 +132,13 @@ Result<void> GraphAddress::check_environment() const {
                 fmt::format("ROS_DOMAIN_ID=\"{}\" is no number from 0 to {}; unset it for domain 0, or write domain=N "
                             "behind the address",
                             number, kDomainMax));
+  }
+  const std::string hosts = environment("ROS_STATIC_PEERS");
+  if (peers.empty() && hosts.find_first_of(", \t") != std::string::npos) {
+    return fail("ros.environment",
+                fmt::format("ROS_STATIC_PEERS=\"{}\" has hosts with something other than a semicolon between them; "
+                            "write HOST;HOST, or peers=HOST,HOST behind the address",
+                            hosts));
   }
   const std::string range = environment("ROS_AUTOMATIC_DISCOVERY_RANGE");
   const std::string only = environment("ROS_LOCALHOST_ONLY");

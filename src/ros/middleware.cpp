@@ -49,26 +49,70 @@ const char* release_of(const GraphAddress& address) {
   return is_humble ? "no release, which means Humble here" : "no release, which means one from Iron on here";
 }
 
-// "/battery" of "rq/batteryRequest"; the kind of what it is; empty: nothing that a person would look for.
-std::pair<std::string, std::string> shown(const dds::Endpoint& endpoint) {
-  const std::string& topic = endpoint.topic;
-  const std::string type = ros_name(endpoint.type);
-  if (endpoint.overhears) return {};
-  const auto without = [](std::string text, std::string_view end) {
-    if (text.ends_with(end)) text.resize(text.size() - end.size());
-    return text;
+// Whether the options are of what the interface is.
+Result<void> check_options(const std::string& text, const GraphAddress& address, const idl::Service& interface) {
+  const auto wrong = [&](std::string_view option, std::string_view what, std::string_view of) {
+    return fail("rpc.address",
+                fmt::format("\"{}\" has {}, {}, and {} is {}; leave it out", text, option, what, interface.name, of));
   };
-  if (topic.starts_with("rq/") && topic.ends_with("Request") && !endpoint.is_writer) {
-    const std::string name = without(topic.substr(2), "Request");
-    if (name.ends_with("/_action/send_goal"))
-      return {without(name, "/_action/send_goal"), "action " + without(type, "_SendGoal_Request")};
-    if (name.find("/_action/") != std::string::npos) return {};
-    return {name, "service " + without(type, "_Request")};
+  const Form form = form_of(interface);
+  if (form == Form::kService || form == Form::kAction) {
+    const char* const of = form == Form::kService ? "a service" : "an action";
+    if (address.publish) return wrong("publish", "which is of topics", of);
+    if (!address.qos.empty()) return wrong("qos=" + address.qos, "which is of topics", of);
   }
-  if (topic.starts_with("rt/") && topic.find("/_action/") == std::string::npos)
-    return {topic.substr(2), "topic " + type};
+  if (form == Form::kMessage && address.requests)
+    return wrong("requests", "which services and actions have", "a topic");
   return {};
 }
+
+// Whether a method can be called, and is not only heard.
+Result<void> check_method(const GraphAddress& address, const std::string& base, const idl::Service& interface,
+                          const idl::Method& method) {
+  if (!method.oneway) return {};
+  if (form_of(interface) == Form::kAction) {
+    return fail("rpc.address", fmt::format("\"{}\" is what the action ros:{} tells of its goals, and is not called; "
+                                           "send_goal and cancel_goal are",
+                                           method.name, base));
+  }
+  if (!is_data(interface) || address.publish) return {};
+  return fail("rpc.address", fmt::format("\"ros:{}\" is read from; write ros:{}?publish to publish there", base, base));
+}
+
+using Problem = std::function<void(const std::string&)>;
+
+// What is wrong with those who read what is published: told to each who wants to know, whoever came first.
+class Misfits {
+ public:
+  void note(const std::string& what) {
+    const std::lock_guard lock(mutex_);
+    if (what.empty() || all_.size() >= kMax || !all_.insert(what).second) return;
+    for (const auto& [whom, problem] : problems_) problem(what);
+  }
+  void tell(const void* whom, const Problem& problem) {
+    const std::lock_guard lock(mutex_);
+    problems_[whom] = problem;
+    for (const std::string& what : all_) problem(what);
+  }
+  void forget(const void* whom) {
+    const std::lock_guard lock(mutex_);
+    problems_.erase(whom);
+  }
+
+ private:
+  static constexpr std::size_t kMax = 64;
+  std::mutex mutex_;
+  std::set<std::string> all_;
+  std::map<const void*, Problem> problems_;
+};
+
+// The one writer of a topic in this process.
+struct Publisher {
+  std::shared_ptr<Misfits> misfits;
+  ToldPtr told;
+
+  [[nodiscard]] dds::Writer& writer() const { return *told->writer(); }
+};
 
 // Calls one service, each after the other, in a thread of its own.
 class RosCaller final : public rpc::Caller {
@@ -90,12 +134,12 @@ class RosCaller final : public rpc::Caller {
         if (!carried) return tl::unexpected(std::move(carried.error()));
         Way way{*carried, nullptr, nullptr};
         if (method->oneway) {
-          if (is_data(*interface_) && !address.publish)
-            return fail("rpc.address",
-                        fmt::format("\"ros:{}\" is read from; write ros:{}?publish to publish there", base, base));
+          if (auto can_be = check_method(address, base, *interface_, *method); !can_be)
+            return tl::unexpected(std::move(can_be.error()));
           auto writer = topic(**carried, address.qos_of(true));
           if (!writer) return tl::unexpected(std::move(writer.error()));
           way.writer = std::move(*writer);
+          if (options_.problem) way.writer->misfits->tell(this, options_.problem);
         } else {
           auto client = ServiceClient::of(node_, service_name(**carried));
           if (!client) return tl::unexpected(std::move(client.error()));
@@ -122,6 +166,10 @@ class RosCaller final : public rpc::Caller {
   using Caller::call;
 
   void call(const idl::Method& method, Value arguments, rpc::Deadline deadline, Done done) override {
+    if (action_ != nullptr && method.oneway) {
+      const auto can_be = check_method({}, name_, *interface_, method);
+      return done(refused(CallErrorKind::kArguments, can_be.error().message));
+    }
     if (arguments.is_null()) arguments = Value(Map());
     if (!idl::conforms_arguments(method, arguments)) {
       auto conformed = idl::conform_arguments(method, std::move(arguments));
@@ -159,7 +207,9 @@ class RosCaller final : public rpc::Caller {
     const std::lock_guard lock(join_mutex_);
     if (thread_.joinable()) thread_.join();
     for (const auto& [method, way] : ways_) {
-      if (way.writer != nullptr) way.writer->writer()->flush();
+      if (way.writer == nullptr) continue;
+      way.writer->writer().flush();
+      way.writer->misfits->forget(this);
     }
     if (action_ != nullptr) action_->cancel_now(std::exchange(goals_, {}));
   }
@@ -176,7 +226,7 @@ class RosCaller final : public rpc::Caller {
   struct Way {
     std::shared_ptr<const Carried> carried;
     std::shared_ptr<ServiceClient> client;
-    std::shared_ptr<Told> writer;
+    std::shared_ptr<Publisher> writer;
   };
   struct Job {
     const idl::Method* method = nullptr;
@@ -186,12 +236,15 @@ class RosCaller final : public rpc::Caller {
   };
 
   // One writer of a topic serves everybody in this process who publishes there.
-  Result<std::shared_ptr<Told>> topic(const Carried& carried, const dds::Qos& qos) {
-    return node_->shared<Told>(
-        fmt::format("topic {} {}", carried.name, carried.type), [&]() -> Result<std::shared_ptr<Told>> {
-          auto made = node_->write({"rt" + carried.name, carried.type, qos}, [](const std::string&) {});
+  Result<std::shared_ptr<Publisher>> topic(const Carried& carried, const dds::Qos& qos) {
+    return node_->shared<Publisher>(
+        fmt::format("topic {} {}", carried.name, carried.type), [&]() -> Result<std::shared_ptr<Publisher>> {
+          auto out = std::make_shared<Publisher>(Publisher{std::make_shared<Misfits>(), nullptr});
+          auto made = node_->write({"rt" + carried.name, carried.type, qos},
+                                   [misfits = out->misfits](const std::string& what) { misfits->note(what); });
           if (!made) return tl::unexpected(std::move(made.error()));
-          return std::shared_ptr<Told>(std::move(*made));
+          out->told = std::move(*made);
+          return out;
         });
   }
 
@@ -241,7 +294,7 @@ class RosCaller final : public rpc::Caller {
                      fmt::format("{}.{}: {}", job.method->service, job.method->name, written.error().message));
     if (way.writer != nullptr) {
       await_readers(*way.writer, std::min(job.deadline, found_by_));
-      if (way.writer->writer()->write(message, nullptr) != 0) return Value();
+      if (way.writer->writer().write(message, nullptr) != 0) return Value();
       return refused(CallErrorKind::kUnreachable, "nothing more can be published on " + way.carried->name);
     }
     if (!way.client->wait_available(job.deadline, interrupted))
@@ -261,9 +314,9 @@ class RosCaller final : public rpc::Caller {
   }
 
   // What is published before anybody has been discovered reaches nobody.
-  void await_readers(Told& writer, rpc::Deadline until) {
+  void await_readers(Publisher& writer, rpc::Deadline until) {
     std::unique_lock lock(mutex_);
-    while (!closed_ && SteadyClock::now() < until && writer.writer()->matched().empty()) changed_.wait_for(lock, kLook);
+    while (!closed_ && SteadyClock::now() < until && writer.writer().matched().empty()) changed_.wait_for(lock, kLook);
   }
 
   // Whether whoever is asked has been discovered.
@@ -321,25 +374,6 @@ class RosCaller final : public rpc::Caller {
   std::mutex join_mutex_;
   std::thread thread_;
 };
-
-using Problem = std::function<void(const std::string&)>;
-
-// "; did you mean …?", else what there is of that type; empty: neither.
-std::string near_topics(const Node& node, const std::string& name, const std::string& type) {
-  std::set<std::string> all;
-  std::set<std::string> alike;
-  for (const dds::Endpoint& each : node.endpoints()) {
-    const auto [topic, kind] = shown(each);
-    if (!each.is_writer || !kind.starts_with("topic ")) continue;
-    all.insert(topic);
-    if (each.type == type) alike.insert(topic);
-  }
-  constexpr std::size_t kShownMax = 5;
-  const std::vector<std::string> names(all.begin(), all.end());
-  if (std::string near = did_you_mean(name, names); !near.empty()) return near;
-  if (alike.empty() || alike.size() > kShownMax) return {};
-  return fmt::format("; of its type there {} {}", alike.size() > 1 ? "are" : "is", fmt::join(alike, ", "));
-}
 
 // Those who publish there; whether all keep what they said for who comes late, or some do.
 struct Latched {
@@ -417,7 +451,7 @@ class Listening final : public rpc::Opened {
           for (const Reading& each : readings_) {
             if (each.problem && !*each.told && each.reader->reader()->matched().empty())
               each.problem(fmt::format("nobody publishes ros:{} yet, in domain {}{}", each.name, node->domain(),
-                                       near_topics(*node, each.name, each.type)));
+                                       near_names(*node, each.name, "topic", each.type)));
           }
           return;
         }
@@ -699,6 +733,23 @@ class Ros final : public rpc::Middleware {
                     to_string(address), said(*one), to_string(other), said(*two), one->domain_or_environment()));
   }
 
+  Result<void> check_service(const Address& address, const idl::Service& interface) const override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    if (auto fits = check_options(to_string(address), *parsed, interface); !fits || !parsed->requests) return fits;
+    return fail("rpc.address",
+                fmt::format("\"{}\" has requests, which is of what others ask each other and stands under observe:; "
+                            "leave it out",
+                            to_string(address)));
+  }
+
+  Result<void> check_called(const Address& address, const idl::Service& interface,
+                            const idl::Method& method) const override {
+    const auto parsed = GraphAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    return check_method(*parsed, parsed->name_of(address.service), interface, method);
+  }
+
   bool is_source(const Address& address, const idl::Service* interface) const override {
     const auto parsed = GraphAddress::parse(address.path);
     if (!parsed) return false;
@@ -788,10 +839,10 @@ class Ros final : public rpc::Middleware {
     return {};
   }
 
-  Result<void> check_overheard(const Address& address, const idl::Service&) const override {
+  Result<void> check_overheard(const Address& address, const idl::Service& interface) const override {
     const auto parsed = GraphAddress::parse(address.path);
     if (!parsed) return tl::unexpected(parsed.error());
-    if (!parsed->publish) return {};
+    if (auto fits = check_options(to_string(address), *parsed, interface); !fits || !parsed->publish) return fits;
     return fail(
         "rpc.address",
         fmt::format("\"{}\" is a topic of ours; to hear what others say there, leave out publish", to_string(address)));

@@ -106,6 +106,10 @@ TEST(GraphAddress, HasPeersOfItsOwnOrThoseOfTheVariable) {
   EXPECT_THAT(plain.participant().peers, ElementsAre("10.0.0.5", "robot.local"));
   EXPECT_THAT(own.participant().peers, ElementsAre("robot.local", "10.0.0.6"));
   EXPECT_EQ(GraphAddress::parse("/scan?peers=").error().code, "rpc.address");
+  EXPECT_THAT(address_error("/scan?peers=a;b"), HasSubstr("where a comma is meant"));
+  const Environment commas({{"ROS_STATIC_PEERS", "10.0.0.5,robot.local"}, {"ROS_LOCALHOST_ONLY", nullptr}});
+  EXPECT_THAT(plain.check_environment().error().message, HasSubstr("other than a semicolon between them"));
+  EXPECT_TRUE(own.check_environment());
 }
 
 TEST(GraphAddress, RefusesVariablesOfRosThatMeanNothing) {
@@ -173,6 +177,26 @@ TEST(GraphAddress, SaysWhatIsWrong) {
   EXPECT_THAT(address_error("/a?domain=999"), HasSubstr("from 0 to 232"));
   EXPECT_THAT(address_error("/a?release=galactica"), HasSubstr("not known"));
   EXPECT_THAT(address_error("/a?qos=best"), HasSubstr("unknown option \"qos=best\""));
+  EXPECT_THAT(address_error("/a?domain=1&domain=2"), HasSubstr("gives domain twice: domain=1 and domain=2"));
+  EXPECT_THAT(address_error("/a?range=localhost&publish&range=subnet"), HasSubstr("gives range twice"));
+}
+
+TEST(RosMiddleware, TellsOptionsThatAreNotOfTheInterface) {
+  rpc::register_middleware(make_middleware({.find = load}));
+  const auto told = [](const char* address, const char* type, bool observed) {
+    const rpc::Address at = *rpc::Address::parse(address);
+    const auto checked = observed ? rpc::middleware_of(at).check_overheard(at, *interface(type))
+                                  : rpc::middleware_of(at).check_service(at, *interface(type));
+    return checked ? std::string() : checked.error().message;
+  };
+  EXPECT_EQ(told("ros:/a?publish&qos=sensor_data", "std_msgs/msg/String", false), "");
+  EXPECT_EQ(told("ros:/a?domain=3", "std_srvs/srv/SetBool", false), "");
+  EXPECT_EQ(told("ros:/a?requests", "std_srvs/srv/SetBool", true), "");
+  EXPECT_THAT(told("ros:/a?publish", "std_srvs/srv/SetBool", false), HasSubstr("has publish, which is of topics"));
+  EXPECT_THAT(told("ros:/a?qos=default", "demo/action/Count", false), HasSubstr("has qos=default, which is of topics"));
+  EXPECT_THAT(told("ros:/a?qos=default", "demo/action/Count", true), HasSubstr("has qos=default, which is of topics"));
+  EXPECT_THAT(told("ros:/a?requests", "std_msgs/msg/String", true), HasSubstr("has requests"));
+  EXPECT_THAT(told("ros:/a?requests", "std_srvs/srv/SetBool", false), HasSubstr("stands under observe:"));
 }
 
 TEST(GraphAddress, OfOneDomainIsOfOneRelease) {
@@ -596,6 +620,34 @@ TEST_F(RosTopics, ThatNobodyPublishesAreToldWithWhatIsNear) {
           HasSubstr("nobody publishes ros:/speech yet, in domain " + domain_ + "; of its type there is /chatter")));
 }
 
+TEST_F(RosTopics, TellWhoPublishesThatTypesDifferWhoeverComesFirst) {
+  const auto text = interface("std_msgs/msg/String");
+  const auto other = stranger();
+  const auto nothing = [](const std::string&) {};
+  const auto take = [](const dds::Sample&) {};
+  std::string error;
+  const auto early = other->read({"rt/early", "std_msgs::msg::dds_::Bool_", {}}, take, nothing, error);
+  Heard<std::string> problems;
+  std::vector<std::unique_ptr<rpc::Caller>> publishers;
+  for (const char* const name : {"/early", "/early", "/late"}) {
+    auto made =
+        rpc::connect(at(name, "&publish"), text, {.problem = [&](const std::string& what) { problems.add(what); }});
+    ASSERT_TRUE(made) << made.error().message;
+    publishers.push_back(std::move(*made));
+  }
+  const auto differ = [](const std::string& name) {
+    return "the types of " + name +
+           " differ: it is std_msgs/msg/String here, and somebody reads std_msgs/msg/Bool, so "
+           "that nothing passes";
+  };
+  EXPECT_THAT(problems.wait([](const auto& all) { return all.size() >= 2; }),
+              testing::ElementsAre(differ("/early"), differ("/early")))
+      << "each who publishes there is told";
+  const auto late = other->read({"rt/late", "std_msgs::msg::dds_::Bool_", {}}, take, nothing, error);
+  EXPECT_EQ(problems.wait([](const auto& all) { return all.size() >= 3; }).back(), differ("/late"));
+  for (const auto& each : publishers) each->end();
+}
+
 TEST_F(RosTopics, SayThatTypesDifferWhoeverComesFirst) {
   const auto text = interface("std_msgs/msg/String");
   const auto other = stranger();
@@ -815,6 +867,24 @@ TEST_F(RosActions, EndWhenTheyAreCancelled) {
   EXPECT_EQ(*cancelled->find("goals_canceling"), Value(List{id}));
   EXPECT_EQ(*end_of_goal().find("status"), Value("CANCELED"));
   EXPECT_FALSE(rpc::call_and_wait(*client_, "cancel_goal", Map{{"goal_id", "kitchen"}}, patience()));
+}
+
+TEST_F(RosActions, AreNotCancelledByWhatIsOnlyHeardOfThem) {
+  CountServer server(node_at("/count"), "/count", false);
+  open();
+  const auto reply = rpc::call_and_wait(*client_, "send_goal", Map{{"upto", 9}}, patience());
+  ASSERT_TRUE(reply) << reply.error().message;
+  for (const char* const method : {"feedback", "result", "status"}) {
+    const auto asked = rpc::call_and_wait(*client_, method, Map(), patience());
+    ASSERT_FALSE(asked) << method;
+    EXPECT_EQ(asked.error().kind, rpc::CallErrorKind::kArguments);
+    EXPECT_THAT(asked.error().message, HasSubstr("send_goal and cancel_goal are"));
+    const auto count = interface("demo/action/Count");
+    EXPECT_FALSE(rpc::middleware_of(at("/count")).check_called(at("/count"), *count, *count->find(method)));
+  }
+  // Calls are made one after the other: had one of those cancelled the goal, the server would know it now.
+  ASSERT_TRUE(rpc::call_and_wait(*client_, "cancel_goal", Map{{"goal_id", *reply->find("goal_id")}}, patience()));
+  EXPECT_EQ(server.cancelled_.wait_for(1).size(), 1U);
 }
 
 TEST_F(RosActions, AreCancelledWhenWhoSentThemGoes) {

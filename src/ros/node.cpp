@@ -1,6 +1,7 @@
 #include "sentree/ros/detail/node.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <dlfcn.h>
 #include <unistd.h>
@@ -10,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "sentree/base/diagnostic.h"
 #include "sentree/ros/detail/cdr.h"
 #include "sentree/ros/detail/goal_id.h"
 #include "sentree/ros/detail/mapping.h"
@@ -24,6 +26,43 @@ void put_text(std::vector<std::uint8_t>& out, const std::string& text) {
 }
 
 }  // namespace
+
+std::pair<std::string, std::string> shown(const dds::Endpoint& endpoint) {
+  const std::string& topic = endpoint.topic;
+  const std::string type = ros_name(endpoint.type);
+  if (endpoint.overhears) return {};
+  const auto without = [](std::string text, std::string_view end) {
+    if (text.ends_with(end)) text.resize(text.size() - end.size());
+    return text;
+  };
+  if (topic.starts_with("rq/") && topic.ends_with("Request") && !endpoint.is_writer) {
+    const std::string name = without(topic.substr(2), "Request");
+    if (name.ends_with("/_action/send_goal"))
+      return {without(name, "/_action/send_goal"), "action " + without(type, "_SendGoal_Request")};
+    if (name.find("/_action/") != std::string::npos) return {};
+    return {name, "service " + without(type, "_Request")};
+  }
+  if (topic.starts_with("rt/") && topic.find("/_action/") == std::string::npos)
+    return {topic.substr(2), "topic " + type};
+  return {};
+}
+
+std::string near_names(const Node& node, const std::string& name, const std::string& kind, const std::string& type) {
+  std::set<std::string> all;
+  std::set<std::string> alike;
+  for (const dds::Endpoint& each : node.endpoints()) {
+    const auto [other, what] = shown(each);
+    // Whoever reads a topic is not who publishes it.
+    if (!what.starts_with(kind + " ") || (kind == "topic" && !each.is_writer)) continue;
+    all.insert(other);
+    if (each.type == type) alike.insert(other);
+  }
+  constexpr std::size_t kShownMax = 5;
+  const std::vector<std::string> names(all.begin(), all.end());
+  if (std::string near = did_you_mean(name, names); !near.empty()) return near;
+  if (alike.empty() || alike.size() > kShownMax) return {};
+  return fmt::format("; of its type there {} {}", alike.size() > 1 ? "are" : "is", fmt::join(alike, ", "));
+}
 
 bool Settling::look(SteadyClock::time_point now, std::size_t endpoints) {
   if (std::exchange(endpoints_, endpoints) != endpoints) last_ = now;

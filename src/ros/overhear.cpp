@@ -213,7 +213,7 @@ class Overhearing final : public rpc::Opened {
   Result<void> open(const GraphAddress& address, const std::string& base) {
     hears_requests_ = address.requests;
     auto listening = form_of(*interface_) == Form::kAction ? action(base) : methods(address, base);
-    if (!listening || services_.empty()) return listening;
+    if (!listening) return listening;
     try {
       looker_ = std::thread([this] { look(); });
     } catch (const std::system_error& e) {
@@ -224,12 +224,36 @@ class Overhearing final : public rpc::Opened {
 
  private:
   void look() {
+    bool is_told = false;
     std::unique_lock lock(mutex_);
     while (!stopped_) {
       lock.unlock();
       for (const auto& ear : services_) ear->look();
+      if (!is_told && node_->is_settled()) {
+        tell_missing();
+        is_told = true;
+      }
       lock.lock();
+      if (is_told && services_.empty()) return;
       changed_.wait_for(lock, kLookForServers, [&] { return stopped_; });
+    }
+  }
+
+  // Once everybody has been discovered: what is to be heard and nobody has.
+  void tell_missing() {
+    const std::vector<dds::Endpoint> all = node_->endpoints();
+    for (const Expected& each : expected_) {
+      const bool is_there = std::any_of(all.begin(), all.end(), [&](const dds::Endpoint& one) {
+        const auto [name, kind] = shown(one);
+        // Of one with another type it is told what that is.
+        return name == each.name && kind.starts_with(each.kind + " ") && (one.is_writer || each.kind != "topic");
+      });
+      if (is_there) continue;
+      trouble(fmt::format("{} ros:{} yet, in domain {}{}",
+                          each.kind == "topic" ? "nobody publishes" : fmt::format("nobody serves the {}", each.kind),
+                          each.name, node_->domain(), near_names(*node_, each.name, each.kind, each.type)));
+      // The others are methods of the same service.
+      if (form_of(*interface_) == Form::kThrift) return;
     }
   }
 
@@ -280,8 +304,10 @@ class Overhearing final : public rpc::Opened {
         auto heard = topic({"rt" + (*made)->name, (*made)->type, address.qos_of(false)},
                            [request](const Octets& message) { static_cast<void>(request(message)); });
         if (!heard) return heard;
+        expected_.push_back({"topic", (*made)->name, (*made)->type});
         continue;
       }
+      expected_.push_back({"service", (*made)->name, (*made)->request_type});
       service({(*made)->name, (*made)->request_type, (*made)->reply_type}, request,
               [this, carried = *made](const Asked& asked, const Octets& reply) {
                 hearing_.outcome(asked.call, *carried->method, carried->read_outcome(reply, {}));
@@ -294,6 +320,7 @@ class Overhearing final : public rpc::Opened {
     auto type = ActionType::make(interface_, base);
     if (!type) return tl::unexpected(std::move(type.error()));
     action_.emplace(std::move(*type));
+    expected_.push_back({"action", base, action_->send_goal.request_type});
     const auto method = [this](const char* name) -> const idl::Method& { return *interface_->find(name); };
     const auto tell = [this, method](const char* name, Result<Map> arguments) {
       if (arguments)
@@ -349,6 +376,13 @@ class Overhearing final : public rpc::Opened {
     });
   }
 
+  // Of whom something is to be heard.
+  struct Expected {
+    std::string kind;  // "topic", "service", "action"
+    std::string name;
+    std::string type;  // in DDS
+  };
+
   static constexpr std::size_t kToldMax = 64;
   bool hears_requests_ = false;
 
@@ -359,6 +393,7 @@ class Overhearing final : public rpc::Opened {
   const Trouble problem_;
   std::optional<ActionType> action_;
   std::map<std::string, std::string> statuses_;  // of the worker
+  std::vector<Expected> expected_;
   std::mutex told_mutex_;
   std::vector<std::string> told_;
   std::vector<ToldPtr> topics_;

@@ -11,6 +11,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 // What passes between nodes that are none of ours.
 class RosOverheard : public Graph {
@@ -159,6 +160,26 @@ TEST_F(RosOverheard, ServersAreNotTakenForMoreOrLongerThanTheyAreThere) {
   }
   EXPECT_TRUE(listens(*third, 0)) << "who listens is a server to somebody";
   EXPECT_EQ(count(*third, "rq/lampRequest", false, false), 0U);
+}
+
+TEST_F(RosOverheard, ThatAreNotThereAreToldWithWhatIsNear) {
+  const auto other = stranger();
+  std::string error;
+  const auto nothing = [](const std::string&) {};
+  const auto published = other->write({"rt/scan", "std_msgs::msg::dds_::String_", {}}, nothing, error);
+  const auto served = other->read(
+      {"rq/lampRequest", "std_srvs::srv::dds_::SetBool_Request_", {}}, [](const dds::Sample&) {}, nothing, error);
+  std::vector<std::unique_ptr<rpc::Opened>> heard;
+  heard.push_back(hear("/scan", "std_msgs/msg/String", ""));
+  heard.push_back(hear("/scann", "std_msgs/msg/String", ""));
+  heard.push_back(hear("/lamp", "std_srvs/srv/SetBool", ""));
+  heard.push_back(hear("/lampp", "std_srvs/srv/SetBool"));
+  heard.push_back(hear("/count", "demo/action/Count", ""));
+  const std::string where = " yet, in domain " + domain_;
+  EXPECT_THAT(problems_.wait([](const auto& all) { return all.size() >= 3; }),
+              UnorderedElementsAre("nobody publishes ros:/scann" + where + "; did you mean \"/scan\"?",
+                                   "nobody serves the service ros:/lampp" + where + "; did you mean \"/lamp\"?",
+                                   "nobody serves the action ros:/count" + where));
 }
 
 TEST_F(RosOverheard, ThatAreOfAnotherTypeAreToldOnce) {

@@ -39,7 +39,9 @@ Result<Address> Address::parse(std::string_view text) {
     if (auto known = other->check(out); !known) return tl::unexpected(std::move(known.error()));
     return out;
   }
-  for (const AddressOption& option : cut_options(rest)) {
+  const std::vector<AddressOption> options = cut_options(rest);
+  if (const std::string twice = given_twice(options); !twice.empty()) return wrong(text, twice);
+  for (const AddressOption& option : options) {
     if (!set_option(option.text, out)) {
       return wrong(
           text,
@@ -101,6 +103,15 @@ std::vector<AddressOption> cut_options(std::string_view& address) {
     rest.remove_prefix(std::min(text.size() + 1, rest.size()));
   }
   return out;
+}
+
+std::string given_twice(const std::vector<AddressOption>& options) {
+  const auto name = [](const AddressOption& option) { return option.text.substr(0, option.text.find('=')); };
+  for (auto one = options.begin(); one != options.end(); ++one) {
+    const auto again = std::find_if(options.begin(), one, [&](const auto& other) { return name(other) == name(*one); });
+    if (again != one) return fmt::format("gives {} twice: {} and {}", name(*one), again->text, one->text);
+  }
+  return {};
 }
 
 std::string to_string(const Address& address) {

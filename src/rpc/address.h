@@ -49,5 +49,7 @@ struct AddressOption {
 };
 /// Takes the question mark and what is behind it off an address, of any middleware.
 [[nodiscard]] std::vector<AddressOption> cut_options(std::string_view& address);
+/// "gives domain twice: domain=1 and domain=2" of the first such name; empty: none is.
+[[nodiscard]] std::string given_twice(const std::vector<AddressOption>& options);
 
 }  // namespace sentree::rpc

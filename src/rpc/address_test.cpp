@@ -53,6 +53,7 @@ TEST(Address, SaysWhatIsWrong) {
   EXPECT_THAT(why("unix:a#"), HasSubstr("no service after"));
   EXPECT_THAT(why("unix:" + std::string(108, 'a')), HasSubstr("more than 107 bytes"));
   EXPECT_THAT(why("tcp://h:1?x=y"), HasSubstr("unknown option \"x=y\""));
+  EXPECT_THAT(why("tcp://h:1?protocol=compact&protocol=binary"), HasSubstr("gives protocol twice"));
   EXPECT_THAT(why(""), HasSubstr("begins with none"));
 }
 

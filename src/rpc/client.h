@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -32,6 +33,9 @@ struct ClientOptions {
   TlsFiles tls;
   std::chrono::milliseconds late_wait{kLateWaitMax};
   std::chrono::milliseconds backoff_last{kBackoffLast};
+  /// What is the matter where calls succeed all the same: those who hear what is published expect something else. From
+  /// any thread, each thing once; empty: nobody wants to know.
+  std::function<void(const std::string&)> problem = {};
 };
 
 /// Calls one service of another process. Thread-safe: calls from several threads are made one after the other.

@@ -55,6 +55,18 @@ class Middleware {
     return {};
   }
 
+  /// Whether what the address says can be meant of a service that is called, or published or read, there. Error:
+  /// rpc.address.
+  [[nodiscard]] virtual Result<void> check_service(const Address& /*address*/,
+                                                   const idl::Service& /*interface*/) const {
+    return {};
+  }
+  /// Whether that method can be called there, and is not only heard. Error: rpc.address, with what can be.
+  [[nodiscard]] virtual Result<void> check_called(const Address& /*address*/, const idl::Service& /*interface*/,
+                                                  const idl::Method& /*method*/) const {
+    return {};
+  }
+
   /// A service elsewhere. Nothing is asked of the network before the first call.
   [[nodiscard]] virtual Result<std::unique_ptr<Caller>> connect(const Address& address, idl::ServicePtr interface,
                                                                 ClientOptions options) = 0;

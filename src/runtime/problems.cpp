@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
+
 #include "sentree/base/ascii.h"
 
 namespace sentree::runtime {
@@ -22,10 +24,18 @@ std::string without_numbers(const std::string& text) {
   return out;
 }
 
+// Whether the peer has just been tried, or will be, is no other problem.
+std::string kind_of(const std::string& text) {
+  constexpr std::string_view kBetweenTries = "; tried again in # ms";
+  std::string out = without_numbers(text);
+  if (const auto at = out.find(kBetweenTries); at != std::string::npos) out.erase(at, kBetweenTries.size());
+  return out;
+}
+
 }  // namespace
 
 std::size_t Problems::add(const std::string& what) {
-  const std::string kind = without_numbers(what);
+  const std::string kind = kind_of(what);
   auto found = index_.find(kind);
   if (found == index_.end()) {
     if (kinds_.size() == kKindsMax) return ++others_;

@@ -8,7 +8,7 @@
 namespace sentree::runtime {
 
 /// Problems of one run, each once however often it comes. Those that differ in plain numbers alone ("tried again in
-/// 601 ms") are the same. After `kKindsMax` kinds no other is listed.
+/// 601 ms"), or in whether they say that, are the same. After `kKindsMax` kinds no other is listed.
 class Problems {
  public:
   static constexpr std::size_t kKindsMax = 100;

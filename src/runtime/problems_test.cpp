@@ -23,6 +23,14 @@ TEST(Problems, ThatDifferInNumbersAloneAreOne) {
                   "a call of Leaf1 was late (12.5 s) (2 times)", "a call of Leaf1 was late (7th)"));
 }
 
+TEST(Problems, ThatArePeersWhoAreTriedAgainAreOne) {
+  Problems problems;
+  EXPECT_EQ(problems.add("arm.move: \"arm\" is unreachable: no such port"), 1U);
+  EXPECT_EQ(problems.add("arm.move: \"arm\" is unreachable: no such port; tried again in 8 ms"), 2U);
+  EXPECT_EQ(problems.add("arm.move: \"arm\" is unreachable: no such port; tried again in 20 ms"), 3U);
+  EXPECT_THAT(problems.list(), ElementsAre("arm.move: \"arm\" is unreachable: no such port (3 times)"));
+}
+
 TEST(Problems, AreBounded) {
   Problems problems;
   for (int i = 0; i < 1000; ++i) problems.add("problem" + std::to_string(i));

@@ -31,6 +31,12 @@ bt::Status status_of(groot::StatusCode code) {
   return code <= static_cast<int>(bt::Status::kFailure) ? static_cast<bt::Status>(code) : bt::Status::kIdle;
 }
 
+// What a node that is idle was before.
+bt::Status status_before(groot::StatusCode code) {
+  return code > groot::kIdleAfter ? status_of(static_cast<groot::StatusCode>(code - groot::kIdleAfter))
+                                  : bt::Status::kIdle;
+}
+
 }  // namespace
 
 struct Watch::Impl final : runtime::Steering {
@@ -75,6 +81,7 @@ struct Watch::Impl final : runtime::Steering {
     nodes.clear();
     for (bt::NodeId node = 0; node < remote.uids.size(); ++node) nodes[remote.uids[node]] = node;
     statuses.assign(remote.uids.size(), bt::Status::kIdle);
+    codes.assign(remote.uids.size(), 0);
     board_names.clear();
     for (const groot::RemoteTree::Board& board : remote.boards) {
       board_names += (board_names.empty() ? "" : ";") + board.name;
@@ -164,7 +171,11 @@ struct Watch::Impl final : runtime::Steering {
       std::set<bt::NodeId> told;
       for (const groot::Record& record : *all) {
         const auto node = nodes.find(record.uid);
-        if (node == nodes.end() || record.status >= static_cast<int>(bt::Status::kSkipped)) continue;
+        if (node == nodes.end()) continue;
+        if (record.status >= static_cast<int>(bt::Status::kSkipped)) {
+          if (record.status == static_cast<int>(bt::Status::kSkipped)) codes[node->second] = record.status;
+          continue;
+        }
         told.insert(node->second);
         change(node->second, static_cast<bt::Status>(record.status), armed_at + std::chrono::microseconds(record.at_us),
                is_new);
@@ -189,9 +200,17 @@ struct Watch::Impl final : runtime::Steering {
     if (!all) return tell_unreadable(all.error());
     bool is_new = true;
     for (const groot::NodeStatus& status : *all) {
-      if (const auto node = nodes.find(status.uid); node != nodes.end() && !except.contains(node->second))
-        change(node->second, status_of(status.code), now(), is_new);
+      const auto node = nodes.find(status.uid);
+      if (node == nodes.end() || except.contains(node->second)) continue;
+      // One that came to its end between two looks is idle already, and says what it was. What was before the first
+      // look is no part of what is seen.
+      const bool is_other = codes[node->second] != status.code;
+      const bt::Status before = status_before(status.code);
+      if (is_other && is_compared && before != bt::Status::kIdle) change(node->second, before, now(), is_new);
+      change(node->second, status_of(status.code), now(), is_new);
+      codes[node->second] = status.code;
     }
+    is_compared = true;
   }
 
   // Once: whoever answers so does so each time.
@@ -202,6 +221,7 @@ struct Watch::Impl final : runtime::Steering {
   // `is_new`: nothing has been found in this look so far.
   void change(bt::NodeId node, bt::Status to, TimePoint time, bool& is_new) {
     const bt::Status from = statuses[node];
+    codes[node] = groot::next_code(codes[node], to);
     if (from == to) return;
     statuses[node] = to;
     time = std::max(time, last_time);
@@ -453,6 +473,8 @@ struct Watch::Impl final : runtime::Steering {
   bool is_silent = false;
   bool is_unreadable = false;  // what it answers, which has been told
   std::vector<bt::Status> statuses;
+  std::vector<groot::StatusCode> codes;  // as the publisher has them
+  bool is_compared = false;
   bt::Status root = bt::Status::kIdle;
   std::uint64_t sequence = 0;
   std::uint64_t ticks = 0;

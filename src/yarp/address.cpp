@@ -39,7 +39,9 @@ std::string to_string(const HostPort& at) { return fmt::format("{}:{}", at.host,
 Result<PortAddress> PortAddress::parse(std::string_view text) {
   PortAddress out;
   std::string_view rest = text;
-  for (const auto& [option, value] : rpc::cut_options(rest)) {
+  const std::vector<rpc::AddressOption> options = rpc::cut_options(rest);
+  if (const std::string twice = rpc::given_twice(options); !twice.empty()) return wrong(text, twice);
+  for (const auto& [option, value] : options) {
     if (option == "carrier=tcp" || option == "carrier=fast_tcp") {
       out.carrier = value == "tcp" ? Carrier::kTcp : Carrier::kFastTcp;
     } else if (option.starts_with("carrier=")) {

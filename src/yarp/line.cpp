@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "sentree/base/diagnostic.h"
 #include "sentree/yarp/detail/bottle.h"
 #include "sentree/yarp/detail/frame.h"
 #include "sentree/yarp/detail/line.h"
@@ -45,7 +46,11 @@ PortLine::PortLine(PortAddress address, const idl::Service& interface, rpc::Clie
   }
 }
 
-std::string PortLine::where() const { return fmt::format("\"{}\" at yarp:{}", options_.target, address_.name); }
+std::string PortLine::where() const {
+  const std::string address = "yarp:" + address_.name;
+  if (options_.target == address) return address;
+  return fmt::format("\"{}\" at yarp:{}", options_.target, address_.name);
+}
 
 CallError PortLine::unreachable(const std::string& why) const {
   return {CallErrorKind::kUnreachable, fmt::format("{} is unreachable: {}", where(), why), {}, {}};
@@ -110,6 +115,13 @@ tl::expected<void, CallError> PortLine::connected(rpc::Deadline deadline) {
   return {};
 }
 
+std::string PortLine::near_port(rpc::Deadline deadline) {
+  const auto all = names_.list(deadline);
+  std::vector<std::string> known;
+  for (const Registration& each : all ? *all : std::vector<Registration>()) known.push_back(each.name);
+  return did_you_mean(address_.name, known);
+}
+
 // The message of an error says only why.
 tl::expected<void, CallError> PortLine::connect(rpc::Deadline deadline) {
   const auto failed = [](StreamStatus status, std::string why) {
@@ -120,10 +132,12 @@ tl::expected<void, CallError> PortLine::connect(rpc::Deadline deadline) {
   if (at.host.empty()) {
     auto found = names_.query(address_.name, deadline);
     if (!found) return failed(StreamStatus::kFailed, found.error().message);
-    if (!*found)
-      return failed(StreamStatus::kFailed, fmt::format("the name server at {} knows no such port; yarp name list, or "
+    if (!*found) {
+      if (failures_ == 0) near_ = near_port(deadline);
+      return failed(StreamStatus::kFailed, fmt::format("the name server at {} knows no such port{}; yarp name list, or "
                                                        "sentree services --on yarp:, lists those that it knows",
-                                                       to_string(names_.server())));
+                                                       to_string(names_.server()), near_));
+    }
     at = (*found)->at;
   }
   rpc::Address socket;

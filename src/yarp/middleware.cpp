@@ -32,6 +32,14 @@ const idl::Method* unnamed(const PortAddress& address, const idl::Service& inter
   return is_data(interface) && interface.methods.size() == 1 && !address.named ? interface.methods.front() : nullptr;
 }
 
+// Where something is opened, which needs a name server unless the address says all.
+Result<PortAddress> opened_at(const Address& address) {
+  auto parsed = PortAddress::parse(address.path);
+  if (!parsed || !parsed->server.host.empty() || !parsed->direct.host.empty()) return parsed;
+  if (auto can_be_meant = check_name_server(); !can_be_meant) return tl::unexpected(std::move(can_be_meant.error()));
+  return parsed;
+}
+
 HostPort name_server_of(const PortAddress& address) {
   return address.server.host.empty() ? configured_name_server() : address.server;
 }
@@ -134,6 +142,7 @@ class Yarp final : public rpc::Middleware {
   std::vector<std::string> forms() const override { return {"yarp:/port"}; }
 
   std::string about() const override {
+    if (std::string missing = lacks(); !missing.empty()) return missing;
     const HostPort server = configured_name_server();
     NameClient names(server);
     constexpr std::chrono::milliseconds kPatience{300};
@@ -141,6 +150,11 @@ class Yarp final : public rpc::Middleware {
     return fmt::format(
         "ports of YARP 3 and 4 by tcp, fast_tcp, text and text_ack, without authentication; name server {}{}",
         to_string(server), there ? " answers" : " does not answer (sentree run --yarp-server brings one)");
+  }
+
+  std::string lacks() const override {
+    const auto can_be_meant = check_name_server();
+    return can_be_meant ? std::string() : can_be_meant.error().message;
   }
 
   Result<void> check(const Address& address) const override {
@@ -155,6 +169,26 @@ class Yarp final : public rpc::Middleware {
     return parsed && (parsed->is_source() || (interface == nullptr && parsed->says_no_direction()));
   }
 
+  Result<void> check_service(const Address& address, const idl::Service& interface) const override {
+    const auto parsed = PortAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    const bool is_called =
+        !interface.methods.empty() && std::none_of(interface.methods.begin(), interface.methods.end(),
+                                                   [](const idl::Method* method) { return method->oneway; });
+    if (!is_called || !parsed->is_source()) return {};
+    return fail("rpc.address",
+                fmt::format("\"{}\" is a port that data are read from, and {} has methods that are called; a port that "
+                            "answers calls is yarp:/NAME/rpc:i, or what it is called there",
+                            to_string(address), interface.name));
+  }
+
+  Result<void> check_called(const Address& address, const idl::Service& interface, const idl::Method&) const override {
+    const auto parsed = PortAddress::parse(address.path);
+    if (!parsed) return tl::unexpected(parsed.error());
+    if (!is_data(interface) || !parsed->is_source()) return {};
+    return fail("rpc.address", fmt::format("\"{}\" is read from: nothing can be published there", to_string(address)));
+  }
+
   Address beside(const Address& address, const std::string& service, const std::string& other) const override {
     Address out = address;
     out.service = other;
@@ -165,15 +199,14 @@ class Yarp final : public rpc::Middleware {
 
   Result<std::unique_ptr<rpc::Caller>> connect(const Address& address, idl::ServicePtr interface,
                                                rpc::ClientOptions options) override {
-    auto parsed = PortAddress::parse(address.path);
+    auto parsed = opened_at(address);
     if (!parsed) return tl::unexpected(std::move(parsed.error()));
     if (options.target.empty()) options.target = interface->name;
     parsed->name = parsed->name_of(address.service.empty() ? options.target : address.service);
     const idl::Method* const data = unnamed(*parsed, *interface);
     if (is_data(*interface)) {
-      if (parsed->is_source())
-        return fail("rpc.address",
-                    fmt::format("\"{}\" is read from: nothing can be published there", to_string(address)));
+      if (auto can_be = check_called(address, *interface, *interface->methods.front()); !can_be)
+        return tl::unexpected(std::move(can_be.error()));
       if (parsed->open) {
         auto served = publisher(*parsed);
         if (!served) return tl::unexpected(std::move(served.error()));
@@ -189,7 +222,7 @@ class Yarp final : public rpc::Middleware {
 
   Result<std::unique_ptr<rpc::Opened>> serve(const Address& address, std::vector<rpc::NamedService> services,
                                              rpc::ServerOptions options) override {
-    const auto parsed = PortAddress::parse(address.path);
+    const auto parsed = opened_at(address);
     if (!parsed) return tl::unexpected(parsed.error());
     if (services.size() > 1 && !parsed->name.ends_with('/')) {
       return fail("rpc.address", fmt::format("\"{}\" names one port, but there are {} services; give what their names "
@@ -206,7 +239,7 @@ class Yarp final : public rpc::Middleware {
 
   Result<std::unique_ptr<rpc::Opened>> subscribe(const Address& address, idl::ServicePtr interface, Take take,
                                                  SubscribeOptions options) override {
-    const auto parsed = PortAddress::parse(address.path);
+    const auto parsed = opened_at(address);
     if (!parsed) return tl::unexpected(parsed.error());
     PortRole role;
     role.only = unnamed(*parsed, *interface);
@@ -217,7 +250,7 @@ class Yarp final : public rpc::Middleware {
 
   Result<std::unique_ptr<rpc::Opened>> watch(const Address& address, std::function<void(const std::string&)> take,
                                              SubscribeOptions options) override {
-    const auto parsed = PortAddress::parse(address.path);
+    const auto parsed = opened_at(address);
     if (!parsed) return tl::unexpected(parsed.error());
     PortRole role;
     role.print = std::move(take);
@@ -225,7 +258,7 @@ class Yarp final : public rpc::Middleware {
   }
 
   Result<std::vector<rpc::NetworkEntry>> list(const Address& address, std::chrono::milliseconds patience) override {
-    const auto parsed = PortAddress::parse(address.path);
+    const auto parsed = opened_at(address);
     if (!parsed) return tl::unexpected(parsed.error());
     NameClient names(name_server_of(*parsed));
     auto all = names.list(steady_clock::now() + patience);

@@ -34,15 +34,39 @@ std::optional<HostPort> from_file(const std::filesystem::path& file) {
   return std::move(*parsed);
 }
 
-}  // namespace
-
-HostPort configured_name_server() {
-  if (auto given = parse_host_port(variable("SENTREE_YARP_SERVER"))) return std::move(*given);
+std::filesystem::path config_file() {
   std::filesystem::path folder = variable("YARP_CONFIG_HOME");
   if (folder.empty() && !variable("XDG_CONFIG_HOME").empty())
     folder = std::filesystem::path(variable("XDG_CONFIG_HOME")) / "yarp";
   if (folder.empty()) folder = std::filesystem::path(variable("HOME")) / ".config" / "yarp";
-  return from_file(folder / "yarp.conf").value_or(HostPort{"127.0.0.1", 10000});
+  return folder / "yarp.conf";
+}
+
+}  // namespace
+
+HostPort configured_name_server() {
+  if (auto given = parse_host_port(variable("SENTREE_YARP_SERVER"))) return std::move(*given);
+  return from_file(config_file()).value_or(HostPort{"127.0.0.1", 10000});
+}
+
+Result<void> check_name_server() {
+  if (const std::string given = variable("SENTREE_YARP_SERVER"); !given.empty()) {
+    if (parse_host_port(given)) return {};
+    return fail(
+        "yarp.environment",
+        fmt::format("SENTREE_YARP_SERVER=\"{}\" is no HOST:PORT of a name server, e.g. 127.0.0.1:10000; set it so, "
+                    "unset it, or write ?server=HOST:PORT behind the address",
+                    given));
+  }
+  const std::filesystem::path file = config_file();
+  std::ifstream in(file);
+  std::string word;
+  if (!(in >> word) || from_file(file)) return {};
+  return fail(
+      "yarp.environment",
+      fmt::format("{} does not begin with HOST PORT of a name server, as yarp conf HOST PORT writes it; write it "
+                  "anew, set SENTREE_YARP_SERVER=HOST:PORT, or write ?server=HOST:PORT behind the address",
+                  file.string()));
 }
 
 std::optional<Registration> parse_registration(std::string_view line) {

@@ -15,6 +15,8 @@ namespace sentree::yarp {
 /// Where the name server is: SENTREE_YARP_SERVER (HOST:PORT) in the environment, else the first line of yarp.conf,
 /// which `yarp conf` writes (in $YARP_CONFIG_HOME, $XDG_CONFIG_HOME/yarp or ~/.config/yarp), else 127.0.0.1:10000.
 [[nodiscard]] HostPort configured_name_server();
+/// Whether the first of these that says something can be meant. Error: yarp.environment, with the way out.
+[[nodiscard]] Result<void> check_name_server();
 
 struct Registration {
   std::string name;

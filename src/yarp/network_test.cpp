@@ -155,7 +155,20 @@ TEST(NameClient, FindsTheServerThatYarpConfWrites) {
   EXPECT_EQ(configured_name_server(), (HostPort{"10.0.0.7", 10042}));
   ::setenv("SENTREE_YARP_SERVER", "10.0.0.8:10043", 1);
   EXPECT_EQ(configured_name_server(), (HostPort{"10.0.0.8", 10043}));
+  EXPECT_TRUE(check_name_server());
+  // What cannot be meant is told, and nobody else is asked.
+  rpc::register_middleware(make_middleware());
+  const rpc::Address address = *rpc::Address::parse("yarp:/x:o");
+  ::setenv("SENTREE_YARP_SERVER", "foo", 1);
+  EXPECT_THAT(check_name_server().error().message, HasSubstr("SENTREE_YARP_SERVER=\"foo\" is no HOST:PORT"));
+  const auto listed = rpc::middleware_of(address).list(address, std::chrono::milliseconds(1));
+  ASSERT_FALSE(listed);
+  EXPECT_EQ(listed.error().code, "yarp.environment");
   ::unsetenv("SENTREE_YARP_SERVER");
+  EXPECT_TRUE(check_name_server());
+  std::ofstream(folder.path() / "yarp.conf") << "garbage\n";
+  EXPECT_THAT(check_name_server().error().message, HasSubstr("yarp.conf does not begin with HOST PORT"));
+  EXPECT_THAT(rpc::middleware_of(address).lacks(), HasSubstr("yarp conf HOST PORT"));
   ::unsetenv("YARP_CONFIG_HOME");
 }
 
@@ -240,6 +253,7 @@ TEST(PortAddress, ReadsItsForms) {
        std::vector<std::pair<std::string, std::string>>{{"/x?carrier=mcast", "carrier \"mcast\", which is not spoken"},
                                                         {"/x?bogus", "unknown option"},
                                                         {"/x?open&read", "is both open"},
+                                                        {"/x?yarp=3&yarp=4", "gives yarp twice: yarp=3 and yarp=4"},
                                                         {"x", "does not begin"},
                                                         {"/a b", "blank"},
                                                         {"//host/x", "bad host"},
@@ -392,9 +406,11 @@ TEST_F(Network, SaysOfWhichPortDataDoNotFit) {
     EXPECT_TRUE(call(**publisher, "level", Map{{"percent", 40.0}, {"charging", true}}));
     const auto all = told.await(0);
     return std::any_of(all.begin(), all.end(), [](const std::string& what) {
-      return what.find("data of yarp:/battery/level:o are none of") != std::string::npos;
+      return what.find(
+                 "data of yarp:/battery/level:o are none of Data: level 40.0 [ok] came, where (double percent, bool "
+                 "charging) is due") != std::string::npos;
     });
-  }));
+  })) << ::testing::PrintToString(told.await(0));
 }
 
 TEST_F(Network, WritesToAPortForData) {

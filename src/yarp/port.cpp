@@ -367,11 +367,40 @@ class Port::Impl {
       if (items) role_.print(to_text(*items));
       return;
     }
+    const std::size_t begin = in.position();
     Encoding::Call got = encoding_.read_call(in, bytes, *role_.interface, role_.only);
     if (got.method != nullptr && conform(*got.method, got.arguments))
       return role_.take(*got.method, std::move(got.arguments));
-    tell_unread(fmt::format("data {} are none of {}{}", whose_data(), role_.interface->name,
-                            got.asked.empty() ? "" : fmt::format(" (\"{}\")", got.asked)));
+    tell_unread(fmt::format("data {} are none of {}{}{}", whose_data(), role_.interface->name,
+                            got.asked.empty() ? "" : fmt::format(" (\"{}\")", got.asked), what_came(in, begin)));
+  }
+
+  // Behind data that have been read and are of no method: what they are, and what they should be.
+  std::string what_came(Inbox& in, std::size_t begin) const {
+    const std::size_t end = in.position();
+    std::string came;
+    in.seek(begin);
+    in.fence(end);
+    try {
+      constexpr std::size_t kShownMax = 100;
+      came = to_text(read_bottle(in, options_.version));
+      if (came.size() > kShownMax) came = came.substr(0, kShownMax) + "…";
+    } catch (const Broken&) {
+      came = "octets that are no bottle";
+    }
+    in.lift_fence();
+    in.seek(end);
+    std::string due;
+    for (const idl::Method* method : role_.interface->methods) {
+      if (role_.only != nullptr && method != role_.only) continue;
+      due += due.empty() ? "" : " or ";
+      if (role_.only == nullptr) due += method->name + " and ";
+      std::string fields;
+      for (const idl::Field& field : method->arguments.fields)
+        fields += fmt::format("{}{} {}", fields.empty() ? "" : ", ", field.type->name, field.name);
+      due += fmt::format("({})", fields);
+    }
+    return fmt::format(": {} came, where {} is due", came.empty() ? "nothing" : came, due);
   }
 
   std::string whose_data() const { return role_.source.empty() ? "for yarp:" + options_.name : "of " + role_.source; }

@@ -10,6 +10,7 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "sentree/base/result.h"
@@ -66,6 +67,14 @@ class Settling {
 };
 
 class Node;
+
+/// "/battery" of "rq/batteryRequest", and what that is: "service pkg/srv/T". Both empty: nothing that a person would
+/// look for.
+[[nodiscard]] std::pair<std::string, std::string> shown(const dds::Endpoint& endpoint);
+/// Of what there is of a kind ("topic", "service", "action"): "; did you mean …?", else what is of that type, by its
+/// name in DDS. Empty: neither.
+[[nodiscard]] std::string near_names(const Node& node, const std::string& name, const std::string& kind,
+                                     const std::string& type);
 
 /// A reader or a writer that the node tells of as long as it is there.
 class Told {

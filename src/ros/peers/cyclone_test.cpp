@@ -1,11 +1,16 @@
 // Each kind of traffic with a process that has another DDS: Cyclone's, as nodes of rmw_cyclonedds have it.
 
 #include <gmock/gmock.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <optional>
+#include <string_view>
+#include <thread>
 
 #include "sentree/ros/action_server.h"
 #include "sentree/ros/detail/overhear.h"
@@ -27,6 +32,49 @@ std::string settings(int lost) {
          "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>20</MaxAutoParticipantIndex></Discovery>"
          "<Internal><Test><XmitLossiness>" +
          std::to_string(lost) + "</XmitLossiness></Test></Internal></Domain></CycloneDDS>";
+}
+
+// @param variable  Empty: as it is without any. The number of the process; 0: it did not begin.
+pid_t start_peer(std::string domain, std::string variable) {
+  std::vector<char*> variables;
+  for (char** each = environ; *each != nullptr; ++each) {
+    if (!std::string_view(*each).starts_with("CYCLONEDDS_URI=")) variables.push_back(*each);
+  }
+  if (!variable.empty()) variables.push_back(variable.data());
+  variables.push_back(nullptr);
+  std::string program = SENTREE_CYCLONE_PEER;
+  char* const arguments[] = {program.data(), domain.data(), nullptr};
+  pid_t peer = 0;
+  return posix_spawn(&peer, program.c_str(), nullptr, nullptr, arguments, variables.data()) == 0 ? peer : 0;
+}
+
+// Whether there is a network on which others could look by multicast.
+bool has_network() {
+  ifaddrs* all = nullptr;
+  if (::getifaddrs(&all) != 0) return false;
+  bool found = false;
+  for (const ifaddrs* each = all; each != nullptr; each = each->ifa_next) {
+    constexpr unsigned kNeeded = IFF_UP | IFF_MULTICAST;
+    found = found || (each->ifa_addr != nullptr && each->ifa_addr->sa_family == AF_INET &&
+                      (each->ifa_flags & (kNeeded | IFF_LOOPBACK)) == kNeeded);
+  }
+  ::freeifaddrs(all);
+  return found;
+}
+
+// It takes any free port, and says by multicast where it is, at first and every 30 s.
+TEST_F(Graph, FindsNodesOfCycloneWithoutAnySettingsOnThisMachine) {
+  if (!has_network()) GTEST_SKIP() << "there is no network, where it behaves otherwise";
+  const pid_t peer = start_peer(domain_, "");
+  ASSERT_GT(peer, 0);
+  std::this_thread::sleep_for(std::chrono::seconds(4));  // what it has said at first is over
+  const rpc::Address everywhere = at("/");
+  const auto listed = rpc::middleware_of(everywhere).list(everywhere, std::chrono::seconds(1));
+  ::kill(peer, SIGKILL);
+  ::waitpid(peer, nullptr, 0);
+  ASSERT_TRUE(listed) << listed.error().message;
+  EXPECT_TRUE(
+      std::any_of(listed->begin(), listed->end(), [](const auto& each) { return each.name == "/cyclone_lamp"; }));
 }
 
 class RosCyclone : public Graph {
@@ -51,13 +99,8 @@ class RosCyclone : public Graph {
   void TearDown() override { end(); }
 
   void begin(int lost = 0) {
-    std::vector<char*> variables;
-    for (char** each = environ; *each != nullptr; ++each) variables.push_back(*each);
-    std::string uri = settings(lost);
-    variables.insert(variables.end(), {uri.data(), nullptr});
-    std::string program = SENTREE_CYCLONE_PEER;
-    char* const arguments[] = {program.data(), domain_.data(), nullptr};
-    ASSERT_EQ(posix_spawn(&peer_, program.c_str(), nullptr, nullptr, arguments, variables.data()), 0);
+    peer_ = start_peer(domain_, settings(lost));
+    ASSERT_GT(peer_, 0);
   }
   void end() {
     if (peer_ <= 0) return;

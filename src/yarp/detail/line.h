@@ -49,6 +49,8 @@ class PortLine final : public rpc::Line {
   [[nodiscard]] std::optional<rpc::Outcome> transmit(std::size_t from, rpc::Deadline deadline);
   void take_acknowledgements(rpc::Deadline deadline);
   [[nodiscard]] std::string where() const;
+  /// "; did you mean …?" of the ports that the name server knows.
+  [[nodiscard]] std::string near_port(rpc::Deadline deadline);
 
   const PortAddress address_;
   const rpc::ClientOptions options_;
@@ -69,6 +71,7 @@ class PortLine final : public rpc::Line {
   int failures_ = 0;
   rpc::Deadline next_attempt_{};
   std::string last_failure_;
+  std::string near_;  // port, of a name that nobody has
 };
 
 }  // namespace sentree::yarp
