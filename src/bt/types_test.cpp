@@ -1,8 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sentree/bt/detail/test_support.h"
@@ -184,6 +187,52 @@ TEST(PolymorphicPorts, AreAClashWithoutACast) {
   EXPECT_FALSE(
       load(in_tree("<Sequence><MakePuppy out=\"{p}\"/><TakeDog in=\"{p}\"/></Sequence>"), {.registry = &registry})
           .ok());
+}
+
+// A tree in which Give writes {o} through a port of that type, and a script goes on with it: how it ended.
+template <class Port, class Given>
+std::string given(const Given& value, const std::string& script) {
+  Registry registry;
+  registry.action("Give", {output<Port>("o")}, [&](Context& self) {
+    static_cast<void>(self.output("o", value));
+    return Status::kSuccess;
+  });
+  Runner r = runner("<Sequence><Give o=\"{o}\"/><Script code=\"" + script + "\"/></Sequence>", registry);
+  r.tick();
+  if (r.error()) return r.error()->message;
+  return to_json(export_blackboard(r.tree(), r.state()));
+}
+
+TEST(Outputs, AreConvertedToWhatTheirPortDeclares) {
+  EXPECT_EQ(given<double>(1, "o := 0.5"), R"({"":{"o":0.5}})");
+  EXPECT_EQ(given<double>(1, "o := o / 2"), R"({"":{"o":0.5}})");
+  EXPECT_EQ(given<double>(1.0F, "o /= 4"), R"({"":{"o":0.25}})");
+  EXPECT_EQ(given<int>(true, "o := 5"), R"({"":{"o":5}})");
+  EXPECT_EQ(given<bool>(2, "o := !o"), R"({"":{"o":false}})");
+  EXPECT_EQ(given<std::string>(5, "o := o .. '!'"), R"({"":{"o":"5!"}})");
+  EXPECT_THAT(given<int>(3.5, "o := 5"), HasSubstr("Give \"Give\": port \"o\": 3.5 is no int"));
+  EXPECT_THAT(given<std::int8_t>(300, "o := 5"), HasSubstr("port \"o\": 300 is no int8_t"));
+}
+
+TEST(Outputs, OfTextMayBeLiteralsAndViews) {
+  EXPECT_EQ(given<std::string>("The answer is 42", "n := 1"), R"({"":{"o":"The answer is 42","n":1}})");
+  EXPECT_EQ(given<std::string>(std::string_view("a view"), "o := o .. '!'"), R"({"":{"o":"a view!"}})");
+  const char* const text = "7";
+  EXPECT_EQ(given<int>(text, "o += 1"), R"({"":{"o":8}})");
+}
+
+TEST(Outputs, OfWholeNumbersEndWhereInt64Ends) {
+  EXPECT_EQ(given<std::uint64_t>(std::uint64_t{1} << 62, "n := 1"), R"({"":{"o":4611686018427387904,"n":1}})");
+  EXPECT_THAT(given<std::uint64_t>(std::numeric_limits<std::uint64_t>::max(), "n := 1"), HasSubstr("is no uint64_t"));
+  EXPECT_EQ(given<char>('A', "o += 1"), R"({"":{"o":66}})");
+}
+
+TEST(Load, SaysWhyAWholeNumberIsTooGreat) {
+  Registry registry;
+  registry.action("Take", {input<std::uint64_t>("n")}, [](Context&) { return Status::kSuccess; });
+  const Loaded<Tree> loaded = load(in_tree("<Take n=\"18446744073709551615\"/>"), {.registry = &registry});
+  ASSERT_EQ(loaded.diagnostics.size(), 1U);
+  EXPECT_THAT(loaded.diagnostics[0].message, HasSubstr("is no uint64_t: whole numbers end at 9223372036854775807"));
 }
 
 TEST(Queues, ArePoppedCountedConsumedAndLoopedOver) {
