@@ -235,6 +235,24 @@ TEST(Load, SaysWhyAWholeNumberIsTooGreat) {
   EXPECT_THAT(loaded.diagnostics[0].message, HasSubstr("is no uint64_t: whole numbers end at 9223372036854775807"));
 }
 
+TEST(Entries, HoldObjectsThatAreGivenFromOutside) {
+  Registry registry = animals(true);
+  const auto dog = std::make_shared<Puppy>();
+  Runner r =
+      runner("<SubTree ID=\"Sub\" pet=\"{animal}\"/>", registry,
+             "<BehaviorTree ID=\"Sub\"><Sequence><TakeDog in=\"{pet}\"/><TakeAnimal in=\"{@animal}\"/></Sequence>"
+             "</BehaviorTree>");
+  EXPECT_EQ(r.tick(), Status::kFailure);
+  ASSERT_TRUE(set_entry_as<std::shared_ptr<Dog>>(r.tree(), r.state(), "animal", dog, TimePoint{}));
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_EQ(entry_as<std::shared_ptr<Animal>>(r.tree(), r.state(), "animal").value(), dog);
+  EXPECT_EQ(entry_as<std::shared_ptr<Cat>>(r.tree(), r.state(), "animal").error().code, "bt.conversion");
+  EXPECT_EQ(entry_as<int>(r.tree(), r.state(), "none").error().code, "bt.no-entry");
+  EXPECT_EQ(set_entry_as<int>(r.tree(), r.state(), "animal", 1, TimePoint{}).error().code, "bt.entry-type");
+  ASSERT_TRUE(set_entry_as<double>(r.tree(), r.state(), "speed", 1, TimePoint{}));
+  EXPECT_EQ(entry_as<std::string>(r.tree(), r.state(), "speed").value(), "1.000000");
+}
+
 TEST(Queues, ArePoppedCountedConsumedAndLoopedOver) {
   Registry registry;
   registry.add<PopFromQueue<double>>("PopFromQueue");
