@@ -179,6 +179,33 @@ TEST(Step, OutputsAreConvertedToWhatTheirPortDeclares) {
   EXPECT_THAT(run({{"status", "DONE"}}, "i := 1"), HasSubstr("is no BT::NodeStatus"));
 }
 
+// Tutorial 6 of BehaviorTree.CPP: the port inside makes the entry outside, whose type may be known to nobody here.
+TEST(Script, AssignsToAnEntryThatAPortInsideASubTreeNames) {
+  for (const std::string type : {"", "type=\"Position2D\"", "type=\"std::string\""}) {
+    Mission m(
+        "<root BTCPP_format=\"4\" main_tree_to_execute=\"M\"><BehaviorTree ID=\"M\"><Sequence>"
+        "<Script code=\" move_goal='1;2;3' \"/><SubTree ID=\"Move\" target=\"{move_goal}\"/></Sequence>"
+        "</BehaviorTree><BehaviorTree ID=\"Move\"><MoveBase goal=\"{target}\"/></BehaviorTree>"
+        "<TreeNodesModel><Action ID=\"MoveBase\"><input_port name=\"goal\" " +
+        type + "/></Action></TreeNodesModel></root>");
+    EXPECT_EQ(m.messages, "") << type;
+    ASSERT_TRUE(m.loaded.ok());
+    EXPECT_TRUE(m.tree().model().unwritten.empty()) << type;
+    EXPECT_TRUE(m.step(Input::tick()).waiting()) << (m.effects.error ? to_string(*m.effects.error) : type);
+    EXPECT_EQ(m.effects.list.front().inputs, (Map{{"goal", "1;2;3"}})) << type;
+  }
+}
+
+TEST(Script, AssignsToNothingThatNoPortNames) {
+  Mission m(in_tree("<Script code=\"goal = 1; goal += 1\"/>"));
+  EXPECT_THAT(m.messages, HasSubstr("entry \"goal\", which nothing in the tree creates"));
+  EXPECT_EQ(m.step(Input::tick()).kind, StepResult::Kind::kFailed);
+  // What is there without a value is none yet for "+=".
+  Mission added(
+      in_tree("<Sequence><Script code=\"n += 1\"/><Repeat num_cycles=\"{n}\"><AlwaysSuccess/></Repeat></Sequence>"));
+  EXPECT_THAT(added.messages, HasSubstr("entry \"n\", which nothing in the tree creates"));
+}
+
 TEST(Load, WarnsOfAnAttributeThatNobodyDeclaredAndKeepsIt) {
   Mission m(kMission);
   EXPECT_THAT(m.messages, HasSubstr("carrier"));

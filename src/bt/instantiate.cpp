@@ -203,6 +203,7 @@ void Loader::bind_ports(const Definition& definition, const DefinedNode& defined
       binding.target = cell(scope, port.target);
       const bool is_typed = port.type != nullptr && port.type->strong();
       if (!subtree && (is_typed || !external)) declare_entry(binding.target, port.type, defined, port.name);
+      if (!subtree && !is_typed && external) model_->named.push_back(model_->owner(binding.target));
     }
     model_->bindings.push_back(binding);
   }
