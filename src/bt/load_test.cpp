@@ -66,12 +66,12 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{in_tree("<Sequence><AlwaysFailure/><AlwaysSuccess/></Sequence>"), "AlwaysSuccess is never reached"},
         Broken{in_tree("<Sequence><Repeat num_cycles=\"{n}\"><AlwaysSuccess/></Repeat><LoopDouble queue=\"1;2\" "
                        "value=\"{n}\"><AlwaysSuccess/></LoopDouble></Sequence>"),
-               "entry \"n\" is a int for port \"num_cycles\" of Repeat and a double for port \"value\" of LoopDouble"},
+               "entry \"n\" is an int for port \"num_cycles\" of Repeat and a double for port \"value\" of LoopDouble"},
         // An untyped use that comes first does not hide the clash.
         Broken{in_tree("<Sequence><SetBlackboard value=\"1\" output_key=\"{n}\"/><Repeat num_cycles=\"{n}\">"
                        "<AlwaysSuccess/></Repeat><LoopDouble queue=\"1;2\" value=\"{n}\"><AlwaysSuccess/></LoopDouble>"
                        "</Sequence>"),
-               "warning: entry \"n\" is a int for port \"num_cycles\" of Repeat and a double for port \"value\""},
+               "warning: entry \"n\" is an int for port \"num_cycles\" of Repeat and a double for port \"value\""},
         Broken{in_tree("<ReactiveSequence><Action ID=\"A\"/></ReactiveSequence>"),
                "BehaviorTree.CPP 4.10 refuses <Action ID=…>"},
         Broken{in_tree("<include path=\"x.xml\"/>"), "there is no node \"include\""},

@@ -198,6 +198,7 @@ struct Constant {
   std::uint32_t cell;
   Datum datum;
   const PortType* type;
+  std::uint32_t text;  ///< As written; in Model::strings.
 };
 /// An entry that a port declares, without a value.
 struct DeclaredEntry {

@@ -189,6 +189,21 @@ TEST(PolymorphicPorts, AreAClashWithoutACast) {
           .ok());
 }
 
+TEST(PolymorphicPorts, ThatWriteBackTakeTheirOwnTypeOnly) {
+  Registry registry = animals(true);
+  registry.action("Update", {inout<std::shared_ptr<Animal>>("animal")}, [](Context&) { return Status::kSuccess; });
+  const auto messages = [&](const std::string& body) {
+    std::string all;
+    for (const Diagnostic& d : load(in_tree(body), {.registry = &registry}).diagnostics) all += to_string(d);
+    return all;
+  };
+  EXPECT_THAT(messages("<Sequence><MakeCat out=\"{p}\"/><Update animal=\"{p}\"/></Sequence>"),
+              HasSubstr("for port \"animal\" of Update, which writes it, too"));
+  EXPECT_EQ(messages("<Sequence><MakeCat out=\"{c}\"/><AsAnimal in=\"{c}\" out=\"{p}\"/><Update animal=\"{p}\"/>"
+                     "<TakeAnimal in=\"{p}\"/></Sequence>"),
+            "");
+}
+
 // A tree in which Give writes {o} through a port of that type, and a script goes on with it: how it ended.
 template <class Port, class Given>
 std::string given(const Given& value, const std::string& script) {
@@ -251,6 +266,29 @@ TEST(Entries, HoldObjectsThatAreGivenFromOutside) {
   EXPECT_EQ(set_entry_as<int>(r.tree(), r.state(), "animal", 1, TimePoint{}).error().code, "bt.entry-type");
   ASSERT_TRUE(set_entry_as<double>(r.tree(), r.state(), "speed", 1, TimePoint{}));
   EXPECT_EQ(entry_as<std::string>(r.tree(), r.state(), "speed").value(), "1.000000");
+}
+
+TEST(SubTreeConstants, ThatLookLikeNumbersAreTextWhereAPortSaysSo) {
+  Registry registry;
+  std::string seen;
+  registry.action("Say", {input<std::string>("message")}, [&](Context& self) {
+    seen += self.input_or<std::string>("message", "?") + " ";
+    return Status::kSuccess;
+  });
+  const std::string body = "<SubTree ID=\"Sub\" name=\"Sub\" version=\"1.10\"/>";
+  const std::string sub = "<BehaviorTree ID=\"Sub\"><Say message=\"{version}\"/></BehaviorTree>";
+  EXPECT_EQ(to_string(load(in_tree(body, sub), {.registry = &registry}, "m.xml").diagnostics.at(0)),
+            "m.xml:2:108: warning: entry \"version\" is a double for the constant of SubTree \"Sub\" and text for port "
+            "\"message\" of Say; BehaviorTree.CPP refuses that");
+  Runner r = runner(body, registry, sub);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_EQ(seen, "1.10 ");
+  registry.action("Add", {input<double>("by")}, [](Context&) { return Status::kSuccess; });
+  const std::string whole = in_tree("<SubTree ID=\"Sub\" name=\"Sub\" n=\"1\"/>",
+                                    "<BehaviorTree ID=\"Sub\"><Add by=\"{n}\"/></BehaviorTree>");
+  EXPECT_THAT(load(whole, {.registry = &registry}).diagnostics.at(0).message,
+              HasSubstr("is an int for the constant of SubTree \"Sub\" and a double for port \"by\" of Add; write the "
+                        "constant with a point: 1.0"));
 }
 
 TEST(Queues, ArePoppedCountedConsumedAndLoopedOver) {

@@ -170,7 +170,7 @@ class Loader {
   void bind_conditions(const Conditions& scripts, NodeId id, std::uint32_t scope);
   [[nodiscard]] SourceSpan span_of(NodeId id) const;
   [[nodiscard]] const std::vector<std::string>& known_skills() const { return options_.skills; }
-  void declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::uint32_t port);
+  void declare_entry(std::uint32_t cell, const DefinedNode& defined, const DefinedPort& port);
   /// Who declared an entry first, for messages.
   [[nodiscard]] std::string declared_by(const EntryUse& use) const;
   [[nodiscard]] EntryUse& entry_use(std::uint32_t cell) {
