@@ -113,7 +113,8 @@ void Loader::check_definitions() {
     // Those that came along with a tree of another file are that file's business.
     if (!definition.reached && !documents_[definition.document]->found) {
       define(definition);
-      if (named.contains(static_cast<std::uint32_t>(i))) continue;
+      // Which tree is used cannot be said without a main one, nor where a branch is not run.
+      if (model_->scopes.empty() || is_cut_ || named.contains(static_cast<std::uint32_t>(i))) continue;
       warn("bt.unused-tree", fmt::format("BehaviorTree \"{}\" is not part of the main tree", definition.id),
            definition.element.span());
     }

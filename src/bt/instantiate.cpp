@@ -440,13 +440,18 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
   }
   std::string slashes = path;
   std::replace(slashes.begin(), slashes.end(), '.', '/');
-  for (const Substitution& rule : options_.substitutions) {
-    if (!matches(rule.filter, path) && !matches(rule.filter, slashes) && !matches(rule.filter, original.id)) continue;
-    if (defined.child_count != 0 || original.kind == Kind::kSubTree) {
-      error("bt.bad-substitution", fmt::format("\"{}\" has children and cannot be replaced by a leaf", path),
-            defined.element.span());
-      return false;
-    }
+  const auto means = [&](const Substitution& rule) {
+    return matches(rule.filter, path) || matches(rule.filter, slashes) || matches(rule.filter, original.id);
+  };
+  rules_used_.resize(options_.substitutions.size());
+  const Substitution* taken = nullptr;
+  for (std::size_t i = 0; i < options_.substitutions.size(); ++i) {
+    if (!means(options_.substitutions[i])) continue;
+    rules_used_[i] = true;
+    if (taken == nullptr) taken = &options_.substitutions[i];
+  }
+  if (taken != nullptr) {
+    const Substitution& rule = *taken;
     Manifest replacement;
     if (rule.id.empty()) {
       replacement.id = "TestNode";
@@ -468,12 +473,29 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
             defined.element.span());
       return false;
     }
-    // It takes the ports of the node that it stands for.
-    replacement.ports = original.ports;
+    // It takes the ports of the node that it stands for; of a whole branch only the root is one.
+    if (original.kind == Kind::kSubTree) {
+      defined.port_count = 0;
+      defined.data = kNone;
+    } else {
+      replacement.ports = original.ports;
+    }
+    is_cut_ = is_cut_ || defined.child_count != 0 || original.kind == Kind::kSubTree;
+    defined.child_count = 0;
     defined.manifest = add_manifest(replacement);
-    return true;
   }
   return true;
+}
+
+void Loader::check_substitutions(const XmlElement& root) {
+  rules_used_.resize(options_.substitutions.size());
+  for (std::size_t i = 0; i < rules_used_.size(); ++i) {
+    if (rules_used_[i]) continue;
+    warn("bt.unused-substitution",
+         fmt::format("the substitution of \"{}\" means no node: there is none of that path or ID",
+                     options_.substitutions[i].filter),
+         root.span());
+  }
 }
 
 namespace {
@@ -508,15 +530,24 @@ bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scop
   std::vector<NodeId> ids(definition.nodes.size());
   std::vector<std::uint32_t> next_child(definition.nodes.size());
   std::vector<std::size_t> depths(definition.nodes.size());
+  std::vector<bool> cut(options_.substitutions.empty() ? 0 : definition.nodes.size(),
+                        false);  // has no children any more
   for (std::uint32_t i = 0; i < definition.nodes.size() && complete; ++i) {
     DefinedNode defined = definition.nodes[i];
+    if (!cut.empty() && defined.parent != kNone && cut[defined.parent]) {
+      cut[i] = true;
+      continue;
+    }
     if (model_->nodes.size() >= kNodesMax) {
       error("bt.too-large", fmt::format("the tree has more than {} nodes", kNodesMax), defined.element.span());
       complete = false;
       break;
     }
     std::uint32_t test = kNone;
-    if (!options_.substitutions.empty() && !substitute(defined, subtree, scope, test)) complete = false;
+    if (!cut.empty()) {
+      if (!substitute(defined, subtree, scope, test)) complete = false;
+      cut[i] = defined.manifest != definition.nodes[i].manifest;
+    }
     depths[i] = defined.parent == kNone ? depth : depths[defined.parent] + 1;
     if (depths[i] > kDepthMax) {
       error("bt.too-deep", fmt::format("nodes are nested deeper than {} levels", kDepthMax), defined.element.span());

@@ -372,6 +372,7 @@ Loaded<Tree> Loader::load(std::string xml, const std::string& file) {
       model_->scopes.emplace_back();
       const bool complete = instantiate(main, kNoNode, 0, 0);
       if (complete) {
+        check_substitutions(root);
         check_leaf_names();
         name_scopes();
       }
