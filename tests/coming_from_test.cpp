@@ -3,9 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
+#include <memory>
 #include <sstream>
+#include <string>
+#include <utility>
 
+#include "sentree/bt/library.h"
 #include "sentree/exec/coroutine_action.h"
 #include "sentree/exec/executor.h"
 #include "sentree/exec/threaded_action.h"
@@ -18,6 +23,11 @@ std::string said;
 
 struct Position2D {
   double x, y;
+};
+
+struct Robot {
+  std::string name;
+  explicit Robot(std::string called) : name(std::move(called)) {}
 };
 
 template <>
@@ -104,6 +114,12 @@ void register_all(bt::Registry& registry) {
     self.output("to", Position2D{-from->x, from->y});
     return bt::Status::kSuccess;
   });
+  registry.action("Greet", {bt::input_default<std::shared_ptr<Robot>>("robot", "{@robot}")}, [](bt::Context& self) {
+    const auto robot = self.input<std::shared_ptr<Robot>>("robot");
+    if (!robot) return bt::Status::kFailure;
+    said += "I am " + (*robot)->name + ";";
+    return bt::Status::kSuccess;
+  });
   registry.add<RoundRobin>("RoundRobin", bt::Category::kControl);
   registry.add<UntilTrue>("UntilTrue", bt::Category::kDecorator);
   sentree_register_nodes(registry);
@@ -136,6 +152,37 @@ TEST(ComingFromBehaviorTreeCpp, FunctionsConditionsDecoratorsAndUserTypes) {
   EXPECT_EQ(r.tick(), bt::Status::kSuccess);
   EXPECT_EQ(said, "Hello you;");
   EXPECT_EQ(*bt::entry(r.tree(), r.state(), "q"), sentree::Value(sentree::List{1.0, 2.0}));
+}
+
+TEST(ComingFromBehaviorTreeCpp, ObjectsOnTheBlackboard) {
+  bt::Runner r = runner("<Greet/>");
+  EXPECT_EQ(r.tick(), bt::Status::kFailure);
+  const auto robot = std::make_shared<Robot>("R1");
+  const auto now = sentree::TimePoint(0s);
+  ASSERT_TRUE(bt::set_entry_as<std::shared_ptr<Robot>>(r.tree(), r.state(), "robot", robot, now));
+  ASSERT_TRUE(bt::set_entry_as<double>(r.tree(), r.state(), "speed", 0.5, now));
+  EXPECT_EQ(bt::entry_as<double>(r.tree(), r.state(), "speed").value(), 0.5);
+  EXPECT_EQ(r.tick(), bt::Status::kSuccess);
+  EXPECT_EQ(said, "I am R1;");
+}
+
+TEST(ComingFromBehaviorTreeCpp, TreesOfSeveralFiles) {
+  const std::string a = "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><SubTree ID=\"Hi\"/></BehaviorTree></root>";
+  const std::string b = "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Hi\"><SayHello to=\"you\"/></BehaviorTree></root>";
+  bt::Library library;
+  ASSERT_TRUE(library.add("a.xml", a) && library.add("b.xml", b));
+  bt::Registry registry;
+  register_all(registry);
+  bt::LoadOptions options{.registry = &registry, .main_tree = "Main"};
+  options.read_file = [&](const std::filesystem::path& path) -> sentree::Result<std::string> {
+    return path == "a.xml" ? a : b;
+  };
+  library.serve(options);
+  auto loaded = bt::load(a, options, library.main_file("Main")->path.string());
+  ASSERT_TRUE(loaded.ok());
+  said.clear();
+  EXPECT_EQ(bt::Runner(std::move(*loaded.value)).tick(), bt::Status::kSuccess);
+  EXPECT_EQ(said, "Hello you;");
 }
 
 TEST(ComingFromBehaviorTreeCpp, StatefulActions) {

@@ -196,12 +196,16 @@ std::uint32_t Blackboard::resolve(const Model& model, const State& state, std::u
   return State::kNoEntry;
 }
 
-const Value* Blackboard::peek(const Model& model, const State& state, std::uint32_t scope, std::string_view name) {
+const Datum* Blackboard::peek_datum(const Model& model, const State& state, std::uint32_t scope,
+                                    std::string_view name) {
   const Blackboard view(model, const_cast<State&>(state), TimePoint{});
   const std::uint32_t link = resolve(model, state, view.find_cell(scope, name));
-  if (link == State::kNoEntry) return nullptr;
-  const Value& value = state.entries_[link].datum.value;
-  return value.is_null() ? nullptr : &value;
+  return link == State::kNoEntry ? nullptr : &state.entries_[link].datum;
+}
+
+const Value* Blackboard::peek(const Model& model, const State& state, std::uint32_t scope, std::string_view name) {
+  const Datum* const datum = peek_datum(model, state, scope, name);
+  return datum == nullptr || datum->value.is_null() ? nullptr : &datum->value;
 }
 
 std::vector<EntryFact> Blackboard::list(const Tree& tree, const State& state) {

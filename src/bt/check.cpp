@@ -24,6 +24,13 @@ bool needs_other_writer(const Node& node, std::uint32_t port) {
          (node.kind == Kind::kSetBlackboard && port == nodes::SetBlackboard::kKeyPort);
 }
 
+// By "=", which needs no value before as "+=" does.
+bool is_assigned(const Script& script, std::size_t name) {
+  return script.names[name].assigned &&
+         std::any_of(script.code.begin(), script.code.end(),
+                     [name](const Instruction& in) { return in.op == Instruction::Op::kAssign && in.arg == name; });
+}
+
 }  // namespace
 
 // Trees that the main tree would come to if its definitions were sound.
@@ -106,7 +113,8 @@ void Loader::check_definitions() {
     // Those that came along with a tree of another file are that file's business.
     if (!definition.reached && !documents_[definition.document]->found) {
       define(definition);
-      if (named.contains(static_cast<std::uint32_t>(i))) continue;
+      // Which tree is used cannot be said without a main one, nor where a branch is not run.
+      if (model_->scopes.empty() || is_cut_ || named.contains(static_cast<std::uint32_t>(i))) continue;
       warn("bt.unused-tree", fmt::format("BehaviorTree \"{}\" is not part of the main tree", definition.id),
            definition.element.span());
     }
@@ -153,10 +161,15 @@ void Loader::check_entries() {
       }
     }
   }
+  // Entries that are there before anybody writes them, since a port names them: "=" will do.
+  std::vector<bool> made(model_->cells.size(), false);
+  for (const DeclaredEntry& entry : model_->declared) made[owner(entry.cell)] = true;
+  for (const std::uint32_t cell : model_->named) made[cell] = true;
   for (const ScriptUse& use : model_->uses) {
     const Script& script = model_->scripts[use.script];
     for (std::size_t i = 0; i < script.names.size(); ++i) {
-      if (script.names[i].created) written[owner(model_->script_cells[use.first_cell + i])] = true;
+      const std::uint32_t home = owner(model_->script_cells[use.first_cell + i]);
+      if (script.names[i].created || (made[home] && is_assigned(script, i))) written[home] = true;
     }
   }
   find_unwritten(written, open, owner);

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "sentree/base/result.h"
@@ -61,10 +64,11 @@ class Context {
     auto read = input<T>(port);
     return read ? std::move(*read) : std::move(otherwise);
   }
-  /// Writes the entry that an output port names; the first typed write locks its type. These errors fail the tick:
-  /// bt.not-an-entry, bt.entry-type, and bt.no-port of a port that the node does not declare. A declared port that the
-  /// file gives no entry is bt.no-port too, which fails nothing: nobody asks for what is written there. So do not make
-  /// your status of what this returns.
+  /// Writes the entry that an output port names; the first typed write locks its type. What is of another type than the
+  /// port declares is converted: 1 to a double. A literal and a view are written as std::string. These errors fail the
+  /// tick: bt.not-an-entry, bt.entry-type, and bt.no-port of a port that the node does not declare. A declared port
+  /// that the file gives no entry is bt.no-port too, which fails nothing: nobody asks for what is written there. So do
+  /// not make your status of what this returns.
   template <class T>
   Result<void> output(PortName port, const T& value);
   /// What an input port holds, as it is, for code that does not know the type (e.g. to take it elsewhere). Null if
@@ -131,7 +135,7 @@ template <class T>
   if constexpr (std::is_same_v<T, bool>) {
     if (const bool* b = value.as_bool()) return *b;
   } else if constexpr (std::is_integral_v<T>) {
-    if (const auto* i = value.as_int(); i != nullptr && std::in_range<T>(*i)) return static_cast<T>(*i);
+    if (const auto* i = value.as_int(); i != nullptr && holds<T>(*i)) return static_cast<T>(*i);
   } else if constexpr (std::is_floating_point_v<T>) {
     if (const double* d = value.as_double()) return static_cast<T>(*d);
   } else if constexpr (std::is_same_v<T, std::string>) {
@@ -156,8 +160,20 @@ void overwrite(Value& held, const T& value) {
   }
 }
 
+/// Written as the std::string that it reads as: "text", a view.
+template <class T>
+inline constexpr bool kIsText =
+    std::is_convertible_v<const T&, std::string_view> && !std::is_same_v<T, std::string> && !Convertible<T>;
 template <class T>
 inline constexpr bool kOverwritable = std::is_arithmetic_v<T> || std::is_same_v<T, std::string>;
+/// False: the value has no form that an entry of its type could hold.
+template <class T>
+[[nodiscard]] constexpr bool is_held(const T& value) {
+  if constexpr (std::is_unsigned_v<T> && sizeof(T) >= sizeof(std::int64_t)) {
+    return value <= static_cast<T>(std::numeric_limits<std::int64_t>::max());
+  }
+  return true;
+}
 template <class T>
 inline constexpr Value::Type kHeldAs = std::is_same_v<T, bool>       ? Value::Type::kBool
                                        : std::is_integral_v<T>       ? Value::Type::kInt
@@ -190,13 +206,17 @@ Result<T> Context::converted(const PortName& port) const {
 
 template <class T>
 [[gnu::always_inline]] inline Result<void> Context::output(PortName port, const T& value) {
-  if constexpr (detail::kOverwritable<T>) {
-    if (Value* held = writable(port, type_of<T>(), detail::kHeldAs<T>)) {
-      detail::overwrite(*held, value);
-      return {};
+  if constexpr (detail::kIsText<T>) {
+    return output(port, std::string(std::string_view(value)));
+  } else {
+    if constexpr (detail::kOverwritable<T>) {
+      if (Value* held = detail::is_held(value) ? writable(port, type_of<T>(), detail::kHeldAs<T>) : nullptr) {
+        detail::overwrite(*held, value);
+        return {};
+      }
     }
+    return output_anew(port, value);
   }
-  return output_anew(port, value);
 }
 
 template <class T>

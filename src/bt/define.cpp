@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <string_view>
 #include <utility>
 
 #include "sentree/bt/detail/loader.h"
@@ -343,6 +346,11 @@ void Loader::define_port(DefinedPort& port, const Manifest& manifest, const XmlE
   if (reads && port.type != nullptr && port.type->strong() && port.type->kind != PortType::Class::kString) {
     std::string why;
     std::optional<Value> parsed = value_of_text(*model_, *port.type, text, &why);
+    const bool is_count = !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+    if (!parsed && is_count && port.type->max == std::numeric_limits<std::int64_t>::max() &&
+        port.type->kind == PortType::Class::kInteger) {
+      why = fmt::format("whole numbers end at {}", port.type->max);
+    }
     // Format 3 finds it out when the port is read.
     if (!parsed && model_->format != 3) {
       report(

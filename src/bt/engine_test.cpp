@@ -3,7 +3,9 @@
 
 #include <string>
 
+#include "sentree/bt/detail/test_support.h"
 #include "sentree/bt/load.h"
+#include "sentree/bt/model.h"
 #include "sentree/bt/runner.h"
 #include "sentree/bt/step.h"
 
@@ -147,6 +149,61 @@ TEST(Step, WritesTheOutputsOfAnAnswer) {
   const Value* why = entry(m.tree(), m.state, "why");
   ASSERT_NE(why, nullptr);
   EXPECT_EQ(*why, Value("NO_VALID_PATH"));
+}
+
+// What a script does next must not depend on whether a skill's number was whole.
+TEST(Step, OutputsAreConvertedToWhatTheirPortDeclares) {
+  const auto run = [](Map outputs, const std::string& script) {
+    Mission m(
+        "<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\"><Sequence>"
+        "<Read real=\"{d}\" whole=\"{i}\" text=\"{s}\" status=\"{st}\"/><Script code=\"" +
+        script +
+        "\"/></Sequence></BehaviorTree><TreeNodesModel><Action ID=\"Read\">"
+        "<output_port name=\"real\" type=\"double\"/><output_port name=\"whole\" type=\"int\"/>"
+        "<output_port name=\"text\" type=\"std::string\"/><output_port name=\"status\" type=\"NodeStatus\"/>"
+        "</Action></TreeNodesModel></root>");
+    m.step(Input::tick());
+    const StepResult result = m.answer("Read", Status::kSuccess, std::move(outputs));
+    if (result.kind == StepResult::Kind::kFailed) return m.effects.error->message;
+    return to_json(export_blackboard(m.tree(), m.state));
+  };
+  EXPECT_EQ(run({{"real", 1}}, "d := d / 2"), R"({"":{"d":0.5}})");
+  EXPECT_EQ(run({{"real", 1.5}}, "d += 0.25"), R"({"":{"d":1.75}})");
+  EXPECT_EQ(run({{"real", "2.5"}, {"whole", 3.0}}, "d *= i"), R"({"":{"d":7.5,"i":3}})");
+  EXPECT_EQ(run({{"text", 7}}, "s := 'a text'"), R"({"":{"s":"a text"}})");
+  EXPECT_EQ(run({{"real", Value()}}, "i := 1"), R"({"":{"i":1}})");
+  EXPECT_THAT(run({{"real", "abc"}}, "i := 1"), HasSubstr("\"Read\": output \"real\": \"abc\" is no double"));
+  EXPECT_THAT(run({{"whole", 3.5}}, "i := 1"), HasSubstr("output \"whole\": 3.5 is no int"));
+  EXPECT_THAT(run({{"whole", 3e9}}, "i := 1"), HasSubstr("is no int"));
+  EXPECT_THAT(run({{"text", Map{{"a", 1}}}}, "i := 1"), HasSubstr("output \"text\": {\"a\":1} is no std::string"));
+  EXPECT_THAT(run({{"status", "DONE"}}, "i := 1"), HasSubstr("is no BT::NodeStatus"));
+}
+
+// Tutorial 6 of BehaviorTree.CPP: the port inside makes the entry outside, whose type may be known to nobody here.
+TEST(Script, AssignsToAnEntryThatAPortInsideASubTreeNames) {
+  for (const std::string type : {"", "type=\"Position2D\"", "type=\"std::string\""}) {
+    Mission m(
+        "<root BTCPP_format=\"4\" main_tree_to_execute=\"M\"><BehaviorTree ID=\"M\"><Sequence>"
+        "<Script code=\" move_goal='1;2;3' \"/><SubTree ID=\"Move\" target=\"{move_goal}\"/></Sequence>"
+        "</BehaviorTree><BehaviorTree ID=\"Move\"><MoveBase goal=\"{target}\"/></BehaviorTree>"
+        "<TreeNodesModel><Action ID=\"MoveBase\"><input_port name=\"goal\" " +
+        type + "/></Action></TreeNodesModel></root>");
+    EXPECT_EQ(m.messages, "") << type;
+    ASSERT_TRUE(m.loaded.ok());
+    EXPECT_TRUE(m.tree().model().unwritten.empty()) << type;
+    EXPECT_TRUE(m.step(Input::tick()).waiting()) << (m.effects.error ? to_string(*m.effects.error) : type);
+    EXPECT_EQ(m.effects.list.front().inputs, (Map{{"goal", "1;2;3"}})) << type;
+  }
+}
+
+TEST(Script, AssignsToNothingThatNoPortNames) {
+  Mission m(in_tree("<Script code=\"goal = 1; goal += 1\"/>"));
+  EXPECT_THAT(m.messages, HasSubstr("entry \"goal\", which nothing in the tree creates"));
+  EXPECT_EQ(m.step(Input::tick()).kind, StepResult::Kind::kFailed);
+  // What is there without a value is none yet for "+=".
+  Mission added(
+      in_tree("<Sequence><Script code=\"n += 1\"/><Repeat num_cycles=\"{n}\"><AlwaysSuccess/></Repeat></Sequence>"));
+  EXPECT_THAT(added.messages, HasSubstr("entry \"n\", which nothing in the tree creates"));
 }
 
 TEST(Load, WarnsOfAnAttributeThatNobodyDeclaredAndKeepsIt) {

@@ -85,7 +85,7 @@ std::uint32_t Loader::open_scope(const Definition& definition, const DefinedNode
     const std::uint32_t own = cell(scope, port.name);
     if (model_->cells[own].home == kNone) model_->cells[own].home = model_->homes++;
     const std::string_view text = model_->strings[port.text];
-    Constant constant{own, Datum{Value(text), nullptr}, nullptr};
+    Constant constant{own, Datum{Value(text), nullptr}, nullptr, port.text};
     if (model_->format != 3) {
       if (const auto integer = detail::parse_integer(text)) {
         constant.datum.value = *integer;
@@ -103,6 +103,17 @@ std::uint32_t Loader::open_scope(const Definition& definition, const DefinedNode
   return scope;
 }
 
+namespace {
+
+// "an int", "a double".
+std::string with_article(std::string_view type) {
+  const bool is_vowel = type.starts_with("unsigned") ||
+                        (!type.empty() && std::string_view("aeio").find(type[0]) != std::string_view::npos);
+  return fmt::format("{} {}", is_vowel ? "an" : "a", type);
+}
+
+}  // namespace
+
 std::string Loader::declared_by(const EntryUse& use) const {
   if (use.constant_of != kNoNode) {
     return fmt::format("the constant of SubTree \"{}\"", model_->name(use.constant_of));
@@ -110,7 +121,8 @@ std::string Loader::declared_by(const EntryUse& use) const {
   return fmt::format("port \"{}\" of {}", model_->strings[use.port], model_->manifests[use.manifest].id);
 }
 
-void Loader::declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::uint32_t port) {
+void Loader::declare_entry(std::uint32_t cell, const DefinedNode& defined, const DefinedPort& port) {
+  const PortType* const type = port.type;
   if (EntryUse& own = entry_use(cell); !own.declared) {
     own.declared = true;
     model_->declared.push_back({cell, type});
@@ -124,25 +136,42 @@ void Loader::declare_entry(std::uint32_t cell, const PortType* type, const Defin
     use.type = type;
     use.strong = strong ? type : nullptr;
     use.manifest = defined.manifest;
-    use.port = port;
+    use.port = port.name;
     return;
   }
   if (!strong || use.type == type) return;
   if (use.strong == nullptr) {
     use.strong = type;
     use.manifest = defined.manifest;
-    use.port = port;
+    use.port = port.name;
     return;
   }
   if (*use.strong == *type || use.strong->kind == PortType::Class::kString) return;
-  if (castable(*model_, *use.strong, *type) || castable(*model_, *type, *use.strong)) return;
+  const Manifest& manifest = model_->manifests[defined.manifest];
+  const bool writes_back = port.declared != 0xFFFF && manifest.ports[port.declared].direction == PortDirection::kInOut;
+  const bool castable_either = castable(*model_, *use.strong, *type) || castable(*model_, *type, *use.strong);
+  // What a port gives back, of whatever kind, may not be what the entry is.
+  if (castable_either && !writes_back) return;
   const auto about = [&] {
-    return fmt::format("entry \"{}\" is a {} for {} and ", model_->strings[model_->cells[cell].name], use.strong->name,
-                       declared_by(use));
+    return fmt::format("entry \"{}\" is {} for {} and ", model_->strings[model_->cells[cell].name],
+                       with_article(use.strong->name), declared_by(use));
   };
-  const std::string self =
-      fmt::format("port \"{}\" of {}", model_->strings[port], model_->manifests[defined.manifest].id);
-  if (type->kind == PortType::Class::kString && use.constant_of == kNoNode) {
+  const std::string self = fmt::format("port \"{}\" of {}", model_->strings[port.name], manifest.id);
+  if (type->kind == PortType::Class::kString && use.constant_of != kNoNode) {
+    // It only looked like a number; BehaviorTree.CPP takes it for one and refuses the text.
+    warn("bt.text-of-number", fmt::format("{}text for {}; BehaviorTree.CPP refuses that", about(), self),
+         defined.element.span());
+    const auto constant = std::find_if(model_->constants.begin(), model_->constants.end(),
+                                       [owner](const Constant& one) { return one.cell == owner; });
+    if (use.manifest != kNone || constant == model_->constants.end()) return;
+    constant->datum.value = Value(model_->strings[constant->text]);
+    constant->type = use.type = nullptr;
+    use.strong = type;
+    use.manifest = defined.manifest;
+    use.port = port.name;
+    return;
+  }
+  if (type->kind == PortType::Class::kString) {
     // BehaviorTree.CPP accepts this in the other order only; the order of nodes should not matter.
     if (use.type == nullptr || !use.type->strong()) return;
     warn("bt.text-of-number", fmt::format("{}text for {}; BehaviorTree.CPP refuses this order of nodes", about(), self),
@@ -150,10 +179,15 @@ void Loader::declare_entry(std::uint32_t cell, const PortType* type, const Defin
     return;
   }
   const bool hidden = use.type == nullptr || !use.type->strong();
+  const bool could_be_real = use.constant_of != kNoNode && use.strong->kind == PortType::Class::kInteger &&
+                             type->kind == PortType::Class::kReal;
   // BehaviorTree.CPP does not see the clash where an untyped port comes first in the file.
   // Whoever only looks has nobody's types but those of a palette.
   report(hidden || options_.partial ? Severity::kWarning : Severity::kError, "bt.type-clash",
-         fmt::format("{}a {} for {}", about(), type->name, self), defined.element.span());
+         fmt::format("{}{} for {}{}{}", about(), with_article(type->name), self,
+                     castable_either ? ", which writes it, too" : "",
+                     could_be_real ? "; write the constant with a point: 1.0" : ""),
+         defined.element.span());
 }
 
 std::uint32_t Loader::bind_script(std::uint32_t script, std::uint32_t scope) {
@@ -202,7 +236,8 @@ void Loader::bind_ports(const Definition& definition, const DefinedNode& defined
     if (port.kind == Binding::Kind::kEntry) {
       binding.target = cell(scope, port.target);
       const bool is_typed = port.type != nullptr && port.type->strong();
-      if (!subtree && (is_typed || !external)) declare_entry(binding.target, port.type, defined, port.name);
+      if (!subtree && (is_typed || !external)) declare_entry(binding.target, defined, port);
+      if (!subtree && !is_typed && external) model_->named.push_back(model_->owner(binding.target));
     }
     model_->bindings.push_back(binding);
   }
@@ -405,13 +440,18 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
   }
   std::string slashes = path;
   std::replace(slashes.begin(), slashes.end(), '.', '/');
-  for (const Substitution& rule : options_.substitutions) {
-    if (!matches(rule.filter, path) && !matches(rule.filter, slashes) && !matches(rule.filter, original.id)) continue;
-    if (defined.child_count != 0 || original.kind == Kind::kSubTree) {
-      error("bt.bad-substitution", fmt::format("\"{}\" has children and cannot be replaced by a leaf", path),
-            defined.element.span());
-      return false;
-    }
+  const auto means = [&](const Substitution& rule) {
+    return matches(rule.filter, path) || matches(rule.filter, slashes) || matches(rule.filter, original.id);
+  };
+  rules_used_.resize(options_.substitutions.size());
+  const Substitution* taken = nullptr;
+  for (std::size_t i = 0; i < options_.substitutions.size(); ++i) {
+    if (!means(options_.substitutions[i])) continue;
+    rules_used_[i] = true;
+    if (taken == nullptr) taken = &options_.substitutions[i];
+  }
+  if (taken != nullptr) {
+    const Substitution& rule = *taken;
     Manifest replacement;
     if (rule.id.empty()) {
       replacement.id = "TestNode";
@@ -433,12 +473,29 @@ bool Loader::substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scop
             defined.element.span());
       return false;
     }
-    // It takes the ports of the node that it stands for.
-    replacement.ports = original.ports;
+    // It takes the ports of the node that it stands for; of a whole branch only the root is one.
+    if (original.kind == Kind::kSubTree) {
+      defined.port_count = 0;
+      defined.data = kNone;
+    } else {
+      replacement.ports = original.ports;
+    }
+    is_cut_ = is_cut_ || defined.child_count != 0 || original.kind == Kind::kSubTree;
+    defined.child_count = 0;
     defined.manifest = add_manifest(replacement);
-    return true;
   }
   return true;
+}
+
+void Loader::check_substitutions(const XmlElement& root) {
+  rules_used_.resize(options_.substitutions.size());
+  for (std::size_t i = 0; i < rules_used_.size(); ++i) {
+    if (rules_used_[i]) continue;
+    warn("bt.unused-substitution",
+         fmt::format("the substitution of \"{}\" means no node: there is none of that path or ID",
+                     options_.substitutions[i].filter),
+         root.span());
+  }
 }
 
 namespace {
@@ -473,15 +530,24 @@ bool Loader::instantiate(std::uint32_t index, NodeId subtree, std::uint32_t scop
   std::vector<NodeId> ids(definition.nodes.size());
   std::vector<std::uint32_t> next_child(definition.nodes.size());
   std::vector<std::size_t> depths(definition.nodes.size());
+  std::vector<bool> cut(options_.substitutions.empty() ? 0 : definition.nodes.size(),
+                        false);  // has no children any more
   for (std::uint32_t i = 0; i < definition.nodes.size() && complete; ++i) {
     DefinedNode defined = definition.nodes[i];
+    if (!cut.empty() && defined.parent != kNone && cut[defined.parent]) {
+      cut[i] = true;
+      continue;
+    }
     if (model_->nodes.size() >= kNodesMax) {
       error("bt.too-large", fmt::format("the tree has more than {} nodes", kNodesMax), defined.element.span());
       complete = false;
       break;
     }
     std::uint32_t test = kNone;
-    if (!options_.substitutions.empty() && !substitute(defined, subtree, scope, test)) complete = false;
+    if (!cut.empty()) {
+      if (!substitute(defined, subtree, scope, test)) complete = false;
+      cut[i] = defined.manifest != definition.nodes[i].manifest;
+    }
     depths[i] = defined.parent == kNone ? depth : depths[defined.parent] + 1;
     if (depths[i] > kDepthMax) {
       error("bt.too-deep", fmt::format("nodes are nested deeper than {} levels", kDepthMax), defined.element.span());

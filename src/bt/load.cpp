@@ -372,10 +372,13 @@ Loaded<Tree> Loader::load(std::string xml, const std::string& file) {
       model_->scopes.emplace_back();
       const bool complete = instantiate(main, kNoNode, 0, 0);
       if (complete) {
+        check_substitutions(root);
         check_leaf_names();
         name_scopes();
       }
     }
+    std::sort(model_->named.begin(), model_->named.end());
+    model_->named.erase(std::unique(model_->named.begin(), model_->named.end()), model_->named.end());
     if (main == kNone && missing_files_ && !has_errors(diagnostics_)) box_main(root);
     if (root.name() == "root") check_definitions();
     if (main != kNone && !has_errors(diagnostics_)) check_entries();
@@ -391,6 +394,7 @@ Loaded<Tree> Loader::load(std::string xml, const std::string& file) {
     model_->bindings.shrink_to_fit();
     model_->cells.shrink_to_fit();
     model_->declared.shrink_to_fit();
+    model_->named.shrink_to_fit();
     model_->conditions.shrink_to_fit();
     model_->users.shrink_to_fit();
     model_->unwritten.shrink_to_fit();

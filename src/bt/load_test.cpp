@@ -66,12 +66,12 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{in_tree("<Sequence><AlwaysFailure/><AlwaysSuccess/></Sequence>"), "AlwaysSuccess is never reached"},
         Broken{in_tree("<Sequence><Repeat num_cycles=\"{n}\"><AlwaysSuccess/></Repeat><LoopDouble queue=\"1;2\" "
                        "value=\"{n}\"><AlwaysSuccess/></LoopDouble></Sequence>"),
-               "entry \"n\" is a int for port \"num_cycles\" of Repeat and a double for port \"value\" of LoopDouble"},
+               "entry \"n\" is an int for port \"num_cycles\" of Repeat and a double for port \"value\" of LoopDouble"},
         // An untyped use that comes first does not hide the clash.
         Broken{in_tree("<Sequence><SetBlackboard value=\"1\" output_key=\"{n}\"/><Repeat num_cycles=\"{n}\">"
                        "<AlwaysSuccess/></Repeat><LoopDouble queue=\"1;2\" value=\"{n}\"><AlwaysSuccess/></LoopDouble>"
                        "</Sequence>"),
-               "warning: entry \"n\" is a int for port \"num_cycles\" of Repeat and a double for port \"value\""},
+               "warning: entry \"n\" is an int for port \"num_cycles\" of Repeat and a double for port \"value\""},
         Broken{in_tree("<ReactiveSequence><Action ID=\"A\"/></ReactiveSequence>"),
                "BehaviorTree.CPP 4.10 refuses <Action ID=…>"},
         Broken{in_tree("<include path=\"x.xml\"/>"), "there is no node \"include\""},
@@ -143,6 +143,12 @@ TEST(Load, AMainTreeThatIsNotThereNamesThoseThatAre) {
   EXPECT_THAT(messages("<root BTCPP_format=\"4\">" + trees + "</root>", options), HasSubstr("did you mean \"Visit\"?"));
 }
 
+TEST(Load, WithoutAMainTreeNothingIsSaidOfWhichAreUsed) {
+  EXPECT_EQ(messages("<root BTCPP_format=\"4\"><BehaviorTree ID=\"A\"><AlwaysSuccess/></BehaviorTree>"
+                     "<BehaviorTree ID=\"B\"><SubTree ID=\"A\"/></BehaviorTree></root>"),
+            "m.xml:1:1: which of the 2 BehaviorTrees is the main one? Say so by main_tree_to_execute\n");
+}
+
 TEST(Bounds, SubTreesThatMultiplyAreRefused) {
   // Each tree holds the next one ten times: a billion nodes from twelve lines.
   std::string more;
@@ -198,6 +204,27 @@ TEST(Substitution, ReplacesLeavesByTestNodes) {
   EXPECT_EQ(runner.tick(TimePoint(199ms)), Status::kRunning);
   EXPECT_EQ(runner.tick(TimePoint(200ms)), Status::kFailure);
   EXPECT_EQ(*entry(runner.tree(), runner.state(), "n"), Value(5));
+}
+
+TEST(Substitution, TakesThePlaceOfAWholeBranch) {
+  const auto rules = parse_substitutions(
+      R"({"TestNodeConfigs": {"Skip": {"return_status": "SUCCESS", "post_script": "n := 5"}},
+          "SubstitutionRules": {"counting": "Skip", "talk": "AlwaysSuccess", "no/such*": "Skip"}})");
+  ASSERT_TRUE(rules.has_value());
+  LoadOptions options;
+  options.substitutions = *rules;
+  const std::string xml = in_tree(
+      "<Sequence><Sequence name=\"counting\"><AlwaysSuccess/><SubTree ID=\"Sub\"/></Sequence>"
+      "<SubTree ID=\"Sub\" name=\"talk\" text=\"1\" other=\"{n}\"/><Script code=\"n += 1\"/></Sequence>",
+      "<BehaviorTree ID=\"Sub\"><Script code=\"n := 100\"/></BehaviorTree>");
+  EXPECT_EQ(messages(xml, options),
+            "m.xml:1:1: warning: the substitution of \"no/such*\" means no node: there is none of that path or ID\n");
+  auto loaded = load(xml, options, "m.xml");
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_EQ(loaded.value->size(), 4U);
+  Runner runner(std::move(*loaded.value));
+  EXPECT_EQ(runner.tick(), Status::kSuccess) << (runner.error() ? to_string(*runner.error()) : "");
+  EXPECT_EQ(*entry(runner.tree(), runner.state(), "n"), Value(6));
 }
 
 TEST(Substitution, RefusesWhatItDoesNotKnow) {

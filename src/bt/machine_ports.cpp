@@ -10,72 +10,6 @@
 
 namespace sentree::bt {
 
-namespace {
-
-/// True if a value of that kind is what a port of that type holds, so that no conversion is needed.
-bool fits(const PortType& wanted, const Datum& datum) {
-  if (datum.object != nullptr) return wanted.kind == PortType::Class::kObject && datum.object->type() == wanted;
-  switch (wanted.kind) {
-    case PortType::Class::kAny: return true;
-    case PortType::Class::kBool: return datum.value.as_bool() != nullptr;
-    case PortType::Class::kReal: return datum.value.as_double() != nullptr;
-    case PortType::Class::kString: return datum.value.as_string() != nullptr;
-    case PortType::Class::kInteger: {
-      const auto* integer = datum.value.as_int();
-      return integer != nullptr && *integer >= wanted.min && *integer <= wanted.max;
-    }
-    case PortType::Class::kStatus:
-    case PortType::Class::kOther: return !datum.value.text().empty() ? false : accepts_value(wanted, datum.value);
-    case PortType::Class::kObject: return false;
-  }
-  return false;
-}
-
-/// Text is parsed, pointers are cast, numbers are converted where nothing is lost, numbers become text.
-bool convert(const Model& model, const PortType& wanted, const Datum& from, Datum& into) {
-  if (from.object != nullptr && wanted.kind == PortType::Class::kObject) {
-    into.object = cast_object(model, from.object, wanted);
-    return into.object != nullptr;
-  }
-  if (from.object != nullptr || wanted.kind == PortType::Class::kObject) return false;
-  into.object = nullptr;
-  if (const auto* text = from.value.as_string(); text != nullptr && wanted.kind != PortType::Class::kString) {
-    auto parsed = value_of_text(model, wanted, *text);
-    if (!parsed) return false;
-    into.value = std::move(*parsed);
-    return true;
-  }
-  switch (wanted.kind) {
-    case PortType::Class::kBool: {
-      const auto number = detail::to_real(from.value);
-      if (!number) return false;
-      into.value = *number != 0.0;
-      return true;
-    }
-    case PortType::Class::kReal: {
-      const auto number = detail::to_real(from.value);
-      if (!number) return false;
-      into.value = *number;
-      return true;
-    }
-    case PortType::Class::kInteger: {
-      const auto number = detail::to_integer(from.value);
-      if (!number || *number < wanted.min || *number > wanted.max) return false;
-      into.value = *number;
-      return true;
-    }
-    case PortType::Class::kString: {
-      auto text = detail::to_text(from.value);
-      if (!text) return false;
-      into.value = std::move(*text);
-      return true;
-    }
-    default: return false;
-  }
-}
-
-}  // namespace
-
 const Binding* Machine::binding_by_name(const Node& n, const PortName& port) const {
   const Binding* b = bindings_ + n.ports;
   for (const Binding* const end = b + n.port_count; b != end; ++b) {
@@ -113,8 +47,6 @@ Diagnostic Machine::read_error(const Binding& binding, const PortType* wanted) {
     }
     datum = &entry->datum;
   }
-  const std::string what =
-      datum->object != nullptr ? "a C++ object of type " + datum->object->type().name : to_json(datum->value);
   std::string why;
   if (const auto* text = datum->value.as_string();
       text != nullptr && wanted != nullptr && wanted->kind != PortType::Class::kString) {
@@ -123,7 +55,7 @@ Diagnostic Machine::read_error(const Binding& binding, const PortType* wanted) {
   }
   return {Severity::kError,
           "bt.conversion",
-          fmt::format("{}{} is no {}{}", port, what, wanted != nullptr ? wanted->name : "value", why),
+          fmt::format("{}{} is no {}{}", port, shown(*datum), wanted != nullptr ? wanted->name : "value", why),
           {}};
 }
 
@@ -180,7 +112,21 @@ bool Machine::write(const Binding& binding, Datum&& datum, const PortType* type,
                         model_.strings[binding.name], model_.strings[binding.text], model_.strings[binding.text]);
     return false;
   }
-  return blackboard_.set(binding.target, std::move(datum), type, error);
+  const PortType* const declared = binding.type;
+  if (declared == nullptr || !declared->strong()) return blackboard_.set(binding.target, std::move(datum), type, error);
+  // What a script does with the entry must not depend on which number came first: 1 or 1.5.
+  const bool as_declared =
+      type != nullptr && declared->kind != PortType::Class::kInteger && *type == *declared;  // of uint64, some is none
+  if (!as_declared && !datum.empty() && !fits(*declared, datum)) {
+    Datum converted;
+    if (convert(model_, *declared, datum, converted)) {
+      datum = std::move(converted);
+    } else if (declared->kind != PortType::Class::kOther || !accepts_value(*declared, datum.value)) {
+      error = fmt::format("{} is no {}", shown(datum), declared->name);
+      return false;
+    }
+  }
+  return blackboard_.set(binding.target, std::move(datum), declared, error);
 }
 
 bool Machine::run_long(NodeId id, const ScriptUse& use, ScriptValue& result) {
@@ -343,6 +289,8 @@ Result<void> Context::write(const PortName& port, Datum&& datum, const PortType&
     }
   } else if (machine_.write(*b, std::move(datum), &type, error)) {
     return {};
+  } else if (b->kind == Binding::Kind::kEntry) {
+    error = fmt::format("port \"{}\": {}", port.text, error);
   }
   const std::string code = b == nullptr                       ? "bt.no-port"
                            : b->kind == Binding::Kind::kEntry ? "bt.entry-type"

@@ -133,7 +133,7 @@ StepResult Machine::answer(const Input& input) {
   for (const auto& [name, value] : input.outputs) {
     const Binding* b = binding(n, name);
     if (b == nullptr || b->kind != Binding::Kind::kEntry) continue;
-    if (!write(*b, Datum{value, nullptr}, b->type, error)) {
+    if (!write(*b, Datum{value, nullptr}, nullptr, error)) {
       fail(leaf, "bt.entry-type", fmt::format("output \"{}\": {}", name, error));
       return finish(Outcome{false, Status::kIdle});
     }

@@ -198,6 +198,7 @@ struct Constant {
   std::uint32_t cell;
   Datum datum;
   const PortType* type;
+  std::uint32_t text;  ///< As written; in Model::strings.
 };
 /// An entry that a port declares, without a value.
 struct DeclaredEntry {
@@ -245,6 +246,9 @@ struct Model {
   std::map<NodeId, std::string> numbered;  ///< Paths of leaves whose names alone do not tell them apart.
   std::vector<Constant> constants;
   std::vector<DeclaredEntry> declared;
+  /// Cells that ports of skills name without a type, where an entry would live. Nobody makes these entries, but a
+  /// script's "=" may, as in BehaviorTree.CPP, where every port makes its entry. Sorted.
+  std::vector<std::uint32_t> named;
   std::vector<std::pair<std::string, std::int64_t>> enums;
   std::vector<PolymorphicCast> casts;
   bool unsets = false;  ///< It has an UnsetBlackboard: entries may begin to count anew.
@@ -263,6 +267,11 @@ struct Model {
   [[nodiscard]] std::uint32_t find_string(std::string_view string) const;
   /// In `cells`, of a name as that scope has it; kNone.
   [[nodiscard]] std::uint32_t find_cell(std::uint32_t of, std::uint32_t string) const;
+  /// Where the entry of a cell lives: up the remapping, but not past a constant.
+  [[nodiscard]] std::uint32_t owner(std::uint32_t cell) const {
+    while (cells[cell].home == kNone) cell = cells[cell].parent;
+    return cell;
+  }
   [[nodiscard]] std::uint32_t scope(NodeId node) const { return trees[infos[node].tree].scope; }
   [[nodiscard]] const Manifest& manifest(NodeId node) const { return manifests[infos[node].manifest]; }
   [[nodiscard]] std::optional<std::int64_t> enum_value(std::string_view name) const;

@@ -35,6 +35,8 @@ class Behaviour {
   [[nodiscard]] virtual Status tick_leaf(Context& self, NodeMemory* memory) const;
   /// All that a leaf does, if that is one function without memory; else null, and `tick` says.
   [[nodiscard]] virtual const std::function<Status(Context&)>* function() const { return nullptr; }
+  /// What to do where a node's memory cannot be saved, for the message.
+  [[nodiscard]] virtual std::string_view unsaved() const { return "give its class save() and restore()"; }
   /// Called when the node is halted while it runs, before its children are.
   virtual void halted(Context& /*self*/, NodeMemory* /*memory*/) const {}
 };

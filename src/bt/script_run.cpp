@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -192,7 +193,7 @@ class Run {
     const std::uint32_t cell = cells_[in.arg];
     Blackboard::Entry* entry = blackboard_.find(cell);
     if (entry == nullptr) {
-      if (in.op != Op::kCreate) return unknown(in.arg);
+      if (in.op != Op::kCreate && !is_named(cell)) return unknown(in.arg);
       std::string problem;
       blackboard_.create(cell, nullptr, problem);
       entry = blackboard_.find(cell);
@@ -220,6 +221,12 @@ class Run {
     blackboard_.written(*entry);
     value = load(entry->datum);
     return true;
+  }
+
+  // By a port of a skill, which makes the entry that it names.
+  [[nodiscard]] bool is_named(std::uint32_t cell) const {
+    return cell < model_.cells.size() &&
+           std::binary_search(model_.named.begin(), model_.named.end(), model_.owner(cell));
   }
 
   bool mismatch(std::uint32_t name, const ScriptValue& value, const Blackboard::Entry& entry,

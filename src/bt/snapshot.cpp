@@ -324,8 +324,8 @@ Result<void> checked(const Tree& tree, const Writer& out) {
                   tree.span(id));
     }
     return fail("bt.unsavable",
-                fmt::format("node \"{}\" ({}) keeps what cannot be saved; give its class save() and restore()",
-                            tree.path(id), tree.registration(id)),
+                fmt::format("node \"{}\" ({}) keeps what cannot be saved; {}", tree.path(id), tree.registration(id),
+                            model.users[model.nodes[id].data].behaviour->unsaved()),
                 tree.span(id));
   }
   return {};

@@ -7,6 +7,7 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/bt/detail/blackboard.h"
+#include "sentree/bt/detail/values.h"
 #include "sentree/bt/model.h"
 #include "sentree/bt/tree.h"
 
@@ -103,6 +104,30 @@ Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Va
   if (!blackboard.set(cell, Datum{std::move(value), nullptr}, nullptr, error)) return fail("bt.entry-type", error);
   return {};
 }
+
+namespace detail {
+
+Result<void> set_datum(const Tree& tree, State& state, std::string_view name, Datum datum, const PortType& type,
+                       TimePoint now, NodeId subtree) {
+  Blackboard blackboard(tree.model(), state, now);
+  const std::uint32_t cell = blackboard.cell(scope_of(tree.model(), subtree), name);
+  if (cell == kNone) return fail("bt.too-many-entries", Blackboard::too_many(name));
+  std::string error;
+  if (!blackboard.set(cell, std::move(datum), &type, error)) return fail("bt.entry-type", error);
+  return {};
+}
+
+Result<const Datum*> datum_as(const Tree& tree, const State& state, std::string_view name, const PortType& wanted,
+                              NodeId subtree, Datum& scratch) {
+  const Datum* const datum = Blackboard::peek_datum(tree.model(), state, scope_of(tree.model(), subtree), name);
+  if (datum == nullptr) return fail("bt.no-entry", fmt::format("there is no entry \"{}\"", name));
+  if (datum->empty()) return fail("bt.empty-entry", fmt::format("entry \"{}\" holds no value yet", name));
+  if (fits(wanted, *datum)) return datum;
+  if (convert(tree.model(), wanted, *datum, scratch)) return &scratch;
+  return fail("bt.conversion", fmt::format("entry \"{}\": {} is no {}", name, shown(*datum), wanted.name));
+}
+
+}  // namespace detail
 
 Value export_blackboard(const Tree& tree, const State& state) {
   Map scopes;

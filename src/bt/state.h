@@ -127,6 +127,44 @@ struct EntryFact {
 [[nodiscard]] Result<void> set_entry(const Tree& tree, State& state, std::string_view name, Value value, TimePoint now,
                                      NodeId subtree = kNoNode);
 
+namespace detail {
+Result<void> set_datum(const Tree& tree, State& state, std::string_view name, Datum datum, const PortType& type,
+                       TimePoint now, NodeId subtree);
+/// Converted to `wanted`, in `scratch` where it is of another type.
+[[nodiscard]] Result<const Datum*> datum_as(const Tree& tree, const State& state, std::string_view name,
+                                            const PortType& wanted, NodeId subtree, Datum& scratch);
+}  // namespace detail
+
+/// Writes an entry from outside as a port of that type would: what nodes are given that no file can hold
+/// (`set_entry_as<std::shared_ptr<Robot>>`). Ports of that type, or of one that it can be cast to, take it. Errors:
+/// bt.entry-type, bt.too-many-entries.
+template <class T>
+[[nodiscard]] Result<void> set_entry_as(const Tree& tree, State& state, std::string_view name, const T& value,
+                                        TimePoint now, NodeId subtree = kNoNode) {
+  if constexpr (Convertible<T>) {
+    return detail::set_datum(tree, state, name, Datum{Convert<T>::to_value(value), nullptr}, type_of<T>(), now,
+                             subtree);
+  } else {
+    return detail::set_datum(tree, state, name, Datum{Value(), std::make_shared<Boxed<T>>(value)}, type_of<T>(), now,
+                             subtree);
+  }
+}
+
+/// An entry as a port of that type reads it. Errors: bt.no-entry, bt.empty-entry, bt.conversion.
+template <class T>
+[[nodiscard]] Result<T> entry_as(const Tree& tree, const State& state, std::string_view name,
+                                 NodeId subtree = kNoNode) {
+  Datum scratch;
+  const auto datum = detail::datum_as(tree, state, name, type_of<T>(), subtree, scratch);
+  if (!datum) return tl::unexpected(datum.error());
+  if constexpr (Convertible<T>) {
+    if (auto value = Convert<T>::from_value((*datum)->value)) return std::move(*value);
+  } else {
+    if (const auto* boxed = dynamic_cast<const Boxed<T>*>((*datum)->object.get())) return boxed->content();
+  }
+  return fail("bt.conversion", "entry \"" + std::string(name) + "\" is no " + type_of<T>().name);
+}
+
 /// All entries as a map of maps: by the `scope_path` of the SubTree that owns them ("" for the main tree's), then by
 /// name. C++ objects and entries without a value are left out. `to_json` makes a file of it.
 [[nodiscard]] Value export_blackboard(const Tree& tree, const State& state);

@@ -76,6 +76,22 @@ template <class T>
 [[nodiscard]] std::optional<double> parse_real(std::string_view text);
 [[nodiscard]] std::optional<bool> parse_bool(std::string_view text);
 [[nodiscard]] std::string_view integer_name(bool is_signed, std::size_t bytes);
+/// std::in_range of any integral type; that has none for characters.
+template <std::integral T>
+[[nodiscard]] constexpr bool holds(std::int64_t value) {
+  if constexpr (std::is_unsigned_v<T>) {
+    return value >= 0 && static_cast<std::uint64_t>(value) <= std::uint64_t{std::numeric_limits<T>::max()};
+  } else {
+    return value >= std::int64_t{std::numeric_limits<T>::min()} && value <= std::int64_t{std::numeric_limits<T>::max()};
+  }
+}
+/// The greatest value of the type, but for what is beyond int64.
+template <std::integral T>
+[[nodiscard]] constexpr std::int64_t greatest() {
+  constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<T>::max());
+  constexpr std::int64_t kHeldMax = std::numeric_limits<std::int64_t>::max();
+  return kMax > std::uint64_t{kHeldMax} ? kHeldMax : static_cast<std::int64_t>(kMax);
+}
 /// Pieces of "a;b;c".
 [[nodiscard]] std::vector<std::string_view> split_list(std::string_view text);
 /// An integer, a bool, or a double without fraction, within int64.
@@ -101,18 +117,25 @@ struct Convert<bool> {
   static std::optional<bool> from_text(std::string_view text) { return detail::parse_bool(text); }
 };
 
+/// Values hold whole numbers as int64. A char is a small number, not a letter.
 template <std::integral T>
 struct Convert<T> {
   static std::string name() { return std::string(detail::integer_name(std::is_signed_v<T>, sizeof(T))); }
-  static Value to_value(T v) { return static_cast<std::int64_t>(v); }
+  static Value to_value(T v) {
+    // Beyond int64, the nearest double: no integer port takes that for another number.
+    if constexpr (std::is_unsigned_v<T> && sizeof(T) >= sizeof(std::int64_t)) {
+      if (v > static_cast<T>(std::numeric_limits<std::int64_t>::max())) return static_cast<double>(v);
+    }
+    return static_cast<std::int64_t>(v);
+  }
   static std::optional<T> from_value(const Value& v) {
     const auto i = detail::to_integer(v);
-    if (!i || !std::in_range<T>(*i)) return std::nullopt;
+    if (!i || !detail::holds<T>(*i)) return std::nullopt;
     return static_cast<T>(*i);
   }
   static std::optional<T> from_text(std::string_view text) {
     const auto i = detail::parse_integer(text);
-    if (!i || !std::in_range<T>(*i)) return std::nullopt;
+    if (!i || !detail::holds<T>(*i)) return std::nullopt;
     return static_cast<T>(*i);
   }
 };
@@ -171,7 +194,7 @@ struct Convert<T> {
 
  private:
   static std::optional<T> from_number(std::optional<std::int64_t> i) {
-    if (!i || !std::in_range<Number>(*i)) return std::nullopt;
+    if (!i || !detail::holds<Number>(*i)) return std::nullopt;
     return static_cast<T>(static_cast<Number>(*i));
   }
 };
@@ -225,11 +248,8 @@ template <class T>
       t.kind = PortType::Class::kBool;
     } else if constexpr (std::is_integral_v<T>) {
       t.kind = PortType::Class::kInteger;
-      t.min =
-          std::in_range<std::int64_t>(std::numeric_limits<T>::min()) ? std::int64_t(std::numeric_limits<T>::min()) : 0;
-      t.max = std::in_range<std::int64_t>(std::numeric_limits<T>::max())
-                  ? static_cast<std::int64_t>(std::numeric_limits<T>::max())
-                  : std::numeric_limits<std::int64_t>::max();
+      t.min = static_cast<std::int64_t>(std::numeric_limits<T>::min());
+      t.max = detail::greatest<T>();
     } else if constexpr (std::is_floating_point_v<T>) {
       t.kind = PortType::Class::kReal;
     } else if constexpr (std::is_same_v<T, std::string>) {
@@ -239,9 +259,7 @@ template <class T>
     } else if constexpr (requires { Convert<T>::kIsNumber; }) {
       t.kind = PortType::Class::kInteger;
       t.min = static_cast<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::min());
-      t.max = std::in_range<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::max())
-                  ? static_cast<std::int64_t>(std::numeric_limits<std::underlying_type_t<T>>::max())
-                  : std::numeric_limits<std::int64_t>::max();
+      t.max = detail::greatest<std::underlying_type_t<T>>();
     }
   }
   return t;

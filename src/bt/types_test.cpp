@@ -1,8 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sentree/bt/detail/test_support.h"
@@ -184,6 +187,108 @@ TEST(PolymorphicPorts, AreAClashWithoutACast) {
   EXPECT_FALSE(
       load(in_tree("<Sequence><MakePuppy out=\"{p}\"/><TakeDog in=\"{p}\"/></Sequence>"), {.registry = &registry})
           .ok());
+}
+
+TEST(PolymorphicPorts, ThatWriteBackTakeTheirOwnTypeOnly) {
+  Registry registry = animals(true);
+  registry.action("Update", {inout<std::shared_ptr<Animal>>("animal")}, [](Context&) { return Status::kSuccess; });
+  const auto messages = [&](const std::string& body) {
+    std::string all;
+    for (const Diagnostic& d : load(in_tree(body), {.registry = &registry}).diagnostics) all += to_string(d);
+    return all;
+  };
+  EXPECT_THAT(messages("<Sequence><MakeCat out=\"{p}\"/><Update animal=\"{p}\"/></Sequence>"),
+              HasSubstr("for port \"animal\" of Update, which writes it, too"));
+  EXPECT_EQ(messages("<Sequence><MakeCat out=\"{c}\"/><AsAnimal in=\"{c}\" out=\"{p}\"/><Update animal=\"{p}\"/>"
+                     "<TakeAnimal in=\"{p}\"/></Sequence>"),
+            "");
+}
+
+// A tree in which Give writes {o} through a port of that type, and a script goes on with it: how it ended.
+template <class Port, class Given>
+std::string given(const Given& value, const std::string& script) {
+  Registry registry;
+  registry.action("Give", {output<Port>("o")}, [&](Context& self) {
+    static_cast<void>(self.output("o", value));
+    return Status::kSuccess;
+  });
+  Runner r = runner("<Sequence><Give o=\"{o}\"/><Script code=\"" + script + "\"/></Sequence>", registry);
+  r.tick();
+  if (r.error()) return r.error()->message;
+  return to_json(export_blackboard(r.tree(), r.state()));
+}
+
+TEST(Outputs, AreConvertedToWhatTheirPortDeclares) {
+  EXPECT_EQ(given<double>(1, "o := 0.5"), R"({"":{"o":0.5}})");
+  EXPECT_EQ(given<double>(1, "o := o / 2"), R"({"":{"o":0.5}})");
+  EXPECT_EQ(given<double>(1.0F, "o /= 4"), R"({"":{"o":0.25}})");
+  EXPECT_EQ(given<int>(true, "o := 5"), R"({"":{"o":5}})");
+  EXPECT_EQ(given<bool>(2, "o := !o"), R"({"":{"o":false}})");
+  EXPECT_EQ(given<std::string>(5, "o := o .. '!'"), R"({"":{"o":"5!"}})");
+  EXPECT_THAT(given<int>(3.5, "o := 5"), HasSubstr("Give \"Give\": port \"o\": 3.5 is no int"));
+  EXPECT_THAT(given<std::int8_t>(300, "o := 5"), HasSubstr("port \"o\": 300 is no int8_t"));
+}
+
+TEST(Outputs, OfTextMayBeLiteralsAndViews) {
+  EXPECT_EQ(given<std::string>("The answer is 42", "n := 1"), R"({"":{"o":"The answer is 42","n":1}})");
+  EXPECT_EQ(given<std::string>(std::string_view("a view"), "o := o .. '!'"), R"({"":{"o":"a view!"}})");
+  const char* const text = "7";
+  EXPECT_EQ(given<int>(text, "o += 1"), R"({"":{"o":8}})");
+}
+
+TEST(Outputs, OfWholeNumbersEndWhereInt64Ends) {
+  EXPECT_EQ(given<std::uint64_t>(std::uint64_t{1} << 62, "n := 1"), R"({"":{"o":4611686018427387904,"n":1}})");
+  EXPECT_THAT(given<std::uint64_t>(std::numeric_limits<std::uint64_t>::max(), "n := 1"), HasSubstr("is no uint64_t"));
+  EXPECT_EQ(given<char>('A', "o += 1"), R"({"":{"o":66}})");
+}
+
+TEST(Load, SaysWhyAWholeNumberIsTooGreat) {
+  Registry registry;
+  registry.action("Take", {input<std::uint64_t>("n")}, [](Context&) { return Status::kSuccess; });
+  const Loaded<Tree> loaded = load(in_tree("<Take n=\"18446744073709551615\"/>"), {.registry = &registry});
+  ASSERT_EQ(loaded.diagnostics.size(), 1U);
+  EXPECT_THAT(loaded.diagnostics[0].message, HasSubstr("is no uint64_t: whole numbers end at 9223372036854775807"));
+}
+
+TEST(Entries, HoldObjectsThatAreGivenFromOutside) {
+  Registry registry = animals(true);
+  const auto dog = std::make_shared<Puppy>();
+  Runner r =
+      runner("<SubTree ID=\"Sub\" pet=\"{animal}\"/>", registry,
+             "<BehaviorTree ID=\"Sub\"><Sequence><TakeDog in=\"{pet}\"/><TakeAnimal in=\"{@animal}\"/></Sequence>"
+             "</BehaviorTree>");
+  EXPECT_EQ(r.tick(), Status::kFailure);
+  ASSERT_TRUE(set_entry_as<std::shared_ptr<Dog>>(r.tree(), r.state(), "animal", dog, TimePoint{}));
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_EQ(entry_as<std::shared_ptr<Animal>>(r.tree(), r.state(), "animal").value(), dog);
+  EXPECT_EQ(entry_as<std::shared_ptr<Cat>>(r.tree(), r.state(), "animal").error().code, "bt.conversion");
+  EXPECT_EQ(entry_as<int>(r.tree(), r.state(), "none").error().code, "bt.no-entry");
+  EXPECT_EQ(set_entry_as<int>(r.tree(), r.state(), "animal", 1, TimePoint{}).error().code, "bt.entry-type");
+  ASSERT_TRUE(set_entry_as<double>(r.tree(), r.state(), "speed", 1, TimePoint{}));
+  EXPECT_EQ(entry_as<std::string>(r.tree(), r.state(), "speed").value(), "1.000000");
+}
+
+TEST(SubTreeConstants, ThatLookLikeNumbersAreTextWhereAPortSaysSo) {
+  Registry registry;
+  std::string seen;
+  registry.action("Say", {input<std::string>("message")}, [&](Context& self) {
+    seen += self.input_or<std::string>("message", "?") + " ";
+    return Status::kSuccess;
+  });
+  const std::string body = "<SubTree ID=\"Sub\" name=\"Sub\" version=\"1.10\"/>";
+  const std::string sub = "<BehaviorTree ID=\"Sub\"><Say message=\"{version}\"/></BehaviorTree>";
+  EXPECT_EQ(to_string(load(in_tree(body, sub), {.registry = &registry}, "m.xml").diagnostics.at(0)),
+            "m.xml:2:108: warning: entry \"version\" is a double for the constant of SubTree \"Sub\" and text for port "
+            "\"message\" of Say; BehaviorTree.CPP refuses that");
+  Runner r = runner(body, registry, sub);
+  EXPECT_EQ(r.tick(), Status::kSuccess);
+  EXPECT_EQ(seen, "1.10 ");
+  registry.action("Add", {input<double>("by")}, [](Context&) { return Status::kSuccess; });
+  const std::string whole = in_tree("<SubTree ID=\"Sub\" name=\"Sub\" n=\"1\"/>",
+                                    "<BehaviorTree ID=\"Sub\"><Add by=\"{n}\"/></BehaviorTree>");
+  EXPECT_THAT(load(whole, {.registry = &registry}).diagnostics.at(0).message,
+              HasSubstr("is an int for the constant of SubTree \"Sub\" and a double for port \"by\" of Add; write the "
+                        "constant with a point: 1.0"));
 }
 
 TEST(Queues, ArePoppedCountedConsumedAndLoopedOver) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -97,6 +98,70 @@ bool castable(const Model& model, const PortType& from, const PortType& to) {
     }
   }
   return false;
+}
+
+bool fits(const PortType& wanted, const Datum& datum) {
+  if (datum.object != nullptr) return wanted.kind == PortType::Class::kObject && datum.object->type() == wanted;
+  switch (wanted.kind) {
+    case PortType::Class::kAny: return true;
+    case PortType::Class::kBool: return datum.value.as_bool() != nullptr;
+    case PortType::Class::kReal: return datum.value.as_double() != nullptr;
+    case PortType::Class::kString: return datum.value.as_string() != nullptr;
+    case PortType::Class::kInteger: {
+      const auto* integer = datum.value.as_int();
+      return integer != nullptr && *integer >= wanted.min && *integer <= wanted.max;
+    }
+    case PortType::Class::kStatus:
+    case PortType::Class::kOther: return !datum.value.text().empty() ? false : accepts_value(wanted, datum.value);
+    case PortType::Class::kObject: return false;
+  }
+  return false;
+}
+
+bool convert(const Model& model, const PortType& wanted, const Datum& from, Datum& into) {
+  if (from.object != nullptr && wanted.kind == PortType::Class::kObject) {
+    into.object = cast_object(model, from.object, wanted);
+    return into.object != nullptr;
+  }
+  if (from.object != nullptr || wanted.kind == PortType::Class::kObject) return false;
+  into.object = nullptr;
+  if (const auto* text = from.value.as_string(); text != nullptr && wanted.kind != PortType::Class::kString) {
+    auto parsed = value_of_text(model, wanted, *text);
+    if (!parsed) return false;
+    into.value = std::move(*parsed);
+    return true;
+  }
+  switch (wanted.kind) {
+    case PortType::Class::kBool: {
+      const auto number = detail::to_real(from.value);
+      if (!number) return false;
+      into.value = *number != 0.0;
+      return true;
+    }
+    case PortType::Class::kReal: {
+      const auto number = detail::to_real(from.value);
+      if (!number) return false;
+      into.value = *number;
+      return true;
+    }
+    case PortType::Class::kInteger: {
+      const auto number = detail::to_integer(from.value);
+      if (!number || *number < wanted.min || *number > wanted.max) return false;
+      into.value = *number;
+      return true;
+    }
+    case PortType::Class::kString: {
+      auto text = detail::to_text(from.value);
+      if (!text) return false;
+      into.value = std::move(*text);
+      return true;
+    }
+    default: return false;
+  }
+}
+
+std::string shown(const Datum& datum) {
+  return datum.object != nullptr ? "a C++ object of type " + datum.object->type().name : to_json(datum.value);
 }
 
 }  // namespace sentree::bt

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <string_view>
 
 namespace sentree::exec {
 
@@ -57,6 +58,10 @@ class CoroutineAction final : public bt::Behaviour {
     return std::make_unique<CoroutineMemory>();
   }
 
+  [[nodiscard]] std::string_view unsaved() const override {
+    return "it is a coroutine on its way: save when it is not running, or make it a class with on_start(), "
+           "on_running(), save() and restore()";
+  }
   [[nodiscard]] bt::Next tick(bt::Context& self, bt::NodeMemory* memory) const override {
     const bt::Status kept = self.status();
     if (bt::is_completed(kept)) return bt::Next::done(kept);  // until its parent resets it

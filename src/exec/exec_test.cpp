@@ -184,6 +184,8 @@ TEST(ThreadedAction, ResultIsSharedByCopiesOfTheStateWhichCannotBeSavedMeanwhile
   EXPECT_TRUE(bt::save(r.tree(), r.state()));
   r.tick();
   EXPECT_EQ(bt::save(r.tree(), r.state()).error().code, "bt.unsavable");
+  EXPECT_THAT(bt::save(r.tree(), r.state()).error().message,
+              HasSubstr("its work is in a thread: save when it is not running, or make it a class with on_start()"));
   bt::State copy = r.state();
   EXPECT_EQ(copy, r.state());
   gate.open();
@@ -338,6 +340,8 @@ TEST(CoroutineAction, SaysSoWhereItCannotGoOn) {
   EXPECT_TRUE(bt::save(r.tree(), r.state()));
   r.tick();
   EXPECT_EQ(bt::save(r.tree(), r.state()).error().code, "bt.unsavable");
+  EXPECT_THAT(bt::save(r.tree(), r.state()).error().message,
+              HasSubstr("it is a coroutine on its way: save when it is not running, or make it a class with"));
   bt::State copy = r.state();
   bt::Effects effects;
   EXPECT_EQ(bt::step(r.tree(), copy, bt::Input::tick(), TimePoint{}, effects).kind, bt::StepResult::Kind::kFailed);

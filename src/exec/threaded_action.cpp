@@ -1,6 +1,7 @@
 #include "sentree/exec/threaded_action.h"
 
 #include <exception>
+#include <string_view>
 
 namespace sentree::exec {
 
@@ -109,6 +110,10 @@ class ThreadedAction final : public bt::Behaviour {
     return bt::Next::done(job->finish(self));
   }
 
+  [[nodiscard]] std::string_view unsaved() const override {
+    return "its work is in a thread: save when it is not running, or make it a class with on_start(), on_running(), "
+           "save() and restore()";
+  }
   void halted(bt::Context& /*self*/, bt::NodeMemory* memory) const override {
     Jobs& jobs = *static_cast<Jobs*>(memory);
     if (jobs.current == nullptr) return;

@@ -46,6 +46,9 @@ class Job {
   /// Kept until the tick that returns the status; dropped if the action is halted before.
   template <class T>
   void output(std::string port, T value) {
+    if constexpr (bt::detail::kIsText<T>) {
+      return output(std::move(port), std::string(std::string_view(value)));  // what it points to may be gone by then
+    }
     outputs_.push_back([port = std::move(port), value = std::move(value)](bt::Context& self) {
       return self.output<T>(port, value).has_value();
     });

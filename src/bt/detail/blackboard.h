@@ -64,6 +64,9 @@ class Blackboard {
   [[nodiscard]] std::string_view name(std::uint32_t cell) const;
   /// The entry that `find` would give, without linking anything: its index, or State::kNoEntry.
   [[nodiscard]] static std::uint32_t resolve(const Model& model, const State& state, std::uint32_t cell);
+  /// What a name holds, without linking anything; null if there is no entry.
+  [[nodiscard]] static const Datum* peek_datum(const Model& model, const State& state, std::uint32_t scope,
+                                               std::string_view name);
   /// The value of a name without linking anything; null if there is none.
   [[nodiscard]] static const Value* peek(const Model& model, const State& state, std::uint32_t scope,
                                          std::string_view name);

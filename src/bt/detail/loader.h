@@ -166,11 +166,12 @@ class Loader {
   std::uint32_t cell(std::uint32_t scope, std::uint32_t name);
   std::uint32_t add_test_node(const Substitution::TestNode& test, const text::XmlElement& element, std::uint32_t scope);
   bool substitute(DefinedNode& defined, NodeId subtree, std::uint32_t scope, std::uint32_t& test);
+  void check_substitutions(const text::XmlElement& root);
   static void bind_test(Conditions& conditions, const NumberStep& step);
   void bind_conditions(const Conditions& scripts, NodeId id, std::uint32_t scope);
   [[nodiscard]] SourceSpan span_of(NodeId id) const;
   [[nodiscard]] const std::vector<std::string>& known_skills() const { return options_.skills; }
-  void declare_entry(std::uint32_t cell, const PortType* type, const DefinedNode& defined, std::uint32_t port);
+  void declare_entry(std::uint32_t cell, const DefinedNode& defined, const DefinedPort& port);
   /// Who declared an entry first, for messages.
   [[nodiscard]] std::string declared_by(const EntryUse& use) const;
   [[nodiscard]] EntryUse& entry_use(std::uint32_t cell) {
@@ -253,7 +254,9 @@ class Loader {
   std::unordered_map<std::string, std::uint32_t> script_index_;
   std::unordered_map<std::uint64_t, std::uint32_t> use_of_;  ///< Of a script in a scope: in Model::uses.
   bool missing_files_ = false;                               ///< An include is not there, or what another file has.
-  bool lenient_ = false;  ///< In a tree that is not reached, findings about ports and scripts are warnings.
+  bool is_cut_ = false;                                      ///< A substitution has taken the place of a branch.
+  std::vector<bool> rules_used_;  ///< By LoadOptions::substitutions: some node is one that it means.
+  bool lenient_ = false;          ///< In a tree that is not reached, findings about ports and scripts are warnings.
 };
 
 /// What editors keep in a file for themselves; no node.

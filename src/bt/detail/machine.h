@@ -178,6 +178,7 @@ class Machine {
   std::optional<std::string> read_text(const Node& n, std::uint32_t port);
   bool read_bool(const Node& n, std::uint32_t port, bool otherwise);
   std::optional<Status> read_status(const Node& n, std::uint32_t port);
+  /// Writes what a port gives, converted to the type that the port declares. Null `type`: the datum's is not known.
   bool write(const Binding& binding, Datum&& datum, const PortType* type, std::string& error);
 
   /// Runs a script of the node. False: it failed, and the tick is given up.

@@ -28,4 +28,13 @@ namespace sentree::bt {
 /// True if registered casts lead from one type to the other, whatever the object.
 [[nodiscard]] bool castable(const Model& model, const PortType& from, const PortType& to);
 
+/// True if a value of that kind is what a port of that type holds, so that no conversion is needed.
+[[nodiscard]] bool fits(const PortType& wanted, const Datum& datum);
+
+/// Text is parsed, pointers are cast, numbers are converted where nothing is lost, numbers become text.
+[[nodiscard]] bool convert(const Model& model, const PortType& wanted, const Datum& from, Datum& into);
+
+/// For messages.
+[[nodiscard]] std::string shown(const Datum& datum);
+
 }  // namespace sentree::bt

@@ -62,7 +62,7 @@ struct Loop : AnyNode {
       }
       if (const Binding* port = m.binding(n, kValuePort)) {
         std::string error;
-        if (!m.write(*port, Datum{std::move(element), nullptr}, port->type, error)) {
+        if (!m.write(*port, Datum{std::move(element), nullptr}, nullptr, error)) {
           return m.fail(id, "bt.entry-type", error);
         }
       }
