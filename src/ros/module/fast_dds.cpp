@@ -559,7 +559,7 @@ bool look_for_peers(const ParticipantOptions& options, rtps::BuiltinAttributes& 
   };
   if (options.localhost) {
     look_at("127.0.0.1", 0);
-    // Cyclone, unless it is told otherwise, takes any free port, and tells where it is every 30 s only; it listens to
+    // Cyclone, unless it is told otherwise, takes any free port, and tells where it is every 8 s only; it listens to
     // multicast. That of the loopback interface reaches whoever listens on this machine, on whatever interface, and
     // nobody else.
     if (options.peers.empty()) look_at("239.255.0.1", rtps::PortParameters().getMulticastPort(options.domain));

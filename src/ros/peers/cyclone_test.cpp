@@ -62,7 +62,7 @@ bool has_network() {
   return found;
 }
 
-// It takes any free port, and says by multicast where it is, at first and every 30 s.
+// It takes any free port, and says by multicast where it is, at first and every 8 s.
 TEST_F(Graph, FindsNodesOfCycloneWithoutAnySettingsOnThisMachine) {
   if (!has_network()) GTEST_SKIP() << "there is no network, where it behaves otherwise";
   const pid_t peer = start_peer(domain_, "");
