@@ -432,10 +432,11 @@ class Checker {
       return;
     }
     // A text in quotes is meant as it is written; where others are possible, only what is nearly a known one is told.
-    const bool is_all = of.data->samples_are_all && text.is_word;
+    if (!text.is_word) return;
+    const bool is_all = of.data->samples_are_all;
     if (!is_all && hint.empty()) return;
     add(is_all && !hint.empty() ? Severity::kError : Severity::kWarning, text.span, "requirement.unknown-word",
-        fmt::format("\"{}\" is no name in the mission or its world, so nothing makes {} that{}", text.text,
+        fmt::format("\"{}\" is no name in the mission, its world or its models, so nothing makes {} that{}", text.text,
                     to_text(value), hint));
   }
 
@@ -580,7 +581,6 @@ bool is_always_true(const Condition& condition) {
   return inner.kind == Kind::kTruth && inner.number != 0;
 }
 
-// Why nothing is ever observed of it; empty: it may be, or that is not known.
 // Whose they are, as "source = LEAF" among what a where demands.
 std::string source_in(const Condition& where) {
   const Condition& inner = inside(where);
@@ -603,9 +603,10 @@ std::string whose(const Source& source, const Vocabulary& vocabulary) {
   return is_leaf ? leaf : "";
 }
 
+// Why nothing is ever observed of it; empty: it may be, or that is not known.
 std::string never_comes(const Source& source, const Vocabulary& vocabulary) {
-  if (source.service.empty() || !vocabulary.calls) return {};
   const std::string from = whose(source, vocabulary);
+  if (source.service.empty() || !vocabulary.calls) return {};
   // On topics others publish too, and what is overheard others call.
   const auto service = vocabulary.services.find(source.service);
   if (service != vocabulary.services.end()) {
