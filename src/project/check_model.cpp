@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <set>
+#include <span>
 
 #include <fmt/format.h>
 
 #include "sentree/idl/conform.h"
 #include "sentree/project/detail/check_monitor.h"
 #include "sentree/scxml/event.h"
+#include "sentree/scxml/model.h"
 #include "sentree/scxml/script_syntax.h"
 
 namespace sentree::project {
@@ -128,12 +130,26 @@ class ModelCheck {
     }
   }
 
+  // Whether the event can come from the chart itself, from what it invokes, or from the engine.
+  [[nodiscard]] bool may_be_own(const std::string& event) const {
+    const auto is_it = [&](const std::string& name) { return scxml::event_matches(event, name); };
+    if (event.starts_with("done.") || event.starts_with("error.") || !chart_.model().invokes.empty()) return true;
+    const auto& raises = chart_.model().raises;
+    const std::span<const scxml::SendInfo> sends = chart_.sends();
+    return std::any_of(raises.begin(), raises.end(), [&](const auto& raised) { return is_it(raised.first); }) ||
+           std::any_of(sends.begin(), sends.end(), [&](const scxml::SendInfo& send) {
+             return send.type != "thrift" && (!send.event || is_it(*send.event));
+           });
+  }
+
   // "battery.getBateryState.request" never comes.
   void request(const std::string& event, const scxml::Transition& transition) {
     const std::size_t dot = event.find('.');
     if (dot == std::string::npos) return;
-    const auto service = services_.find(event.substr(0, dot));
-    if (service == services_.end()) return;
+    const std::string service = event.substr(0, dot);
+    const bool is_of_service = services_.contains(service);
+    // One that could not be read has been told.
+    if (!is_of_service && (serves(service) || may_be_own(event))) return;
     std::vector<std::string> known = entry_.subscribes.topics;
     for (const scxml::SendInfo& send : chart_.sends()) {
       if (send.type == "thrift" && send.target && send.event)
@@ -148,10 +164,12 @@ class ModelCheck {
     if (std::any_of(known.begin(), known.end(),
                     [&](const std::string& request) { return scxml::event_matches(event, request); }))
       return;
+    // Of what no service is called like, only what is nearly a call.
+    const std::string hint = did_you_mean(event, known);
+    if (!is_of_service && hint.empty() && !event.ends_with(".request")) return;
     error("check.model",
           fmt::format("event \"{}\" never comes: no call of what the model serves is named so{}{}", event,
-                      entry_.subscribes.topics.empty() ? "" : ", and no topic that it subscribes to",
-                      did_you_mean(event, known)),
+                      entry_.subscribes.topics.empty() ? "" : ", and no topic that it subscribes to", hint),
           chart_.span(transition.place));
   }
 

@@ -61,6 +61,11 @@ TEST(CheckModel, TellsWhatIsWrongWithItsPlace) {
        "models/hall.scxml:13:9: event \"door.opn.request\" never comes: no call of what the model serves is named so; "
        "did "
        "you mean \"door.open.request\"?"},
+      {"models/hall.scxml", "event=\"door.open.request\" target", "event=\"dor.open.request\" target",
+       "models/hall.scxml:13:9: event \"dor.open.request\" never comes: no call of what the model serves is named so; "
+       "did you mean \"door.open.request\"?"},
+      {"models/hall.scxml", "event=\"door.open.request\" target", "event=\"gate.shut.request\" target",
+       "models/hall.scxml:13:9: event \"gate.shut.request\" never comes: no call of what the model serves is named so"},
       {"models/hall.scxml", "event=\"getState.reply\"", "event=\"getStat.reply\"",
        "models/hall.scxml:15:52: service \"door\" (Door) has no method \"getStat\"; did you mean \"getState\"?"},
       {"models/hall.scxml", "event=\"getState.reply\"", "event=\"getState.repl\"",
