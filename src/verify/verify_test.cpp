@@ -319,6 +319,17 @@ TEST_F(Verify, LeavesALoopOnlyWhereItIsFair) {
   EXPECT_THAT(to_string(verify(of, asked).errors.front()), HasSubstr("did you mean \"keeper.says\"?"));
 }
 
+TEST_F(Verify, NamesWhatIsNotFairAlready) {
+  ask_until_it_is_open();
+  model("pick('mode', 'skip', 'try') === 'try' &amp;&amp; pick('open', false, true) ? 6 : 1");
+  requirements("opens \"It opens in the end.\": whenever said = 1, door shall said = 6 eventually.\n");
+  const project::Plan of = plan();
+  Asked asked;
+  EXPECT_THAT(verify(of, asked).judgements.front().avoided, testing::SizeIs(2));
+  asked.judge.fair = {"keeper.mode"};
+  EXPECT_THAT(verify(of, asked).judgements.front().avoided, ElementsAre("keeper.open = true"));
+}
+
 TEST_F(Verify, TellsWhereAChoiceWithoutANameStands) {
   ask_until_it_is_open();
   model("choose(1, 6)");
@@ -528,8 +539,10 @@ TEST_F(Verify, SaysWhichAnswerIsNone) {
 
 TEST_F(Verify, RefusesAModelThatLeavesNothingOpen) {
   requirements("small \"It says little.\": always said <= 6.\n");
-  for (const char* const wrong : {"choose()", "between(2, 1)", "pick('says')", "chance(2)", "draw([[0.5, 1]])",
-                                  "choose(undefined, 1)", "choose(NaN, 'NaN')", "pick('says', 1 / 0, 'Infinity')"}) {
+  // What can be told before anything runs, `check` tells.
+  for (const char* const wrong : {"choose.apply(null)", "between('ab'.length, 1)", "pick.apply(null, ['says'])",
+                                  "chance('ab'.length)", "draw([[0.5 * 'a'.length, 1]])", "choose(undefined, 1)",
+                                  "choose(NaN, 'NaN')", "pick('says', 1 / 0, 'Infinity')"}) {
     model(wrong);
     const Verification found = verify(plan(), {});
     ASSERT_FALSE(found.errors.empty()) << wrong;
