@@ -216,6 +216,22 @@ TEST_F(Verify, GivesTheProbabilityOfADie) {
   EXPECT_NEAR(found.judgements.front().greatest->high, 11.0 / 36, 1e-9);
 }
 
+TEST(Probability, IsToldAsFarAsItIsKnown) {
+  const auto told = [](double least_low, double least_high, double greatest_low, double greatest_high) {
+    return to_string(Judgement::Probability{least_low, least_high}, {greatest_low, greatest_high});
+  };
+  EXPECT_EQ(told(0.027, 0.027, 0.027, 0.027), "0.027");
+  EXPECT_EQ(told(0, 0, 0, 0), "0");
+  EXPECT_EQ(told(1, 1, 1, 1), "1");
+  EXPECT_EQ(told(0, 0, 0.5, 0.5), "0 to 0.5, as what is left open is chosen");
+  EXPECT_EQ(told(11.0 / 36 - 1e-11, 11.0 / 36, 11.0 / 36, 11.0 / 36 + 1e-11), "0.305555556");
+  EXPECT_EQ(told(11.0 / 36 - 1e-8, 11.0 / 36, 11.0 / 36, 11.0 / 36 + 1e-8), "0.305556");
+  // What can happen is not told to have probability 0, and digits that are not known are not told.
+  EXPECT_EQ(told(0, 1e-14, 0, 1e-14), "at most 1e-14");
+  EXPECT_EQ(told(9.5e-10, 1.05e-9, 1e-9, 1e-9), "between 9.5e-10 and 1.05e-09");
+  EXPECT_EQ(told(0.1, 0.3, 0.4, 0.4), "between 0.1 and 0.3 to 0.4, as what is left open is chosen");
+}
+
 // Of a ten-thousand-millionth, a ten-thousand-millionth.
 TEST_F(Verify, GivesWhatIsRareAsPrecisely) {
   ask_until_it_is_open();
