@@ -151,7 +151,7 @@ const Broken kBroken[] = {
      "makes value that; did you mean \"true\"?"},
     {"OutputOfNoSkill", "requirements/recharge.req", "always level >= 20 %.",
      "always level >= 20 % and not event(observation(GoToKitchen.tick.reply where outputs.reason = NO_VALID_PAT)).",
-     "requirements/recharge.req:12:91: warning: \"NO_VALID_PAT\" is no name in the mission, its world or its models, "
+     "requirements/recharge.req:12:96: warning: \"NO_VALID_PAT\" is no name in the mission, its world or its models, "
      "so "
      "nothing makes outputs.reason that; did you mean \"NO_VALID_PATH\"?"},
     {"UnreadableRequirements", "requirements/recharge.req", "within 10 ticks", "within 10 tiks",
