@@ -370,8 +370,9 @@ TEST(RequirementTypes, ABareWordIsOneThatTheProjectKnows) {
     return diagnostics.empty() ? std::string() : to_string(diagnostics[0]);
   };
   EXPECT_EQ(told(true, "kitchen"), "");
-  EXPECT_THAT(told(true, "kitchn"), testing::AllOf(HasSubstr("\"kitchn\" is no name in the mission, its world or its models"),
-                                                   HasSubstr("did you mean \"kitchen\"?")));
+  EXPECT_THAT(told(true, "kitchn"),
+              testing::AllOf(HasSubstr("\"kitchn\" is no name in the mission, its world or its models"),
+                             HasSubstr("did you mean \"kitchen\"?")));
   EXPECT_THAT(told(true, "kitchn"), testing::Not(HasSubstr("warning")));
   EXPECT_THAT(told(true, "garage"), HasSubstr("warning"));
   EXPECT_THAT(told(false, "kitchn"), HasSubstr("warning"));

@@ -376,11 +376,11 @@ TEST(Unknown, DecidesNothing) {
 }
 
 TEST(Unknown, IsWhatAnObservationHasNoHolderOf) {
-  for (const char* text : {"never event(reply(s.info where result.inner.n = 3)).",
-                           "never event(reply(s.info where result.inner.n > 2)).",
-                           "never event(reply(s.info where result.inner.is_on)).",
-                           "never event(reply(s.info where not result.inner.n != 3)).",
-                           "never event(reply(s.info where result.inner.n + 1 = 4))."}) {
+  for (const char* text :
+       {"never event(reply(s.info where result.inner.n = 3)).", "never event(reply(s.info where result.inner.n > 2)).",
+        "never event(reply(s.info where result.inner.is_on)).",
+        "never event(reply(s.info where not result.inner.n != 3)).",
+        "never event(reply(s.info where result.inner.n + 1 = 4))."}) {
     SCOPED_TRACE(text);
     Player p(text);
     p.see(at(1), "s.info.reply", Map{{"k", 1}}).see(at(2), "s.info.reply", Map{{"inner", Map{}}});
