@@ -452,6 +452,12 @@ TEST_F(Campaign, RefusesWhatCannotBeDrawn) {
   says("parameters: {deadlines.cal: {uniform: [1 s, 2 s]}}\n", "campaign.yaml:1:14: deadlines has no key \"cal\"");
   says("parameters: {deadlines.call: {choice: [10 ms, 20 ms, soon]}}\n", "campaign.yaml:1:54: ");
   says("scenario: nowhere.yaml\n", "campaign.yaml:1:11: the scenario ");
+  // Ends that are drawn too, but not those that have probability 0.
+  says("parameters: {deadlines.call: {uniform: [-0.1 s, 0.07 s]}}\n", "campaign.yaml:1:");
+  says("parameters: {deadlines.call: {normal: [0.04 s, 0.01 s], max: 0.2 s}}\n", "campaign.yaml:1:");
+  says("timeline: [{call: counter.add, args: {by: {integer: [0, 5000000000]}}}]\n", "campaign.yaml:1:");
+  vary("parameters: {deadlines.call: {uniform: [0 s, 0.07 s]}}\ntimeline: [{call: counter.add, args: {by: 1}}]\n");
+  EXPECT_EQ(problem(), "");
 }
 
 TEST_F(Campaign, RefusesPartsWithAClockOfTheirOwn) {

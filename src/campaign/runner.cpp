@@ -133,6 +133,53 @@ Vary probe(const Vary& vary, std::size_t number) {
   return probed;
 }
 
+// An end of what a number is drawn from.
+struct DrawnEnd {
+  std::size_t of = 0;  // of all distributions, in the order of the file
+  double at = 0;
+  double within = 0;  // hardly inside: what is drawn with probability 0 may be wrong
+};
+
+template <class Do>
+void each_distribution(Vary& vary, const Do& what) {
+  std::size_t number = 0;
+  for (Parameter& parameter : vary.parameters) what(number++, parameter.from);
+  for (Event& event : vary.events) {
+    for (Event::Part& part : event.parts) what(number++, part.from);
+  }
+}
+
+std::vector<DrawnEnd> ends_of(Vary vary) {
+  using Drawn = Distribution::Kind;
+  constexpr double kHardly = 1e-5;
+  constexpr std::size_t kEndsMax = 100;
+  std::vector<DrawnEnd> ends;
+  each_distribution(vary, [&](std::size_t number, const Distribution& from) {
+    if (from.kind == Drawn::kChoice || from.kind == Drawn::kPose) return;
+    const bool is_range = from.kind == Drawn::kUniform || from.kind == Drawn::kInteger;
+    const std::optional<double> low = is_range ? std::optional(from.a) : from.min;
+    const std::optional<double> high = is_range ? std::optional(from.b) : from.max;
+    double step = low && high ? *high - *low : std::max(std::abs(from.a), std::abs(from.b));
+    step = from.kind == Drawn::kInteger ? 0 : step * kHardly;
+    if (low) ends.push_back({number, *low, *low + step});
+    if (high) ends.push_back({number, *high, *high - step});
+  });
+  ends.resize(std::min(ends.size(), kEndsMax));
+  return ends;
+}
+
+Vary at_end(const Vary& vary, std::size_t of, double value) {
+  Vary probed = probe(vary, 0);
+  each_distribution(probed, [&](std::size_t number, Distribution& from) {
+    if (number != of) return;
+    from.kind = Distribution::Kind::kUniform;
+    from.a = from.b = value;
+    from.min.reset();
+    from.max.reset();
+  });
+  return probed;
+}
+
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
 std::string first_error(const Diagnostics& diagnostics) {
@@ -212,17 +259,25 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
     auto source = project::WorldSource::read(runner->base_.project);
     if (source) runner->source_ = std::move(*source);
   }
-  for (std::size_t i = 0; i < probes_of(runner->vary_); ++i) {
-    const Vary probed = probe(runner->vary_, i);
+  const auto wrong_in = [&](const Vary& probed) {
     const Drawing drawing(probed, runner->world_.get(), runner->base_.duration);
     auto drawn = scenario_of(runner->base_, probed, drawing.draw(1));
     Diagnostics found =
         drawn.ok() ? project::prepare(std::move(*drawn.value), parts).diagnostics : std::move(drawn.diagnostics);
-    std::copy_if(found.begin(), found.end(), std::back_inserter(loaded.diagnostics), [&](const Diagnostic& one) {
+    std::erase_if(found, [&](const Diagnostic& one) {
       // What a draw makes of the world may be refused, and is counted; names may not.
-      return one.severity == Severity::kError && !one.code.starts_with("sim.bad-place") &&
-             std::find(loaded.diagnostics.begin(), loaded.diagnostics.end(), one) == loaded.diagnostics.end();
+      return one.severity != Severity::kError || one.code.starts_with("sim.bad-place") ||
+             std::find(loaded.diagnostics.begin(), loaded.diagnostics.end(), one) != loaded.diagnostics.end();
     });
+    return found;
+  };
+  for (std::size_t i = 0; i < probes_of(runner->vary_); ++i) append(wrong_in(probe(runner->vary_, i)));
+  if (!has_errors(loaded.diagnostics)) {
+    for (const DrawnEnd& end : ends_of(runner->vary_)) {
+      const Diagnostics found = wrong_in(at_end(runner->vary_, end.of, end.at));
+      if (!found.empty() && (end.within == end.at || !wrong_in(at_end(runner->vary_, end.of, end.within)).empty()))
+        append(found);
+    }
   }
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(runner);
   return loaded;

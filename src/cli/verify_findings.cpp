@@ -283,14 +283,8 @@ class Telling {
     if (!judgement.fair.empty() && judgement.finding == verify::Finding::kHolds)
       out += fmt::format(" (if fair: {})", few(judgement.fair));
     if (judgement.can_stay_open) out += told_open(judgement);
-    if (judgement.least) {
-      const double alike = 1e-9 * judgement.greatest->high;
-      out += fmt::format("\n  violated with probability {:.10g}", judgement.least->low);
-      if (judgement.greatest->low - judgement.least->high > alike)
-        out += fmt::format(" to {:.10g}, as what is left open is chosen", judgement.greatest->low);
-      if (judgement.greatest->high - judgement.greatest->low > alike)
-        out += fmt::format("; bounds: {:.10g} to {:.10g}", judgement.least->low, judgement.greatest->high);
-    }
+    if (judgement.least)
+      out += "\n  violated with probability " + verify::to_string(*judgement.least, *judgement.greatest);
     return out;
   }
 

@@ -151,12 +151,15 @@ DataType data_of(const Observed& one, std::string_view name, const Vocabulary& v
       for (const DataMember& part : data_of_error(method).members)
         member(part.name, one.form == Form::kLate ? absent(part.type) : part.type);
       break;
-    case Form::kChoice:
+    case Form::kChoice: {
+      const auto known = vocabulary.choices.find(one.source);
+      const bool is_known = known != vocabulary.choices.end();
       member("function", one_of("function that chooses", {"choose", "pick", "between", "chance", "draw"}));
-      member("name", absent(text()));
-      member("value", anything);
+      member("name", absent(is_known ? known->second.name : text()));
+      member("value", is_known ? known->second.value : anything);
       member("place", absent(text()));
       break;
+    }
     case Form::kLost:
       member("count", number());
       member("first", anything);

@@ -282,10 +282,51 @@ void check_momentary(const Requirement& requirement, Diagnostics& diagnostics) {
     error(requirement.q, "an event is over at once and cannot be kept");
 }
 
+// Names as they are written, before anything is put in for them.
+void collect_names(const Condition& condition, std::vector<const Condition*>& names) {
+  if (condition.kind == Kind::kName && condition.unit != "event") names.push_back(&condition);
+  for (const ConditionPtr& operand : condition.operands) collect_names(*operand, names);
+  if (condition.source && condition.source->where) collect_names(*condition.source->where, names);
+}
+
+// A parameter that nothing uses is a slip, and a word that is nearly it would stand for itself.
+void check_parameters(const RequirementFile& file, Diagnostics& diagnostics) {
+  for (const Definition& definition : file.definitions) {
+    if (definition.parameters.empty()) continue;
+    std::vector<const Condition*> names;
+    collect_names(*definition.content, names);
+    const auto is_name = [&](const std::string& text) {
+      return std::any_of(names.begin(), names.end(), [&](const Condition* name) { return name->text == text; });
+    };
+    // Words that nobody has given a meaning.
+    std::vector<std::string> words;
+    for (const Condition* name : names) {
+      const bool is_known = std::any_of(file.definitions.begin(), file.definitions.end(),
+                                        [&](const Definition& other) { return other.name == name->text; });
+      const auto& parameters = definition.parameters;
+      if (!is_known && std::find(parameters.begin(), parameters.end(), name->text) == parameters.end())
+        words.push_back(name->text);
+    }
+    for (const std::string& parameter : definition.parameters) {
+      if (is_name(parameter)) continue;
+      const std::string near(closest(parameter, words));
+      const auto slip =
+          std::find_if(names.begin(), names.end(), [&](const Condition* name) { return name->text == near; });
+      diagnostics.push_back(
+          {Severity::kError, "requirement.unused",
+           fmt::format("the definition of {}\"{}\" does not use its parameter \"{}\"{}",
+                       definition.is_event ? "event " : "", definition.name, parameter,
+                       near.empty() ? std::string() : fmt::format("; did you mean it by \"{}\"?", near)),
+           slip == names.end() ? definition.span : (*slip)->span});
+    }
+  }
+}
+
 }  // namespace
 
 void resolve_names(RequirementFile& file, Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.size();
+  check_parameters(file, diagnostics);
   Resolver resolver(file, diagnostics);
   // Each definition by itself, so that a mistake is told where it is written, used or not. Those with parameters are
   // complete only where they are used.

@@ -161,6 +161,21 @@ TEST(Requirement, ErrorsNameThePlaceAndTheWayOut) {
   EXPECT_THAT(messages("let a = 3 ~ 4\n"), testing::Contains(HasSubstr("character \"~\" has no meaning here")));
 }
 
+TEST(Requirement, ParametersThatTheirDefinitionDoesNotUseAreTold) {
+  EXPECT_THAT(
+      messages("event says(what) = request(door.say where args.word = waht)\nR: never event(says(ajar)).\n"),
+      ElementsAre("r.req:1:55: the definition of event \"says\" does not use its parameter \"what\"; did you mean "
+                  "it by \"waht\"?"));
+  EXPECT_THAT(messages("let at(place) = reply(robot.isAt where args.name = pplace)\nR: never at(kitchen).\n"),
+              ElementsAre(HasSubstr("does not use its parameter \"place\"; did you mean it by \"pplace\"?")));
+  EXPECT_THAT(messages("let at(a, b) = reply(robot.isAt where args.name = a)\n"),
+              ElementsAre("r.req:1:5: the definition of \"at\" does not use its parameter \"b\""));
+  EXPECT_THAT(messages("let place = reply(robot.place)\nlet is(x, y) = place = x and x = y\n"), testing::IsEmpty());
+  EXPECT_THAT(messages("let place = reply(robot.place)\nlet is(plac) = place = kitchen\n"),
+              ElementsAre(testing::EndsWith("does not use its parameter \"plac\"")))
+      << "a definition is no slip";
+}
+
 TEST(Requirement, ReportsOneProblemForEachStatement) {
   EXPECT_THAT(messages("let a = )\nlet b = reply(s.m)\nR1: always.\nR2: alwys b.\nR2: never b.\nR2: never b.\n"),
               ElementsAre(StartsWith("r.req:1:9:"), StartsWith("r.req:3:11:"), StartsWith("r.req:4:5:"),

@@ -432,10 +432,11 @@ class Checker {
       return;
     }
     // A text in quotes is meant as it is written; where others are possible, only what is nearly a known one is told.
-    const bool is_all = of.data->samples_are_all && text.is_word;
+    if (!text.is_word) return;
+    const bool is_all = of.data->samples_are_all;
     if (!is_all && hint.empty()) return;
     add(is_all && !hint.empty() ? Severity::kError : Severity::kWarning, text.span, "requirement.unknown-word",
-        fmt::format("\"{}\" is no name in the mission or its world, so nothing makes {} that{}", text.text,
+        fmt::format("\"{}\" is no name in the mission, its world or its models, so nothing makes {} that{}", text.text,
                     to_text(value), hint));
   }
 
@@ -580,24 +581,45 @@ bool is_always_true(const Condition& condition) {
   return inner.kind == Kind::kTruth && inner.number != 0;
 }
 
+// Whose they are, as "source = LEAF" among what a where demands.
+std::string source_in(const Condition& where) {
+  const Condition& inner = inside(where);
+  if (inner.kind == Kind::kAnd) {
+    std::string left = source_in(*inner.operands[0]);
+    return left.empty() ? source_in(*inner.operands[1]) : left;
+  }
+  if (inner.kind != Kind::kEqual) return {};
+  const Condition* member = &inside(*inner.operands[0]);
+  const Condition* word = &inside(*inner.operands[1]);
+  if (member->kind != Kind::kMember) std::swap(member, word);
+  const bool is_source = member->kind == Kind::kMember && member->path == std::vector<std::string>{"source"};
+  return is_source && word->kind == Kind::kText ? word->text : "";
+}
+// A word there that is no leaf is told as such.
+std::string whose(const Source& source, const Vocabulary& vocabulary) {
+  if (!source.from.empty() || !source.where) return source.from;
+  std::string leaf = source_in(*source.where);
+  const bool is_leaf = std::find(vocabulary.leaves.begin(), vocabulary.leaves.end(), leaf) != vocabulary.leaves.end();
+  return is_leaf ? leaf : "";
+}
+
 // Why nothing is ever observed of it; empty: it may be, or that is not known.
 std::string never_comes(const Source& source, const Vocabulary& vocabulary) {
+  const std::string from = whose(source, vocabulary);
   if (source.service.empty() || !vocabulary.calls) return {};
   // On topics others publish too, and what is overheard others call.
   const auto service = vocabulary.services.find(source.service);
   if (service != vocabulary.services.end()) {
     const auto method = service->second.find(source.method);
-    if (method != service->second.end() && (method->second.oneway || (method->second.overheard && source.from.empty())))
+    if (method != service->second.end() && (method->second.oneway || (method->second.overheard && from.empty())))
       return {};
   }
   const bool called =
       std::any_of(vocabulary.calls->begin(), vocabulary.calls->end(), [&](const Vocabulary::Call& call) {
-        return call.service == source.service && call.method == source.method &&
-               (source.from.empty() || source.from == call.leaf);
+        return call.service == source.service && call.method == source.method && (from.empty() || from == call.leaf);
       });
   if (called) return {};
-  return fmt::format("{} calls {}.{}",
-                     source.from.empty() ? std::string("no skill") : fmt::format("\"{}\" never", source.from),
+  return fmt::format("{} calls {}.{}", from.empty() ? std::string("no skill") : fmt::format("\"{}\" never", from),
                      source.service, source.method);
 }
 
@@ -605,7 +627,7 @@ std::string never_comes(const Source& source, const Vocabulary& vocabulary) {
 void find_unseen(const Requirement& r, const Vocabulary& vocabulary, Diagnostics& diagnostics) {
   for (const Source& source : sources_of(r)) {
     const auto& leaves = vocabulary.leaves;
-    if (std::find(leaves.begin(), leaves.end(), source.from) == leaves.end()) continue;
+    if (std::find(leaves.begin(), leaves.end(), whose(source, vocabulary)) == leaves.end()) continue;
     const std::string why = never_comes(source, vocabulary);
     if (why.empty()) continue;
     Diagnostic found{Severity::kWarning, "requirement.never-seen",

@@ -87,6 +87,12 @@ struct Vocabulary {
   std::map<std::string, Ports> ports;  ///< Of leaves of which they are known.
   std::vector<std::string> nodes;      ///< Paths of the tree's nodes.
   std::vector<std::string> models;     ///< Names of charts that stand for components.
+  struct Choices {
+    DataType name;   ///< Those of pick('NAME', …).
+    DataType value;  ///< What is chosen.
+    friend bool operator==(const Choices&, const Choices&) = default;
+  };
+  std::map<std::string, Choices> choices;  ///< Of models of which they are known.
   struct Call {
     std::string leaf;
     std::string service;

@@ -333,6 +333,10 @@ TEST(Vacuous, ValuesThatALeafNeverBringsArePointedOut) {
   EXPECT_THAT(found("R: never reply(battery.getBatteryState from GoToKitchen).voltage < 3."),
               ElementsAre(HasSubstr("requirement R never says anything")))
       << "once";
+  EXPECT_THAT(found("R: always reply(battery.getBatteryState where tick > 1 and GoToKitchen = source).voltage > 3."),
+              testing::Contains(HasSubstr("\"GoToKitchen\" never calls battery.getBatteryState")));
+  EXPECT_THAT(found("R: always reply(battery.getBatteryState where source = Look).voltage > 3."), IsEmpty());
+  EXPECT_THAT(found("R: always reply(battery.getBatteryState where source != GoToKitchen).voltage > 3."), IsEmpty());
   EXPECT_THAT(found("R: always reply(battery.getBatteryState from Look).voltage > 3."), IsEmpty());
   EXPECT_THAT(found("R: always reply(battery.isCharging) = true."), IsEmpty()) << "a scenario may call it";
 }
@@ -366,8 +370,9 @@ TEST(RequirementTypes, ABareWordIsOneThatTheProjectKnows) {
     return diagnostics.empty() ? std::string() : to_string(diagnostics[0]);
   };
   EXPECT_EQ(told(true, "kitchen"), "");
-  EXPECT_THAT(told(true, "kitchn"), testing::AllOf(HasSubstr("\"kitchn\" is no name in the mission or its world"),
-                                                   HasSubstr("did you mean \"kitchen\"?")));
+  EXPECT_THAT(told(true, "kitchn"),
+              testing::AllOf(HasSubstr("\"kitchn\" is no name in the mission, its world or its models"),
+                             HasSubstr("did you mean \"kitchen\"?")));
   EXPECT_THAT(told(true, "kitchn"), testing::Not(HasSubstr("warning")));
   EXPECT_THAT(told(true, "garage"), HasSubstr("warning"));
   EXPECT_THAT(told(false, "kitchn"), HasSubstr("warning"));

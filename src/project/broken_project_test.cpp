@@ -133,8 +133,27 @@ const Broken kBroken[] = {
      "skills/AtLocation.scxml:22:5: event \"navigation.checkNearToLocation.eror\" never comes: a call ends with .reply "
      "or .error; did you mean \"navigation.checkNearToLocation.error\"?"},
     {"PlaceOfNoWorld", "requirements/recharge.req", "destination = kitchen", "destination = kitchn",
-     "requirements/recharge.req:15:43: \"kitchn\" is no name in the mission or its world, so nothing makes destination "
+     "requirements/recharge.req:15:43: \"kitchn\" is no name in the mission, its world or its models, so nothing makes "
+     "destination "
      "that; did you mean \"kitchen\"?"},
+    {"PlaceOfNoWorldInAReply", "requirements/recharge.req", "always level >= 20 %.",
+     "always level >= 20 % and reply(navigation.getNavigationState).target_name != kitchn.",
+     "requirements/recharge.req:12:80: warning: \"kitchn\" is no name in the mission, its world or its models, so "
+     "nothing makes reply(navigation.getNavigationState).target_name that; did you mean \"kitchen\"?"},
+    {"NameOfNoChoice", "requirements/recharge.req", "always level >= 20 %.",
+     "always level >= 20 % and not event(observation(robot.choice where name = plugs_n)).",
+     "requirements/recharge.req:12:76: \"plugs_n\" is no name in the mission, its world or its models, so nothing "
+     "makes "
+     "name that; did you mean \"plugs_in\"?"},
+    {"ValueOfNoChoice", "requirements/recharge.req", "always level >= 20 %.",
+     "always level >= 20 % and not event(observation(robot.choice where name = plugs_in and value = tru)).",
+     "requirements/recharge.req:12:97: warning: \"tru\" is no name in the mission, its world or its models, so nothing "
+     "makes value that; did you mean \"true\"?"},
+    {"OutputOfNoSkill", "requirements/recharge.req", "always level >= 20 %.",
+     "always level >= 20 % and not event(observation(GoToKitchen.tick.reply where outputs.reason = NO_VALID_PAT)).",
+     "requirements/recharge.req:12:96: warning: \"NO_VALID_PAT\" is no name in the mission, its world or its models, "
+     "so "
+     "nothing makes outputs.reason that; did you mean \"NO_VALID_PATH\"?"},
     {"UnreadableRequirements", "requirements/recharge.req", "within 10 ticks", "within 10 tiks",
      "requirements/recharge.req:16:64: expected a unit of the bound (ms, s, min, h, ticks, events), got \"tiks\"; did "
      "you mean \"ticks\"?"},

@@ -61,6 +61,11 @@ TEST(CheckModel, TellsWhatIsWrongWithItsPlace) {
        "models/hall.scxml:13:9: event \"door.opn.request\" never comes: no call of what the model serves is named so; "
        "did "
        "you mean \"door.open.request\"?"},
+      {"models/hall.scxml", "event=\"door.open.request\" target", "event=\"dor.open.request\" target",
+       "models/hall.scxml:13:9: event \"dor.open.request\" never comes: no call of what the model serves is named so; "
+       "did you mean \"door.open.request\"?"},
+      {"models/hall.scxml", "event=\"door.open.request\" target", "event=\"gate.shut.request\" target",
+       "models/hall.scxml:13:9: event \"gate.shut.request\" never comes: no call of what the model serves is named so"},
       {"models/hall.scxml", "event=\"getState.reply\"", "event=\"getStat.reply\"",
        "models/hall.scxml:15:52: service \"door\" (Door) has no method \"getStat\"; did you mean \"getState\"?"},
       {"models/hall.scxml", "event=\"getState.reply\"", "event=\"getState.repl\"",
@@ -77,6 +82,19 @@ TEST(CheckModel, TellsWhatIsWrongWithItsPlace) {
        "late; it answers 3 of the 4 methods that skills call"},
       {"models/hall.scxml", "pick('opens_in'", "pik('opens_in'",
        "models/hall.scxml:28:50: \"pik\" is declared nowhere: no <data> is called so; did you mean \"pick\"?"},
+      {"models/hall.scxml", "pick('opens_in', ", "pick(",
+       "models/hall.scxml:28:50: pick('NAME', a, …) begins with the name of the choice, and '800ms' looks like an "
+       "alternative"},
+      {"models/hall.scxml", "pick('opens_in', ", "pick('OPEN', 'CLOSED') + pick('opens_in', ",
+       "models/hall.scxml:28:50: pick('NAME', a, …) begins with the name of the choice, and 'OPEN' looks like an "
+       "alternative"},
+      {"models/hall.scxml", "chance(0.8)", "chance(8)",
+       "models/hall.scxml:21:46: chance(8) needs a probability from 0 to 1"},
+      {"models/hall.scxml", "chance(0.8)", "between(2, 1)",
+       "models/hall.scxml:21:46: between(2, 1) leaves nothing open; the lower one comes first"},
+      {"models/hall.scxml", "[0.3, false]", "[0.2, false]",
+       "models/hall.scxml:43:38: draw([[p, a], …]) needs pairs whose probabilities add up to 1, and these add up to "
+       "0.9"},
       {"models/hall.scxml", "'1500ms'", "'1500mss'",
        "models/hall.scxml:28:50: \"1500mss\" is no time; write a number with s or ms, as in '1.5s'"},
       {"sentree.yaml", "serves: [door, lamp]", "name: door, serves: [door, lamp]",

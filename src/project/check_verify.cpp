@@ -95,6 +95,25 @@ void doubt_choice(const Scenario& scenario, const ScenarioChoice& choice, Diagno
                          choice.span});
 }
 
+// Who comes first is a part of the run.
+void check_orders(const Scenario& scenario, const InterventionScope& scope, Diagnostics& diagnostics) {
+  const bool are_known = scope.tree != nullptr && scope.leaves->size() == scope.tree->external_leaves().size();
+  if (!are_known) return;
+  std::vector<std::string> parts{"mission"};
+  for (const LeafPlan& leaf : *scope.leaves) parts.push_back(leaf.name);
+  for (const ModelEntry& model : scenario.project.models) parts.push_back(model.name);
+  for (const ScenarioOrder& order : scenario.orders) {
+    const bool is_made = order.first.starts_with(kAnyReplyPrefix);
+    if (order.first.empty() || is_made || std::find(parts.begin(), parts.end(), order.first) != parts.end()) continue;
+    diagnostics.push_back(
+        {Severity::kError, "scenario.order",
+         fmt::format("order {}: the run has no part \"{}\"; its parts are the mission, its leaves and "
+                     "its models{}",
+                     order.number, order.first, did_you_mean(order.first, parts)),
+         order.span});
+  }
+}
+
 }  // namespace
 
 void check_verify(const Scenario& scenario, const InterventionScope& scope, const ModelCharts& models,
@@ -108,6 +127,7 @@ void check_verify(const Scenario& scenario, const InterventionScope& scope, cons
     else if (auto doubt = doubt_about(verify.faults[i], scope, verify.fault_spans[i]))
       diagnostics.push_back(std::move(*doubt));
   }
+  check_orders(scenario, scope, diagnostics);
   if (verify.fair.empty() && !scenario.choices) return;
   std::map<std::string, KnownChoices> known;
   for (const auto& [name, chart] : models) known[name] = choices_of(chart);

@@ -95,5 +95,14 @@ TEST(CheckVerify, ChoicesAreOfTheModelAndItsAlternatives) {
               ElementsAre(testing::HasSubstr("has no model \"robt\"; did you mean \"robot\"?")));
 }
 
+TEST(CheckVerify, OrdersNamePartsOfTheRun) {
+  const std::string choice = "{model: robot, number: 1, name: starts_at, value: 2}";
+  for (const char* part : {"mission", "GoToKitchen", "robot", "any_battery"})
+    EXPECT_THAT(said("", choice + "]\norders: [{number: 3, first: " + part + "}"), IsEmpty()) << part;
+  EXPECT_THAT(said("", choice + "]\norders: [{number: 3, first: GoToKitchn, tick: 2}"),
+              ElementsAre("scenarios/one.yaml:4:10: order 3: the run has no part \"GoToKitchn\"; its parts are the "
+                          "mission, its leaves and its models; did you mean \"GoToKitchen\"?"));
+}
+
 }  // namespace
 }  // namespace sentree::project

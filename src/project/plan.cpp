@@ -348,13 +348,19 @@ class Preparation {
     return entry != nullptr ? entry->protocol : std::nullopt;
   }
 
+  [[nodiscard]] std::vector<std::string> model_names() const {
+    std::vector<std::string> names;
+    for (const ModelEntry& model : project_.models) names.push_back(model.name);
+    return names;
+  }
+
   void monitors(const bt::Tree* tree) {
     // What a broken project lacks has been said, and is not missed again by each monitor.
     const bool is_known =
         tree != nullptr && leaves_.size() == tree->external_leaves().size() && !has_errors(diagnostics);
     auto context = ChartMemory::kNoContext;
     if (is_known) {
-      for (const ModelEntry& model : project_.models) vocabulary_->models.push_back(model.name);
+      add_models(model_names(), model_charts_, *vocabulary_);
       context = known_.findings.context(*vocabulary_, services_);
     }
     const monitor::Vocabulary* known = observed_ = is_known ? &*vocabulary_ : nullptr;
@@ -758,7 +764,8 @@ Loaded<monitor::Vocabulary> load_vocabulary(const Project& project) {
   if (tree && !has_errors(loaded.diagnostics)) {
     loaded.value = vocabulary_of(preparation.services_, &*tree, preparation.leaves_, preparation.world_.get(),
                                  known.impl().findings);
-    for (const ModelEntry& model : project.models) loaded.value->models.push_back(model.name);
+    preparation.models();  // what is wrong with them is not asked for
+    add_models(preparation.model_names(), preparation.model_charts_, *loaded.value);
   }
   return loaded;
 }

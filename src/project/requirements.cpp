@@ -9,7 +9,9 @@
 
 #include "sentree/bt/model.h"
 #include "sentree/idl/schema.h"
+#include "sentree/project/model_choices.h"
 #include "sentree/scxml/model.h"
+#include "sentree/scxml/script_syntax.h"
 #include "sentree/sim/world.h"
 #include "sentree/text/file.h"
 
@@ -101,8 +103,79 @@ DataType exceptions_of(const idl::Method& method, DataTypes& types) {
   return exceptions;
 }
 
+// Texts that a chart writes down in its expressions.
+void add_texts(const scxml::Chart& chart, std::set<std::string>& texts) {
+  for (const scxml::Chart& one : scxml::with_invoked(chart)) {
+    for (const scxml::Expression& expression : one.model().expressions) {
+      for (const scxml::ScriptMention& mention : scxml::texts_in_script(expression.text)) {
+        if (!mention.is_computed_state && !mention.text.empty()) texts.emplace(mention.text);
+      }
+    }
+  }
+}
+
+// Gives texts in a type, those of its members too, examples of what they are. A record stands for all that share its
+// members, and is made once.
+class Sampled {
+ public:
+  explicit Sampled(const std::set<std::string>& texts) : texts_(texts) {}
+
+  DataType operator()(DataType type) {
+    if (type.kind == DataType::Kind::kText && type.words.empty()) {
+      std::set<std::string> all = texts_;
+      all.insert(type.samples.begin(), type.samples.end());
+      type.samples.assign(all.begin(), all.end());
+    }
+    if (type.kind != DataType::Kind::kRecord || type.members.empty()) return type;
+    const auto [made, is_new] = made_.try_emplace(type.members.begin());
+    if (is_new) {
+      monitor::DataMembers members;
+      for (const monitor::DataMember& member : type.members) members.push_back({member.name, (*this)(member.type)});
+      made->second = {type.members, std::move(members)};
+    }
+    type.members = made->second.second;
+    return type;
+  }
+
+ private:
+  const std::set<std::string>& texts_;
+  // By the place of the members before, which are kept there.
+  std::map<const monitor::DataMember*, std::pair<monitor::DataMembers, monitor::DataMembers>> made_;
+};
+
+// Enumerators of all that calls can hold.
+std::set<std::string> enumerators_of(const monitor::Vocabulary& vocabulary) {
+  std::set<std::string> words;
+  std::set<const monitor::DataMember*> met;  // records by their members, which are made once
+  const auto add = [&](const auto& self, const DataType& type) -> void {
+    words.insert(type.words.begin(), type.words.end());
+    if (type.members.empty() || !met.insert(type.members.begin()).second) return;
+    for (const monitor::DataMember& member : type.members) self(self, member.type);
+  };
+  for (const auto& [service, methods] : vocabulary.services) {
+    for (const auto& [method, types] : methods) {
+      add(add, types.arguments);
+      add(add, types.result);
+    }
+  }
+  return words;
+}
+
+// What may come from elsewhere than the skills: replies, exceptions, what others publish and call.
+void add_texts_of_others(const std::set<std::string>& texts, monitor::Vocabulary& vocabulary) {
+  if (texts.empty()) return;
+  Sampled sampled(texts);
+  for (auto& [service, methods] : vocabulary.services) {
+    for (auto& [method, types] : methods) {
+      types.result = sampled(std::move(types.result));
+      types.exceptions = sampled(std::move(types.exceptions));
+      if (types.oneway || types.overheard) types.arguments = sampled(std::move(types.arguments));
+    }
+  }
+}
+
 // What the ports of a leaf are called: those of the tree, and what its chart gives back.
-monitor::Vocabulary::Ports ports_of(const bt::Tree& tree, const LeafPlan& leaf) {
+monitor::Vocabulary::Ports ports_of(const bt::Tree& tree, const LeafPlan& leaf, const std::set<std::string>& words) {
   monitor::Vocabulary::Ports ports;
   ports.inputs = {.kind = DataType::Kind::kRecord, .name = "the input of " + leaf.name, .may_be_absent = false};
   for (const bt::PortFact& port : tree.ports(leaf.node)) {
@@ -118,7 +191,11 @@ monitor::Vocabulary::Ports ports_of(const bt::Tree& tree, const LeafPlan& leaf) 
     given.insert(chart.states()[s].donedata.begin(), chart.states()[s].donedata.end());
   }
   ports.outputs = {.kind = DataType::Kind::kRecord, .name = "the output of " + leaf.name};
-  for (const std::string& name : given) ports.outputs.members.push_back({name, {}});
+  // They can be texts of the chart, and enumerators that it passes on.
+  std::set<std::string> texts = words;
+  add_texts(chart, texts);
+  const std::vector<std::string> samples(texts.begin(), texts.end());
+  for (const std::string& name : given) ports.outputs.members.push_back({name, {.samples = samples}});
   return ports;
 }
 
@@ -227,10 +304,9 @@ void add_samples(monitor::Vocabulary& vocabulary, const bt::Tree& tree, const st
         arguments.push_back(std::move(argument));
       }
       types.arguments.members = std::move(arguments);
-      if (types.result.kind == DataType::Kind::kText && types.result.words.empty() && world != nullptr)
-        types.result.samples = samples;
     }
   }
+  add_texts_of_others(names, vocabulary);
 }
 
 }  // namespace
@@ -271,9 +347,10 @@ monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& serv
   }
   if (tree == nullptr) return vocabulary;
   for (bt::NodeId node = 0; node < tree->size(); ++node) vocabulary.nodes.push_back(tree->path(node));
+  const std::set<std::string> words = enumerators_of(vocabulary);
   for (const LeafPlan& leaf : leaves) {
     vocabulary.leaves.push_back(leaf.name);
-    vocabulary.ports.emplace(leaf.name, ports_of(*tree, leaf));
+    vocabulary.ports.emplace(leaf.name, ports_of(*tree, leaf, words));
   }
   if (leaves.size() == tree->external_leaves().size()) vocabulary.calls = calls_of(leaves);
   add_samples(vocabulary, *tree, leaves, world, charts);
@@ -283,8 +360,37 @@ monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& serv
 monitor::Vocabulary vocabulary_of(const Plan& plan) {
   ChartMemory charts;
   monitor::Vocabulary vocabulary = vocabulary_of(plan.services, &plan.tree, plan.leaves, plan.world.get(), charts);
-  for (const ModelPlan& model : plan.models) vocabulary.models.push_back(model.name);
+  std::vector<std::string> names;
+  std::vector<std::pair<std::string, scxml::Chart>> models;
+  for (const ModelPlan& model : plan.models) {
+    names.push_back(model.name);
+    models.emplace_back(model.name, model.chart);
+  }
+  add_models(names, models, vocabulary);
   return vocabulary;
+}
+
+void add_models(const std::vector<std::string>& names, const std::vector<std::pair<std::string, scxml::Chart>>& charts,
+                monitor::Vocabulary& vocabulary) {
+  vocabulary.models.insert(vocabulary.models.end(), names.begin(), names.end());
+  std::set<std::string> texts;
+  for (const auto& [name, chart] : charts) {
+    add_texts(chart, texts);
+    const KnownChoices known = choices_of(chart);
+    std::set<std::string> values;
+    for (const Value& value : known.all.values) {
+      if (const std::string* text = value.as_string())
+        values.insert(*text);
+      else if (value.as_bool() != nullptr)
+        values.insert({"true", "false"});
+    }
+    vocabulary.choices[name] = {.name = {.kind = DataType::Kind::kText,
+                                         .name = "name of a choice",
+                                         .samples = known.names(),
+                                         .samples_are_all = !known.open},
+                                .value = {.samples = {values.begin(), values.end()}}};
+  }
+  add_texts_of_others(texts, vocabulary);
 }
 
 }  // namespace sentree::project

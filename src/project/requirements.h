@@ -2,12 +2,14 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sentree/bt/tree.h"
 #include "sentree/monitor/requirement_types.h"
 #include "sentree/project/chart_memory.h"
 #include "sentree/project/plan.h"
+#include "sentree/scxml/chart.h"
 
 namespace sentree::project {
 
@@ -25,5 +27,10 @@ namespace sentree::project {
                                                 const bt::Tree* tree, const std::vector<LeafPlan>& leaves,
                                                 const sim::World* world, ChartMemory& charts);
 [[nodiscard]] monitor::Vocabulary vocabulary_of(const Plan& plan);
+/// The models of the project: their names, what they choose, and the texts that they write down, which may come in
+/// what they answer and publish.
+/// @param charts  By name, as far as they could be loaded.
+void add_models(const std::vector<std::string>& names, const std::vector<std::pair<std::string, scxml::Chart>>& charts,
+                monitor::Vocabulary& vocabulary);
 
 }  // namespace sentree::project

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -332,7 +334,10 @@ class Judge {
       }
     }
     const Judgement::Probability avoided = greatest_chance(of, good, options_.interrupted);
-    out_.least = Judgement::Probability{1 - avoided.high, 1 - avoided.low};
+    // The difference of two numbers near 1 is only as sure as these are written.
+    constexpr double kRounded = std::numeric_limits<double>::epsilon();
+    out_.least = Judgement::Probability{avoided.high < 1 ? std::max(0.0, 1 - avoided.high - kRounded) : 0,
+                                        avoided.low < 1 ? std::min(1.0, 1 - avoided.low + kRounded) : 0};
   }
 
   const Graph& graph_;
@@ -356,6 +361,41 @@ std::string_view to_string(Finding finding) {
     case Finding::kUnknown: return "unknown";
   }
   return "";
+}
+
+namespace {
+
+// With so many digits, not above (or not below) what it is.
+std::string rounded_chance(double number, int digits, bool up) {
+  if (number == 0) return "0";
+  const double unit = std::pow(10.0, std::floor(std::log10(number)) - (digits - 1));
+  const double units = number / unit;
+  // What is that but for the last bits of a double.
+  const double near = std::round(units);
+  const bool is_near = std::abs(units - near) < 1e-9 * near;
+  return fmt::format("{:.{}g}", (is_near ? near : up ? std::ceil(units) : std::floor(units)) * unit, digits);
+}
+
+// As far as it is known.
+std::string told_chance(double low, double high) {
+  constexpr int kDigitsMax = 10;
+  constexpr int kDigitsMin = 3;
+  for (int digits = kDigitsMax; digits >= kDigitsMin; --digits) {
+    const std::string text = fmt::format("{:.{}g}", low, digits);
+    if (text == fmt::format("{:.{}g}", high, digits)) return text;
+  }
+  if (low == 0) return "at most " + rounded_chance(high, 2, true);
+  return fmt::format("between {} and {}", rounded_chance(low, kDigitsMin, false),
+                     rounded_chance(high, kDigitsMin, true));
+}
+
+}  // namespace
+
+std::string to_string(const Judgement::Probability& least, const Judgement::Probability& greatest) {
+  if (greatest.low - least.high <= 1e-9 * greatest.high)
+    return told_chance(std::min(least.low, greatest.low), std::max(least.high, greatest.high));
+  return fmt::format("{} to {}, as what is left open is chosen", told_chance(least.low, least.high),
+                     told_chance(greatest.low, greatest.high));
 }
 
 Judgement left_open(const Judgement& judgement) {

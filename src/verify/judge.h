@@ -60,6 +60,10 @@ struct Judgement {
   std::string limit;  ///< Why judging ended before it was known; empty: it did not.
 };
 
+/// How likely it is in words, from the least to the greatest, with no more digits than are known: "0.027", "0 to 0.5,
+/// as what is left open is chosen", "at most 1e-14".
+[[nodiscard]] std::string to_string(const Judgement::Probability& least, const Judgement::Probability& greatest);
+
 /// What `can_stay_open` says, as something to show: its path is that one, at whose end the mission ends. Only where it
 /// says anything.
 [[nodiscard]] Judgement left_open(const Judgement& judgement);

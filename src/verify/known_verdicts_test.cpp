@@ -356,6 +356,26 @@ std::vector<Known> known() {
                  "",
                  false,
                  answers("", "1", "e")});
+  all.push_back({"VacuousWhere",
+                 "Nobody says 9, and only Ask asks.",
+                 kAgain,
+                 answers("", "pick('says', 1, 6)"),
+                 "where_: always reply(d.ask where result = 9) < 100.\n"
+                 "by_some: always reply(d.ask where source = Ask) < 100.\n"
+                 "no_nine: never event(reply(d.ask where result = 9)).\n"
+                 "not_nine: always not event(reply(d.ask where result = 9)).\n"
+                 "six: always reply(d.ask where result = 6) > 5.\n"
+                 "either: always (said <= 6 or reply(d.ask where result = 9) = 3).\n"
+                 "both: always (said <= 6 and reply(d.ask where result = 9) = 9).\n"
+                 "updates: never reply(d.ask where result = 9) updated.\n",
+                 {{"where_", "vacuous", {}},
+                  {"by_some", "holds", {}},
+                  {"no_nine", "holds", {}},
+                  {"not_nine", "holds", {}},
+                  {"six", "holds", {}},
+                  {"either", "vacuous", {}},
+                  {"both", "holds", {}},
+                  {"updates", "vacuous", {}}}});
   // ---- fairness
   all.push_back({"OfferedOnlyIfTried",
                  "Who always skips is never offered to open, so no fairness of that helps.",

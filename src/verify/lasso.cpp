@@ -59,8 +59,9 @@ class Lassos {
     }
     out.loop = round(found, fair);
     if (fair != all_ && fair_component(all_).empty()) {
-      const Fair needed = needed_of(all_);
+      const Fair needed = needed_of(all_, fair);
       for (const std::uint32_t choice : needed) {
+        if (fair.contains(choice)) continue;
         Fair others = needed;
         others.erase(choice);
         avoid(fair_component(others), choice, out.avoided);
@@ -84,8 +85,9 @@ class Lassos {
   }
 
   // Of which no choice can be left out without a loop.
-  Fair needed_of(Fair fair) {
+  Fair needed_of(Fair fair, const Fair& kept = {}) {
     for (const std::uint32_t choice : Fair(fair)) {
+      if (kept.contains(choice)) continue;
       Fair others = fair;
       others.erase(choice);
       if (fair_component(others).empty()) fair = std::move(others);

@@ -3,11 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "sentree/base/message.h"
 #include "sentree/verify/judge.h"
 
 namespace sentree::verify {
@@ -32,8 +36,48 @@ bool speaks_of_events(const Condition& condition) {
                                                     [](const auto& operand) { return speaks_of_events(*operand); });
 }
 bool is_ruled_out(const Requirement& of) {
-  const bool forbids = of.pattern == Pattern::kNever || of.pattern == Pattern::kAtMost;
+  const bool forbids = of.pattern == Pattern::kNever || of.pattern == Pattern::kAtMost ||
+                       (of.pattern == Pattern::kAlways && monitor::inside(*of.p).kind == Condition::Kind::kNot);
   return forbids && speaks_of_events(*of.p);
+}
+
+// What a condition needs of observations: that they come, and of a value that they have it.
+struct Needed {
+  Source source;
+  std::vector<std::string> path;  // from the data on
+  bool is_value = false;
+  std::string text;
+};
+
+void collect_needed(const Condition& condition, bool is_value, std::vector<Needed>& needed) {
+  if (condition.source) {
+    Needed one{*condition.source, {}, is_value && condition.kind == Condition::Kind::kValue, ""};
+    if (one.is_value) {
+      one.path = condition.path;
+      if (one.source.kind == Source::Kind::kReply) one.path.insert(one.path.begin(), "result");
+      if (one.source.kind == Source::Kind::kRequest) one.path.insert(one.path.begin(), "args");
+      one.text = monitor::to_text(condition);
+    }
+    needed.push_back(std::move(one));
+  }
+  // "updated" asks for the observation alone.
+  const bool is_value_below = is_value && condition.kind != Condition::Kind::kUpdated;
+  for (const auto& operand : condition.operands) collect_needed(*operand, is_value_below, needed);
+}
+std::vector<Needed> needed_by(const Condition& condition) {
+  std::vector<Needed> needed;
+  collect_needed(condition, true, needed);
+  return needed;
+}
+
+// What is no number can be compared with nothing.
+bool has(const Value& data, const std::vector<std::string>& path) {
+  const Value* value = &data;
+  for (const std::string& name : path) {
+    value = value->find(name);
+    if (value == nullptr) return false;
+  }
+  return !value->is_null() && !(value->as_double() != nullptr && std::isnan(*value->as_double()));
 }
 
 class Looking {
@@ -60,28 +104,58 @@ class Looking {
   }
 
  private:
-  // Whether anybody observes that at all, whatever is in it.
-  [[nodiscard]] bool is_seen(const Source& source) const {
-    return std::any_of(graph_.observations.begin(), graph_.observations.end(), [&](const Message& message) {
-      return message.name == source.observation && (source.from.empty() || message.source == source.from);
+  // Those that the source means, as its `where` decides of each.
+  const std::vector<const Message*>& seen(const Source& source) {
+    const auto [known, is_new] = seen_.try_emplace(source.text());
+    if (!is_new) return known->second;
+    for (const Message& message : graph_.observations) {
+      if (message.name == source.observation && (source.from.empty() || message.source == source.from))
+        known->second.push_back(&message);
+    }
+    if (!source.where || known->second.empty()) return known->second;
+    auto event = std::make_shared<Condition>();
+    event->kind = Condition::Kind::kEvent;
+    event->source = source;
+    Requirement never;
+    never.name = "seen";
+    never.pattern = Pattern::kNever;
+    never.p = std::move(event);
+    never.span = source.span;
+    const auto made = monitor::Model::make(never);
+    if (!made.ok()) return known->second;
+    std::erase_if(known->second, [&](const Message* message) {
+      monitor::Core core = monitor::begin(*made.value, message->time);
+      return monitor::step(*made.value, core, *message).verdict != monitor::Verdict::kViolated;
     });
+    return known->second;
+  }
+
+  // What is never observed of it, as the requirement has it; empty: it is.
+  std::string unseen(const Needed& needed) {
+    const std::vector<const Message*>& messages = seen(needed.source);
+    if (messages.empty()) return needed.source.text();
+    const bool comes = !needed.is_value || std::any_of(messages.begin(), messages.end(), [&](const Message* message) {
+      return has(event_data(*message), needed.path);
+    });
+    return comes ? "" : needed.text;
   }
 
   // Of a condition that is wanted nothing is ever seen.
-  void look_for_unseen(const Requirement& of, Vacuity& out) const {
+  void look_for_unseen(const Requirement& of, Vacuity& out) {
     for (const auto& condition : {of.scope.open, of.scope.close, of.p, of.q, of.r, of.assuming}) {
       if (!condition) continue;
-      std::vector<Source> sources;
-      monitor::collect_sources(*condition, sources);
-      const std::size_t all = sources.size();
-      std::erase_if(sources, [&](const Source& source) { return is_seen(source); });
+      const std::vector<Needed> needed = needed_by(*condition);
+      std::vector<std::string> missing;
+      for (const Needed& one : needed) {
+        if (std::string text = unseen(one); !text.empty()) missing.push_back(std::move(text));
+      }
       const bool can_be_wanting = condition != of.scope.close && condition != of.r && condition != of.assuming &&
                                   !(condition == of.p && is_ruled_out(of));
-      if (can_be_wanting && all > 0 && sources.size() == all && out.why.empty())
-        out.why = fmt::format("{} is never seen", sources.front().text());
-      for (const Source& source : sources) {
-        auto& unseen = out.never_seen;
-        if (std::find(unseen.begin(), unseen.end(), source.text()) == unseen.end()) unseen.push_back(source.text());
+      if (can_be_wanting && !needed.empty() && missing.size() == needed.size() && out.why.empty())
+        out.why = fmt::format("{} is never seen", missing.front());
+      for (std::string& text : missing) {
+        auto& all = out.never_seen;
+        if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(std::move(text));
       }
     }
   }
@@ -143,11 +217,13 @@ class Looking {
 
   // All values that it speaks of are seen.
   [[nodiscard]] bool is_known(const Condition& condition) {
-    std::vector<Source> sources;
-    monitor::collect_sources(condition, sources);
-    const auto unseen = std::find_if(sources.begin(), sources.end(), [&](const Source& one) { return !is_seen(one); });
-    if (unseen != sources.end()) unseen_ = unseen->text();
-    return unseen == sources.end();
+    for (const Needed& needed : needed_by(condition)) {
+      std::string text = unseen(needed);
+      if (text.empty()) continue;
+      unseen_ = std::move(text);
+      return false;
+    }
+    return true;
   }
 
   // What holds *while* something does has no memory of it: whether that is ever so is a question of its own.
@@ -226,7 +302,8 @@ class Looking {
   const Graph& graph_;
   const monitor::Model& model_;
   const MonitorMemory& memory_;
-  std::string unseen_;  // some value, that never comes
+  std::string unseen_;                                       // some value, that never comes
+  std::map<std::string, std::vector<const Message*>> seen_;  // by the text of a source
 };
 
 }  // namespace

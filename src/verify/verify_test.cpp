@@ -216,6 +216,22 @@ TEST_F(Verify, GivesTheProbabilityOfADie) {
   EXPECT_NEAR(found.judgements.front().greatest->high, 11.0 / 36, 1e-9);
 }
 
+TEST(Probability, IsToldAsFarAsItIsKnown) {
+  const auto told = [](double least_low, double least_high, double greatest_low, double greatest_high) {
+    return to_string(Judgement::Probability{least_low, least_high}, {greatest_low, greatest_high});
+  };
+  EXPECT_EQ(told(0.027, 0.027, 0.027, 0.027), "0.027");
+  EXPECT_EQ(told(0, 0, 0, 0), "0");
+  EXPECT_EQ(told(1, 1, 1, 1), "1");
+  EXPECT_EQ(told(0, 0, 0.5, 0.5), "0 to 0.5, as what is left open is chosen");
+  EXPECT_EQ(told(11.0 / 36 - 1e-11, 11.0 / 36, 11.0 / 36, 11.0 / 36 + 1e-11), "0.305555556");
+  EXPECT_EQ(told(11.0 / 36 - 1e-8, 11.0 / 36, 11.0 / 36, 11.0 / 36 + 1e-8), "0.305556");
+  // What can happen is not told to have probability 0, and digits that are not known are not told.
+  EXPECT_EQ(told(0, 1e-14, 0, 1e-14), "at most 1e-14");
+  EXPECT_EQ(told(9.5e-10, 1.05e-9, 1e-9, 1e-9), "between 9.5e-10 and 1.05e-09");
+  EXPECT_EQ(told(0.1, 0.3, 0.4, 0.4), "between 0.1 and 0.3 to 0.4, as what is left open is chosen");
+}
+
 // Of a ten-thousand-millionth, a ten-thousand-millionth.
 TEST_F(Verify, GivesWhatIsRareAsPrecisely) {
   ask_until_it_is_open();
@@ -317,6 +333,17 @@ TEST_F(Verify, LeavesALoopOnlyWhereItIsFair) {
   EXPECT_EQ(verify(of, asked).judgements.front().finding, Finding::kHolds);
   asked.judge.fair = {"keeper.sais"};
   EXPECT_THAT(to_string(verify(of, asked).errors.front()), HasSubstr("did you mean \"keeper.says\"?"));
+}
+
+TEST_F(Verify, NamesWhatIsNotFairAlready) {
+  ask_until_it_is_open();
+  model("pick('mode', 'skip', 'try') === 'try' &amp;&amp; pick('open', false, true) ? 6 : 1");
+  requirements("opens \"It opens in the end.\": whenever said = 1, door shall said = 6 eventually.\n");
+  const project::Plan of = plan();
+  Asked asked;
+  EXPECT_THAT(verify(of, asked).judgements.front().avoided, testing::SizeIs(2));
+  asked.judge.fair = {"keeper.mode"};
+  EXPECT_THAT(verify(of, asked).judgements.front().avoided, ElementsAre("keeper.open = true"));
 }
 
 TEST_F(Verify, TellsWhereAChoiceWithoutANameStands) {
@@ -528,8 +555,10 @@ TEST_F(Verify, SaysWhichAnswerIsNone) {
 
 TEST_F(Verify, RefusesAModelThatLeavesNothingOpen) {
   requirements("small \"It says little.\": always said <= 6.\n");
-  for (const char* const wrong : {"choose()", "between(2, 1)", "pick('says')", "chance(2)", "draw([[0.5, 1]])",
-                                  "choose(undefined, 1)", "choose(NaN, 'NaN')", "pick('says', 1 / 0, 'Infinity')"}) {
+  // What can be told before anything runs, `check` tells.
+  for (const char* const wrong : {"choose.apply(null)", "between('ab'.length, 1)", "pick.apply(null, ['says'])",
+                                  "chance('ab'.length)", "draw([[0.5 * 'a'.length, 1]])", "choose(undefined, 1)",
+                                  "choose(NaN, 'NaN')", "pick('says', 1 / 0, 'Infinity')"}) {
     model(wrong);
     const Verification found = verify(plan(), {});
     ASSERT_FALSE(found.errors.empty()) << wrong;
