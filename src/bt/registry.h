@@ -250,7 +250,7 @@ void Registry::add(std::string id, Node prototype) {
 
 /// What plug-in and program must agree on, since they exchange C++ objects: these headers, and the standard library's
 /// ABI. Raise the version whenever Registry, Behaviour, Context or what they hand over changes.
-#define SENTREE_PLUGIN_VERSION 1
+#define SENTREE_PLUGIN_VERSION 2
 #define SENTREE_PLUGIN_TEXT(number) #number
 #define SENTREE_PLUGIN_EXPANDED(number) SENTREE_PLUGIN_TEXT(number)
 #define SENTREE_PLUGIN_ABI                                                                             \
