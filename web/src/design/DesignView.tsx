@@ -392,6 +392,8 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
       {doc.kind === "world" ? <WorldView key={doc.file} doc={doc} /> : doc.kind === "scenario" ? <ScenarioView key={doc.file} doc={doc} /> : <ProjectForm key={doc.file} doc={doc} />}
     </Suspense>
   );
+  // Over a picture there is room; over a form it would lie over its first rows.
+  const over = tree !== null || doc.shown_chart !== null || doc.kind === "world";
   const go_to_error = () => {
     if (look === "picture") set_look("both");
     go_to(doc.places.byte(line_start(doc.places.shown, doc.error?.line ?? 1)), true);
@@ -404,9 +406,9 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   return (
     <div ref={frame} className={`design-views${stacked ? " stacked" : ""}`}>
       {with_picture && (
-        <div className="design-view" data-testid="picture-view" style={with_text ? { flex: `0 0 ${100 * share}%` } : undefined}>
+        <div className={`design-view${over ? "" : " form"}`} data-testid="picture-view" style={with_text ? { flex: `0 0 ${100 * share}%` } : undefined}>
           {why_dim && (
-            <p className="dim-why" role="status" data-testid="broken">
+            <p className={`dim-why${over ? " over" : ""}`} role="status" data-testid="broken">
               {why_dim}
               {doc.error && (
                 <button className="button small" onClick={go_to_error}>
@@ -415,7 +417,7 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
               )}
             </p>
           )}
-          {drawn}
+          {over ? drawn : <div className="design-form">{drawn}</div>}
         </div>
       )}
       {with_picture && with_text && (
