@@ -64,7 +64,8 @@ test("a tree of its own has the name of no node, which BehaviorTree.CPP refuses"
   await page.getByTestId("design-tree").focus();
   await page.keyboard.press("e");
   await done(page, "make a tree InverterTree of Inverter");
-  await settled(page);
+  await page.getByTestId("save").click();
+  await until(() => contents(folder)["mission.xml"].includes('<BehaviorTree ID="InverterTree">'), "it is saved");
   await close();
   await program.stop();
   const checked = await run(["check", folder]);
