@@ -27,7 +27,7 @@ test("other alternatives are those that the program knows", () => {
   expect(offered(0, { values: [4], count: 1, last: 4 })).toEqual({ others: [], as: "buttons", typed: null });
   const many = Array.from({ length: 100 }, (_, i) => i);
   expect(offered(0, { values: many.slice(0, 20), count: 20, last: 19 })).toEqual({ others: many.slice(0, 20).filter((value) => value !== 4), as: "list", typed: null });
-  expect(offered(0, { values: many, count: 300, last: 299 })).toMatchObject({ others: [], typed: { hint: "0 … 299, 300 in all" } });
+  expect(offered(0, { values: many, count: 300, last: 299 })).toEqual({ others: [], as: "buttons", typed: { hint: "0 … 299, 300 in all" } });
 });
 
 test("where it knows none, they are the other truth value, and what the same choice gave elsewhere", () => {

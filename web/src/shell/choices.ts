@@ -57,7 +57,8 @@ export function offer_of(choices: readonly Choice[], choice: Choice, possible: P
   const others = [...different.values()];
   const listed = possible ? possible.values.length >= possible.count : typeof choice.value === "boolean";
   const hint = possible && !listed ? `${data_text(possible.values[0] ?? null)} … ${data_text(possible.last)}, ${possible.count} in all` : "another value";
-  return { others: listed || !possible ? others : [], as: others.length <= kButtonsMax ? "buttons" : "list", typed: listed ? null : { hint } };
+  const shown = listed || !possible ? others : [];
+  return { others: shown, as: shown.length <= kButtonsMax ? "buttons" : "list", typed: listed ? null : { hint } };
 }
 
 /** What `run_again` is told so that the run is the same up to the `i`th choice, and has `value` there. */

@@ -30,7 +30,7 @@ export function ChartSide({ chart }: { chart: ChartModel }) {
       {sentence && <p className="chart-sentence">{sentence}</p>}
       <section className="values">
         <h3>Active state</h3>
-        <p className="mono">{active.map((s) => chart.states[s]?.id || chart.states[s]?.kind).join(", ") || "none"}</p>
+        <p className="mono wrap">{active.map((s) => chart.states[s]?.id || chart.states[s]?.kind).join(", ") || "none"}</p>
         <StateAge id={chart.id} />
         <h3>Last event</h3>
         <p className={unrecorded ? "muted" : "mono wrap"}>{unrecorded ? "not in this recording" : state?.event || (chart.kind === "monitor" ? "time passed" : "none")}</p>

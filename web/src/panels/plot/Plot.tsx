@@ -229,7 +229,7 @@ function Curves({ signals }: { signals: readonly Signal[] }) {
                 {why_not[i] ? "?" : points[i]?.length === 0 ? "no number here" : value_text(points[i] ?? [], at)}
               </strong>
               {split && (
-                <span className="muted" title={`Its values stand at the ${sides[i]} axis`}>
+                <span className="muted plot-side" title={`Its values stand at the ${sides[i]} axis`}>
                   {sides[i] === "right" ? "right axis" : "left axis"}
                 </span>
               )}
