@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "sentree/bt/detail/loader.h"
@@ -119,6 +120,7 @@ void Loader::check_definitions() {
            definition.element.span());
     }
   }
+  check_tree_names();
   // All of them are defined now: what a SubTree may give follows from the tree that it names.
   results_.resize(definitions_.size());
   for (std::uint32_t i = 0; i < definitions_.size(); ++i) {
@@ -130,6 +132,27 @@ void Loader::check_definitions() {
            fmt::format("the TreeNodesModel declares SubTree \"{}\", and there is no such BehaviorTree", id),
            ports.span);
     }
+  }
+}
+
+// Format 3 allows it.
+void Loader::check_tree_names() {
+  if (model_->format == 3) return;
+  std::set<std::string_view> nodes;
+  for (const Manifest& used : model_->manifests) {
+    if (used.category != Category::kSubTree) nodes.insert(used.id);
+  }
+  for (const auto& [id, declared] : declared_) nodes.insert(id);
+  for (const Definition& definition : definitions_) {
+    const std::string& id = definition.id;
+    if (id.empty() || documents_[definition.document]->found) continue;
+    const bool is_builtin = find_builtin(id, model_->format) != nullptr;
+    if (!is_builtin && !nodes.contains(id) && (options_.registry == nullptr || options_.registry->find(id) == nullptr))
+      continue;
+    warn("bt.tree-named-as-node",
+         fmt::format("BehaviorTree \"{}\" has the name of a node{}, which BehaviorTree.CPP 4 refuses to load", id,
+                     is_builtin ? " that is built in" : ""),
+         definition.element.attribute_value_span("ID"));
   }
 }
 

@@ -124,6 +124,33 @@ TEST(CornersOfSubTrees, SurviveALongChainOfThem) {
   EXPECT_THAT(found_in("<AlwaysSuccess/>", more), HasSubstr("bt.unused-tree"));
 }
 
+TEST(TreesNamedAsNodes, AreToldInFormatFour) {
+  const auto told = [](const std::string& id, const std::string& format = "4") {
+    const auto loaded =
+        load("<root BTCPP_format=\"" + format +
+                 "\" main_tree_to_execute=\"Main\"><BehaviorTree ID=\"Main\">\n"
+                 "<Sequence><SubTree ID=\"" +
+                 id +
+                 "\"/><Action ID=\"Used\"/><Declared/></Sequence></BehaviorTree>\n"
+                 "<BehaviorTree ID=\"" +
+                 id +
+                 "\"><AlwaysSuccess/></BehaviorTree>\n"
+                 "<TreeNodesModel><Action ID=\"Declared\"/><Condition ID=\"Spare\"/></TreeNodesModel></root>",
+             {}, "m.xml");
+    std::string all;
+    for (const Diagnostic& one : loaded.diagnostics) {
+      if (one.code == "bt.tree-named-as-node") all += to_string(one) + "\n";
+    }
+    return all;
+  };
+  for (const char* id : {"Timeout", "Sequence", "SubTree", "Used", "Declared", "Spare"})
+    EXPECT_THAT(told(id), HasSubstr("m.xml:3:19")) << id;
+  EXPECT_THAT(told("Timeout"),
+              HasSubstr("\"Timeout\" has the name of a node that is built in, which BehaviorTree.CPP 4 refuses"));
+  EXPECT_EQ(told("TimeoutTree"), "");
+  EXPECT_EQ(told("Timeout", "3"), "");
+}
+
 TEST(OnHalted, IsToldOncePerTree) {
   const std::string all = found_in(
       "<Sequence><AlwaysSuccess _onHalted=\"n := 1\"/><AlwaysSuccess _onHalted=\"n := 2\"/>"

@@ -219,8 +219,7 @@ class TreeEditor {
   Result<GestureResult> operator()(const ExtractTree& extract) {
     const auto node = node_at(extract.node);
     if (!node) return tl::unexpected(node.error());
-    if (!is_name(extract.id)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a tree", extract.id));
-    if (tree_of(extract.id)) return fail("design.bad-name", fmt::format("there is a tree {} already", extract.id));
+    if (auto free = check_new_tree(extract.id); !free) return tl::unexpected(free.error());
     XmlElement tree = node->parent();
     while (tree.name() != "BehaviorTree") tree = tree.parent();
     const std::string step = edits_.indentation_step(document_.root());
@@ -284,8 +283,7 @@ class TreeEditor {
   }
 
   Result<GestureResult> operator()(const AddTree& add) {
-    if (!is_name(add.id)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a tree", add.id));
-    if (tree_of(add.id)) return fail("design.bad-name", fmt::format("there is a tree {} already", add.id));
+    if (auto free = check_new_tree(add.id); !free) return tl::unexpected(free.error());
     const auto siblings = document_.root().children();
     std::size_t behind = 0;
     for (std::size_t i = 0; i < siblings.size(); ++i) {
@@ -413,6 +411,20 @@ class TreeEditor {
     return category == bt::Category::kAction || category == bt::Category::kCondition;
   }
   // What messages are told apart by: names of such leaves, and of SubTrees.
+  // BehaviorTree.CPP refuses a tree with the name of a node.
+  [[nodiscard]] Result<void> check_new_tree(const std::string& id) const {
+    if (!is_name(id)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a tree", id));
+    if (tree_of(id)) return fail("design.bad-name", fmt::format("there is a tree {} already", id));
+    const bt::NodeModel* const model = kinds_.model(id);
+    const bool is_used = std::any_of(elements_.begin(), elements_.end(), [&](const XmlElement& element) {
+      return element.name() == id ||
+             (explicit_category(element.name()) && element.name() != "SubTree" && id_of(element) == id);
+    });
+    if (is_subtree(id) || is_used || (model != nullptr && model->category != bt::Category::kSubTree))
+      return fail("design.bad-name", fmt::format("{} is the name of a node; a tree needs another", id));
+    return {};
+  }
+
   [[nodiscard]] bool is_named_in_messages(const XmlElement& node) const {
     return is_subtree(node.name()) ||
            (!node.first_child() && is_leaf_in_messages(id_of(node), explicit_category(node.name())));

@@ -274,6 +274,10 @@ TEST(TreeEdit, MakesATreeOfANodeAndPutsItBack) {
   EXPECT_EQ(edited(out, InlineTree{element(out, "All") + 2}), kFile) << "the way back";
   EXPECT_THAT(edited(kFile, ExtractTree{element(kFile, "Inverter"), "Other"}), HasSubstr("there is a tree Other"));
   EXPECT_THAT(edited(kFile, ExtractTree{element(kFile, "Inverter"), "a b"}), HasSubstr("no name of a tree"));
+  for (const char* node : {"Timeout", "Inverter", "B", "SubTree"}) {
+    EXPECT_THAT(edited(kFile, ExtractTree{element(kFile, "Inverter"), node}), HasSubstr("is the name of a node"));
+    EXPECT_THAT(edited(kFile, AddTree{node}), HasSubstr("is the name of a node"));
+  }
   EXPECT_THAT(edited(kFile, InlineTree{element(kFile, "Inverter")}), HasSubstr("is no SubTree"));
   // It is called twice: the tree stays.
   const std::string twice = with(kFile, "<Inverter>", "<SubTree ID=\"Other\"/>\n      <Inverter>");

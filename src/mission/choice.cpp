@@ -11,13 +11,6 @@
 namespace sentree::mission {
 namespace {
 
-// 60 is written for 60.0 too, but not 0 for -0.
-bool is_meant(const Value& alternative, const Value& given) {
-  if (alternative.is_number() && given.is_number())
-    return alternative.number() == given.number() && std::signbit(alternative.number()) == std::signbit(given.number());
-  return to_json(alternative) == to_json(given);
-}
-
 const project::ScenarioChoice* entry_of(const project::Scenario& scenario, const Choice& choice) {
   const auto& given = *scenario.choices;
   const std::uint64_t number = scenario.loop ? scenario.loop->choice(choice.model, choice.number) : choice.number;
@@ -28,6 +21,13 @@ const project::ScenarioChoice* entry_of(const project::Scenario& scenario, const
 }
 
 }  // namespace
+
+bool is_meant(const Value& alternative, const Value& given) {
+  // 0 is not written for -0.
+  if (alternative.is_number() && given.is_number())
+    return alternative.number() == given.number() && std::signbit(alternative.number()) == std::signbit(given.number());
+  return to_json(alternative) == to_json(given);
+}
 
 std::optional<std::uint64_t> scripted(const project::Scenario& scenario, const Choice& choice) {
   if (!scenario.choices) return std::nullopt;
@@ -42,8 +42,11 @@ std::optional<std::uint64_t> scripted(const project::Scenario& scenario, const C
 }
 
 std::string no_such_alternative(const project::Scenario& scenario, const Choice& choice) {
+  return no_such_alternative(choice, entry_of(scenario, choice)->value, ", and one is drawn");
+}
+
+std::string no_such_alternative(const Choice& choice, const Value& given, std::string_view what_then) {
   constexpr std::uint64_t kShown = 8;
-  const Value given = entry_of(scenario, choice)->value;
   std::string there;
   std::vector<std::string> texts;
   for (std::uint64_t i = 0; i < std::min(choice.count, kShown); ++i) {
@@ -54,10 +57,9 @@ std::string no_such_alternative(const project::Scenario& scenario, const Choice&
   if (choice.count > kShown)
     there += fmt::format(" … {}, {} in all", to_json(choice.alternative(choice.count - 1)), choice.count);
   const std::string* const text = given.as_string();
-  return fmt::format("choice {}#{} ({}{}{}) has no alternative {}, and one is drawn; there are {}{}", choice.model,
-                     choice.number, choice.name.empty() ? choice.function : choice.name,
-                     choice.place.empty() ? "" : " at ", choice.place, to_json(given), there,
-                     text != nullptr ? did_you_mean(*text, texts) : "");
+  return fmt::format("choice {}#{} ({}{}{}) has no alternative {}{}; there are {}{}", choice.model, choice.number,
+                     choice.name.empty() ? choice.function : choice.name, choice.place.empty() ? "" : " at ",
+                     choice.place, to_json(given), what_then, there, text != nullptr ? did_you_mean(*text, texts) : "");
 }
 
 std::optional<std::size_t> scripted(const project::Plan& plan, std::uint64_t number,

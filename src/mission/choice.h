@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "sentree/base/value.h"
 #include "sentree/mission/delivery.h"
@@ -33,6 +34,13 @@ struct Choice {
 
 /// That the scenario's entry of a choice means none of its alternatives, and which there are.
 [[nodiscard]] std::string no_such_alternative(const project::Scenario& scenario, const Choice& choice);
+
+/// Whether `given`, as somebody wrote it, is that alternative: 60 is 60.0 too.
+[[nodiscard]] bool is_meant(const Value& alternative, const Value& given);
+
+/// That none of its alternatives is meant by `given`, and which there are; `what_then` stands between.
+[[nodiscard]] std::string no_such_alternative(const Choice& choice, const Value& given,
+                                              std::string_view what_then = {});
 
 /// What a scenario says of an instant at which deliveries to different parts are due: which of them comes first. The
 /// first one, if it says nothing of that instant.

@@ -25,7 +25,7 @@ struct ChartRecord {
   Value data;                        ///< A map; null while it does not run.
 };
 
-/// A monitor whose configuration changed; topic "/monitors".
+/// A monitor whose configuration or data changed; topic "/monitors".
 struct MonitorRecord {
   std::string monitor;
   std::string verdict;  ///< "undecided", "violated" or "satisfied".
@@ -33,6 +33,8 @@ struct MonitorRecord {
   std::string standing;                  ///< Why it is undecided.
   std::optional<std::int64_t> deadline;  ///< When silence will decide [ns].
   std::optional<std::int64_t> violations;
+  std::string event;  ///< The observation that it got; empty: time passed.
+  Value data;         ///< A map; null: it was recorded without.
 };
 
 /// A line of the log; topic "/log".

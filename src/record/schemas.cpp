@@ -34,11 +34,13 @@ const std::string_view kChart =
     R"~("data":{"type":"object","description":"Values of its data, while it runs"}}})~";
 
 const std::string_view kMonitor =
-    R"~({"title":"sentree.Monitor","type":"object","description":"A monitor whose configuration changed",)~"
+    R"~({"title":"sentree.Monitor","type":"object","description":"A monitor whose configuration or data changed",)~"
     R"~("properties":{"monitor":{"type":"string"},"verdict":{"enum":["undecided","violated","satisfied"]},)~"
     R"~("states":{"type":"array","items":{"type":"string"}},"standing":{"type":"string",)~"
     R"~("description":"Why it is undecided"},"deadline":{"type":"integer",)~"
-    R"~("description":"When silence will decide [ns]"},"violations":{"type":"integer"}}})~";
+    R"~("description":"When silence will decide [ns]"},"violations":{"type":"integer"},)~"
+    R"~("event":{"type":"string","description":"The observation that it got; none: time passed"},)~"
+    R"~("data":{"type":"object","description":"Values of its data"}}})~";
 
 const std::string_view kSnapshot =
     R"~({"title":"sentree.Snapshot","type":"object",)~"

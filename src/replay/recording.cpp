@@ -208,7 +208,7 @@ struct RunRecorder::Impl {
       case What::kOther: break;
     }
     if (inside == nullptr) return;
-    for (const std::size_t index : inside->monitors().reached()) look_at_monitor(index, message.time);
+    for (const std::size_t index : inside->monitors().reached()) look_at_monitor(index, message.time, message.name);
   }
 
   void take_status(const Message& message) {
@@ -247,15 +247,23 @@ struct RunRecorder::Impl {
   }
 
   // In the observer's actor.
-  void look_at_monitor(std::size_t index, TimePoint time) {
+  void look_at_monitor(std::size_t index, TimePoint time, std::string_view event = {}) {
     const monitor::State* state = inside != nullptr ? inside->monitors().state(index) : nullptr;
     if (state == nullptr) return;
     Seen& seen = monitors[index];
-    if (seen.known && seen.verdict == state->verdict && seen.violations == state->trail.violations &&
-        seen.configuration == state->session.configuration())
-      return;
-    seen = {true, state->verdict, state->trail.violations, state->session.configuration()};
     const monitor::Model& model = plan.monitors[index];
+    const bool stays = seen.known && seen.verdict == state->verdict && seen.violations == state->trail.violations &&
+                       seen.configuration == state->session.configuration();
+    // Only an observation that it listens to, or a timer, which leads to another state, changes its data.
+    if (stays && (model.chart().data().empty() || seen.observations == state->trail.seen)) return;
+    Value data = data_of(model.chart(), state->session);
+    seen.observations = state->trail.seen;
+    if (stays && seen.data == data) return;
+    seen.known = true;
+    seen.verdict = state->verdict;
+    seen.violations = state->trail.violations;
+    seen.configuration = state->session.configuration();
+    seen.data = std::move(data);
     std::optional<monitor::Standing> standing;
     if (state->verdict == monitor::Verdict::kUndecided && !state->failure())
       standing = monitor::standing(model, *state);
@@ -278,6 +286,12 @@ struct RunRecorder::Impl {
         out.raw(R"(,"violations":)");
         out.integer(static_cast<std::int64_t>(state->trail.violations));
       }
+      if (!event.empty()) {
+        out.raw(R"(,"event":)");
+        out.text(event);
+      }
+      out.raw(R"(,"data":)");
+      out.value(seen.data);
       out.raw("}");
     };
     write(monitor_states, time, pack, [&] {
@@ -286,7 +300,9 @@ struct RunRecorder::Impl {
                                  .states = state_ids(model.chart(), state->session),
                                  .standing = standing ? standing->text() : std::string(),
                                  .deadline = {},
-                                 .violations = {}};
+                                 .violations = {},
+                                 .event = std::string(event),
+                                 .data = seen.data};
       if (standing && standing->deadline) made.deadline = standing->deadline->time_since_epoch().count();
       if (state->trail.violations > 0) made.violations = static_cast<std::int64_t>(state->trail.violations);
       return made;
@@ -483,6 +499,8 @@ struct RunRecorder::Impl {
     monitor::Verdict verdict = monitor::Verdict::kUndecided;
     std::uint64_t violations = 0;
     scxml::StateSet configuration;
+    std::uint64_t observations = 0;
+    Value data;
   };
   struct Charted {
     bool known = false;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sentree/mission/choice.h"
 #include "sentree/monitor/explanation.h"
 #include "sentree/monitor/monitor.h"
 #include "sentree/project/plan.h"
@@ -86,6 +87,8 @@ struct RunOptions {
   std::function<void(const MonitorReport&)> on_decision;
   /// Told of problems as they occur, in any thread.
   std::function<void(const std::string&)> on_problem;
+  /// Told, in the model's actor, of each choice as it is about to be made.
+  std::function<void(const mission::Choice&)> on_choice;
   /// Called with the view before the run begins and with null after it has ended.
   std::function<void(RunView*)> on_view;
   /// Called when every part is made and nothing has happened yet.

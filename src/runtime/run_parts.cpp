@@ -144,6 +144,7 @@ void Run::Impl::make_models() {
 }
 
 std::optional<std::uint64_t> Run::Impl::chosen(const mission::Choice& choice) {
+  if (options_.on_choice) options_.on_choice(choice);
   const auto told = mission::scripted(scenario_, choice);
   if (!told && scenario_.choices) problem(mission::no_such_alternative(scenario_, choice));
   return told;

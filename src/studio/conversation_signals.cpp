@@ -74,6 +74,14 @@ std::optional<std::pair<History::PartId, std::size_t>> part_of(const Subject& su
   return std::nullopt;
 }
 
+// Older recordings do not hold the data of monitors.
+bool has_data(const History& history, std::size_t chart) {
+  std::string json;
+  history.append(json, {History::Part::kChart, chart}, history.end());
+  const auto state = json.empty() ? Result<Value>(Value()) : text::parse_json(json);
+  return state && state->find("data") != nullptr;
+}
+
 }  // namespace
 
 void SignalPoints::add(Nanoseconds time, double value) {
@@ -180,7 +188,10 @@ bool Conversation::advance_signals(Request& request) {
     request.names = history.names();
     request.position = history.end_observation();
     request.offered.clear();
-    for (const ShownChart& chart : composer_->subject.charts) {
+    const auto& charts = composer_->subject.charts;
+    for (std::size_t i = 0; i < charts.size(); ++i) {
+      const ShownChart& chart = charts[i];
+      if (chart.is_monitor && !has_data(history, i)) continue;
       for (const scxml::DataItem& item : chart.chart.data())
         request.offered.push_back(List{"charts", chart.id, "data", item.id});
     }

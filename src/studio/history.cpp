@@ -297,6 +297,7 @@ void History::Impl::add(Nanoseconds time, const record::MonitorRecord& record, c
   if (index == Subject::kNone) return;
   MonitorMoment moment;
   moment.place = keep(Shown::kMonitor, record, time, place);
+  moment.chart = keep(Shown::kMonitorChart, record, time, place);
   moment.verdict = record.verdict == "violated"    ? monitor::Verdict::kViolated
                    : record.verdict == "satisfied" ? monitor::Verdict::kSatisfied
                                                    : monitor::Verdict::kUndecided;
@@ -423,7 +424,10 @@ void History::Impl::forget_first_block() {
   const auto itself = [](Place& place) -> Place& { return place; };
   const auto member_place = [](auto& value) -> Place& { return value.place; };
   for (auto& chart : charts) carry(chart, member_place);
-  for (auto& monitor : monitors) carry(monitor, member_place);
+  for (auto& monitor : monitors) {
+    carry(monitor, member_place);
+    carry(monitor, [](auto& value) -> Place& { return value.chart; });
+  }
   for (auto& output : outputs) carry(output, itself);
   carry(scene, member_place);
   carry(blackboard, itself);

@@ -78,7 +78,8 @@ std::pair<Topic::Kind, record::RunRecord> source_of(Shown what) {
     case Shown::kObservation:
     case Shown::kOutputs: break;
     case Shown::kChart: return {Topic::Kind::kChart, record::ChartRecord()};
-    case Shown::kMonitor: return {Topic::Kind::kMonitor, record::MonitorRecord()};
+    case Shown::kMonitor:
+    case Shown::kMonitorChart: return {Topic::Kind::kMonitor, record::MonitorRecord()};
     case Shown::kBlackboard: return {Topic::Kind::kBlackboard, record::BlackboardRecord{Map()}};
     case Shown::kObstacles: return {Topic::Kind::kScene, record::SceneRecord()};
     case Shown::kScan: return {Topic::Kind::kScan, record::ScanRecord()};
@@ -145,7 +146,15 @@ void append_shown(std::string& out, Shown /*what*/, const record::ChartRecord& r
   append_json(out, record.data.is_null() ? Value(Map()) : record.data);
 }
 
-void append_shown(std::string& out, Shown /*what*/, const record::MonitorRecord& record) {
+void append_shown(std::string& out, Shown what, const record::MonitorRecord& record) {
+  if (what == Shown::kMonitorChart) {
+    if (record.data.is_null()) return;
+    out += ",\"event\":";
+    append_json_string(out, record.event);
+    out += ",\"data\":";
+    append_json(out, record.data);
+    return;
+  }
   out += "\"standing\":";
   append_json_string(out, record.standing);
   out += ",\"deadline\":";
@@ -317,6 +326,7 @@ void History::Impl::append_chart(std::string& out, std::size_t index, Nanosecond
     out +=
         fmt::format("{{\"running\":true,\"active\":{},\"since\":", configurations[entry->value.configuration].active);
     append_integer(out, entry->value.since);
+    out += shown(Shown::kMonitorChart, entry->value.chart, entry->time);
     out += '}';
     return;
   }

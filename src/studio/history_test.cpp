@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <set>
+#include <string>
 
 #include "sentree/base/json.h"
 #include "sentree/record/observation.h"
@@ -98,13 +100,36 @@ TEST(History, SaysOfAChartSinceWhenItIsInItsStates) {
       EXPECT_EQ(states_at(since), states_at(time)) << part.index << " at " << time;
       EXPECT_EQ(states_at(since + (time - since) / 2), states_at(time)) << part.index << " at " << time;
       // A skill that does not run may have run within that instant, and a monitor may have left and come back.
-      if (!*chart->find("running")->as_bool() || chart->find("event") == nullptr) continue;
+      if (!*chart->find("running")->as_bool() || chart->find("last") == nullptr) continue;
       EXPECT_NE(states_at(since - 1), states_at(time)) << part.index << " at " << time;
       // While it drives, its data and its last event change with every tick.
       longest = std::max(longest, time - since);
     }
   }
   EXPECT_GT(longest, ns(TimePoint(std::chrono::seconds(5))));
+}
+
+TEST(History, HasTheDataOfMonitorsAndWhatTheyGotLast) {
+  const Watched run;
+  std::size_t with_data = 0;
+  std::set<std::string> events;
+  std::set<std::string> different;
+  for (const History::PartId& part : run.history.parts()) {
+    if (part.part != History::Part::kChart || !run.subject.charts[part.index].is_monitor) continue;
+    const auto& items = run.subject.charts[part.index].chart.data();
+    with_data += items.empty() ? 0 : 1;
+    for (int i = 1; i <= 50; ++i) {
+      const auto chart = text::parse_json(part_text(run.history, part, run.history.end() * i / 50));
+      ASSERT_TRUE(chart && chart->find("data") != nullptr) << part.index;
+      events.insert(std::string(chart->find("event")->text()));
+      // What is undefined at first comes with its first value.
+      for (const auto& item : items) EXPECT_TRUE(i < 50 || chart->find("data")->find(item.id) != nullptr) << item.id;
+      if (!items.empty()) different.insert(to_json(*chart->find("data")));
+    }
+  }
+  EXPECT_GT(with_data, 0U);
+  EXPECT_GT(events.size(), 2U);
+  EXPECT_GT(different.size(), 10U);
 }
 
 TEST(History, OfARecordingIsThatOfTheRun) {

@@ -3,10 +3,13 @@
 #include <atomic>
 #include <mutex>
 #include <shared_mutex>
+#include <string>
+#include <vector>
 
 #include "sentree/campaign/coverage.h"
 #include "sentree/runtime/inside.h"
 #include "sentree/runtime/steering.h"
+#include "sentree/studio/detail/alternatives.h"
 #include "sentree/studio/detail/record_queue.h"
 #include "sentree/studio/detail/steer.h"
 #include "sentree/studio/detail/take_recording.h"
@@ -94,8 +97,15 @@ struct Live::Impl {
   Result<Value> steer(const std::string& op, const Value& request) {
     if (op == "run_again") {
       if (!again) return fail("studio.not-repeatable", "this run cannot begin again from its page");
+      if (const Value* const chosen = request.find("choose")) {
+        if (auto can_be = alternatives.check(*chosen); !can_be) return tl::unexpected(can_be.error());
+      }
       if (auto begun = again(request); !begun) return tl::unexpected(begun.error());
       return Value();
+    }
+    if (op == "alternatives") {
+      const Value* const choices = request.find("choices");
+      return alternatives.answer(choices != nullptr ? *choices : Value());
     }
     // The run waits for this before it takes its steering away. Shared: to pause does not wait for a call.
     const std::shared_lock lock(steering_mutex);
@@ -117,6 +127,7 @@ struct Live::Impl {
   std::mutex coverage_mutex;
   campaign::Coverage coverage;
   std::optional<campaign::CoverageWatch> watch;  // of a run that has its page from the beginning
+  Alternatives alternatives;                     // likewise
   std::shared_mutex steering_mutex;              // held while a request is carried out
   std::mutex mutex;
   runtime::RunView* view = nullptr;
@@ -176,6 +187,9 @@ void Live::install(runtime::RunOptions& options) {
   if (impl_->shown) {
     const std::lock_guard lock(impl_->coverage_mutex);
     impl_->watch.emplace(impl_->plan, impl_->coverage, options);
+    std::vector<std::string> models;
+    for (const auto& model : impl_->plan.models) models.push_back(model.name);
+    impl_->alternatives.install(models, options);
   }
   options.on_view = [impl = impl_.get(), next = std::move(options.on_view)](runtime::RunView* view) {
     if (next) next(view);

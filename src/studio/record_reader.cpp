@@ -183,7 +183,7 @@ record::ChartRecord read_chart(const element& from, Depth depth) {
   return chart;
 }
 
-record::MonitorRecord read_monitor(const element& from) {
+record::MonitorRecord read_monitor(const element& from, Depth depth) {
   record::MonitorRecord monitor;
   each_member(from, [&](std::string_view name, const element& member) {
     if (name == "monitor")
@@ -198,6 +198,10 @@ record::MonitorRecord read_monitor(const element& from) {
       monitor.deadline = integer_of(member);
     else if (name == "violations")
       monitor.violations = integer_of(member);
+    else if (name == "event")
+      monitor.event = text_of(member);
+    else if (name == "data" && depth == Depth::kWhole)
+      monitor.data = value_of(member);
   });
   return monitor;
 }
@@ -305,7 +309,7 @@ std::optional<record::RunRecord> read_record(const element& from, const Topic& t
     case Topic::Kind::kNone: break;
     case Topic::Kind::kObservation: return read_observation(from, time, depth);
     case Topic::Kind::kChart: return read_chart(from, depth);
-    case Topic::Kind::kMonitor: return read_monitor(from);
+    case Topic::Kind::kMonitor: return read_monitor(from, depth);
     case Topic::Kind::kLog: return read_log(from);
     case Topic::Kind::kBlackboard: return record::BlackboardRecord{value_of(from)};
     case Topic::Kind::kViolation: return record::ViolationRecord{value_of(from)};

@@ -191,6 +191,7 @@ class Loader {
   [[nodiscard]] std::set<std::uint32_t> named_by_broken() const;
   void check_missing_format(std::uint32_t document);
   void check_definitions();
+  void check_tree_names();
   void check_entries();
   /// What the entries of each cell hold, where everybody who writes one agrees; asked through their owner.
   void check_literal_outputs();

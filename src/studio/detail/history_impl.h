@@ -24,9 +24,10 @@ struct BatteryValue {
 /// the record is kept, of which they are made anew.
 enum class Shown : std::uint8_t {
   kObservation,
-  kOutputs,  ///< Of the reply to a tick: an object.
-  kChart,    ///< Members last, event, data.
-  kMonitor,  ///< Members standing, deadline, states.
+  kOutputs,       ///< Of the reply to a tick: an object.
+  kChart,         ///< Members last, event, data.
+  kMonitor,       ///< Members standing, deadline, states.
+  kMonitorChart,  ///< Members event, data, each with a comma before it; nothing: it was recorded without.
   kBlackboard,
   kObstacles,
   kScan,  ///< Members scan_pose, scan.
@@ -54,6 +55,7 @@ struct MonitorMoment {
   Nanoseconds since = 0;  ///< As of a chart.
   monitor::Verdict verdict = monitor::Verdict::kUndecided;
   std::int64_t violations = 0;
+  Place chart = {};
 };
 
 struct SceneMoment {

@@ -5,6 +5,38 @@ import { test } from "node:test";
 import { open_page, operate, until } from "../harness/browser.mjs";
 import { example, serve_run } from "../harness/program.mjs";
 
+test("charts that were closed come back with what is chosen, and not with the leaf at work", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "normal" });
+  const { page, close } = await open_page(program.url);
+  await operate(page, "pause");
+  const put_away = async () => {
+    await page.locator("#panel-charts").getByRole("button", { name: "Close", exact: true }).click();
+    await page.locator("#panel-charts").waitFor({ state: "detached" });
+  };
+  const shown = async (chart) => {
+    await page.locator(`[data-testid="chart"][data-chart="${chart}"]`).waitFor();
+    // What follows the leaf at work would come an instant later.
+    await page.evaluate(() => new Promise((next) => requestAnimationFrame(() => requestAnimationFrame(next))));
+    assert.equal(await page.getByTestId("chart-pick").inputValue(), chart);
+  };
+  await put_away();
+  await page.getByRole("button", { name: "Chart of turns_to_station" }).click();
+  await shown("monitor:turns_to_station");
+  await put_away();
+  await page.locator('[data-testid="tree"] [data-node]', { hasText: "WaitForUser" }).first().click();
+  await shown("skill:WaitForUser");
+  await put_away();
+  await page.locator('[data-monitor="battery"]').click();
+  await shown("monitor:battery");
+  // A node without a chart leaves them away.
+  await put_away();
+  await page.locator('[data-testid="tree"] [data-node="0"]').click();
+  await page.locator('[data-testid="tree"] [data-node="0"][aria-selected="true"]').waitFor();
+  assert.equal(await page.locator("#panel-charts").count(), 0);
+  await close();
+  await program.stop();
+});
+
 test("a composite state is closed and opened, and says how many it hides; what is active in it stays lit", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);

@@ -65,6 +65,29 @@ test("what is typed in a field is taken back by itself, and told before files ar
   await program.stop();
 });
 
+test("a port or condition that is added is written next; what is no name of one is told", async () => {
+  const program = await serve_design(copy_of("recharge"));
+  const { page, close } = await open_design(program.url);
+  await node(page, "WaitForUser").click();
+  await page.locator("#design-add").fill("n := n +");
+  await page.locator("#design-add").press("Enter");
+  await page.getByRole("alert").filter({ hasText: "“n := n +” is no name of a port or condition" }).waitFor();
+  await page.locator("#design-add").fill("_onSuccess");
+  await page.locator("#design-add").press("Enter");
+  await until(async () => (await page.evaluate(() => document.activeElement?.id)) === "design-port-_onSuccess", "its field has the focus");
+  assert.equal(await page.locator("#design-add").inputValue(), "");
+  await page.keyboard.type("n := n +");
+  await page.keyboard.press("Enter");
+  await page.getByTestId("inspector").locator(".inspector-finding").filter({ hasText: /_onSuccess|script|n := n/ }).first().waitFor();
+  // One that is there is gone to, and keeps what it says.
+  await page.locator("#design-add").fill("_onSuccess");
+  await page.locator("#design-add").press("Enter");
+  await until(async () => (await page.evaluate(() => document.activeElement?.id)) === "design-port-_onSuccess", "its field has the focus again");
+  assert.equal(await page.locator("#design-port-_onSuccess").inputValue(), "n := n +");
+  await close();
+  await program.stop();
+});
+
 test("a condition that is long is to be seen as a whole", async () => {
   const program = await serve_design(copy_of("recharge"));
   const { page, close } = await open_design(program.url, { file: kSkill });

@@ -129,6 +129,30 @@ test("a scenario that cannot be read keeps its picture, and refuses gestures", a
   await program.stop();
 });
 
+test("what is broken is told above a form, not over its rows; its landmarks have names of their own", async () => {
+  const folder = copy_of("recharge");
+  const program = await serve_design(folder);
+  for (const [file, form] of [["sentree.yaml", "project-form"], ["requirements/recharge.req", "requirement-blocks"], ["scenarios/experiment1.yaml", "design-scenario"]]) {
+    const { page, close } = await open_design(program.url, { file });
+    await settled(page);
+    // One is that of the form; the groups of files and of nodes are none.
+    if (file === "sentree.yaml") await page.getByTestId(form).locator('[aria-label="Skills"]').waitFor();
+    assert.ok((await page.getByRole("region", { name: "Skills", exact: true }).count()) <= 1);
+    await page.locator(".cm-content").focus();
+    await page.keyboard.press("Control+End");
+    await page.keyboard.type(file.endsWith(".req") ? "X: never (" : "a: b: c");
+    await page.getByTestId("broken").waitFor();
+    const banner = await page.getByTestId("broken").boundingBox();
+    const below = await page.locator(".design-form").boundingBox();
+    assert.ok(banner.y + banner.height <= below.y + 1, `${form}: what is told ends at ${banner.y + banner.height}, the form begins at ${below.y}`);
+    await page.keyboard.press("Control+z");
+    await until(async () => (await page.getByTestId("broken").count()) === 0, "it can be read again");
+    await settled(page);
+    await close();
+  }
+  await program.stop();
+});
+
 test("sentree.yaml is a form: services, monitors, and deadlines that nest", async () => {
   const folder = copy_of("recharge");
   const file = "sentree.yaml";

@@ -52,6 +52,31 @@ test("a double click leads to what a node is: its chart, its tree, else its name
   await program.stop();
 });
 
+test("a tree of its own has the name of no node, which BehaviorTree.CPP refuses", async () => {
+  const { page, close, program, folder } = await design_of_recharge();
+  await node(page, "WaitForUser").click();
+  await page.getByTestId("design-tree").focus();
+  await page.keyboard.press("w");
+  await page.keyboard.type("Inver");
+  await page.keyboard.press("Enter");
+  await done(page, "wrap WaitForUser in Inverter");
+  await page.locator('[data-testid=design-tree] [aria-selected=true]', { hasText: "Inverter" }).waitFor();
+  await page.getByTestId("design-tree").focus();
+  await page.keyboard.press("e");
+  await done(page, "make a tree InverterTree of Inverter");
+  await page.getByTestId("save").click();
+  await until(() => contents(folder)["mission.xml"].includes('<BehaviorTree ID="InverterTree">'), "it is saved");
+  await close();
+  await program.stop();
+  const checked = await run(["check", folder]);
+  assert.doesNotMatch(checked.stdout + checked.stderr, /tree-named-as-node|has the name of a node/);
+  // Who gives it such a name by hand is told.
+  const file = join(folder, "mission.xml");
+  writeFileSync(file, readFileSync(file, "utf8").replaceAll("InverterTree", "Inverter"));
+  const told = await run(["check", folder]);
+  assert.match(told.stdout + told.stderr, /BehaviorTree "Inverter" has the name of a node that is built in/);
+});
+
 test("a leaf leads to the chart that its scenario runs, wherever that lies", async () => {
   const { page, close, program } = await design_of_recharge();
   const button = page.getByRole("button", { name: /^Open its chart/ });

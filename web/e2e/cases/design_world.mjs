@@ -97,6 +97,22 @@ test("places are dragged, turned and moved by keys, as least edits of the text; 
   await program.stop();
 });
 
+test("a world that cannot be read keeps its last picture, dimmed", async () => {
+  const program = await serve_design(copy_of("recharge"));
+  const { page, close } = await open_design(program.url, { file: "world/world.yaml" });
+  await settled(page);
+  await page.locator('[data-spot="location study"]').first().waitFor();
+  await page.locator(".cm-content").focus();
+  await page.keyboard.press("Control+End");
+  await page.keyboard.type("locations: {");
+  await page.getByTestId("broken").waitFor();
+  const opacity = (selector) => page.locator(selector).evaluate((element) => Number(getComputedStyle(element).opacity));
+  assert.ok((await page.locator("[data-spot]").count()) > 0);
+  assert.ok((await opacity('[data-testid="design-world"] > g')) < 0.5 && (await opacity(".world-plan")) < 0.5);
+  await close();
+  await program.stop();
+});
+
 test("a place gets another name wherever it is named, as one step; the project behaves as before", async () => {
   const folder = copy_of("recharge");
   const kScenarios = ["experiment1", "experiment2", "no-path", "normal", "recharge", "shield", "unshielded"];

@@ -30,6 +30,34 @@ async function plot(page, signal) {
   await page.locator(`[data-signal="${signal}"]`).waitFor();
 }
 
+test("a monitor's data and what it got last are shown and plotted; signals of very different size have an axis each", async () => {
+  const program = await serve_recording();
+  const { page, close } = await open_page(program.url);
+  await page.getByRole("button", { name: "Chart of turns_to_station" }).click();
+  const side = page.getByRole("complementary", { name: "Values of turns_to_station" });
+  await side.getByRole("heading", { name: "Last event" }).waitFor();
+  assert.match(await side.locator("h3:has-text('Last event') + p").innerText(), /^(\w+\.|time passed)/);
+  assert.ok((await side.locator(".value-row").count()) > 0, "it has data");
+  await place(page, "Plot", "beside the timeline");
+  await page.getByRole("combobox", { name: "Signal to plot" }).focus();
+  const offered = page.locator('#plot-signals option[value^="charts/monitor:turns_to_station/data/"]').first();
+  await offered.waitFor({ state: "attached" });
+  const level = await offered.getAttribute("value");
+  await plot(page, level);
+  await until(async () => (await points(page))[0] > 10, "it has values");
+  assert.ok(Number.isFinite(await value(page, level)));
+  await page.getByRole("button", { name: `Take ${level} away` }).click();
+
+  await plot(page, "messages/mission.tick/tick");
+  await plot(page, kCharge);
+  await until(async () => (await points(page)).length === 2 && (await points(page)).every((count) => count > 100), "both have values");
+  const axis_of = (signal) => page.locator(`[data-signal="${signal}"]`).getByText(/axis$/).innerText();
+  assert.deepEqual([await axis_of("messages/mission.tick/tick"), await axis_of(kCharge)], ["left axis", "right axis"]);
+  if (pictures) await page.screenshot({ path: join(pictures, "two-axes.png") });
+  await close();
+  await program.stop();
+});
+
 test("signals are plotted over the timeline's piece of time, with the value under the cursor", async () => {
   const program = await serve_recording();
   const { page, close } = await open_page(program.url);

@@ -152,7 +152,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
     limits: { min: 0.05, max: 4 },
     margin: 12,
     fit_max: 1.15,
-    readable: { from: 0.7, scale: 0.85 },
+    readable: { from: 0.7, scale: 1 },
     focus: () => layout.states[Math.max(at_chosen, 0)] ?? null,
     grab,
   });

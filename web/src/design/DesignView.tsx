@@ -27,6 +27,7 @@ import { Picture, type PictureHandle } from "./Picture";
 import { useProblems } from "./problems";
 import { ProjectTree } from "./ProjectTree";
 import { RequirementBlocks } from "./RequirementBlocks";
+import { is_below, kPictureAbove } from "./stacking";
 import { set_share, useShares } from "./shares";
 import { simulate, useSimulation } from "./simulate";
 import { SimulatePanel } from "./SimulatePanel";
@@ -378,7 +379,15 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   const frame = useRef<HTMLDivElement>(null);
   const room = useRoom(frame, doc !== null);
   const size = tree?.layout.size ?? doc?.shown_chart?.layout.size ?? null;
-  const stacked = narrow || (size !== null && room !== null && larger_stacked(size, room));
+  const was = useRef<{ file: string; room: Size; below: boolean } | null>(null);
+  let below = false;
+  if (doc && size && room) {
+    // In another window, or of another file, it is decided anew.
+    const kept = was.current?.file === doc.file && was.current.room.width === room.width && was.current.room.height === room.height ? was.current.below : null;
+    below = is_below(size, room, kept);
+    was.current = { file: doc.file, room, below };
+  }
+  const stacked = narrow || below;
   if (!doc) return <Gone />;
   // Not before it is known how much room there is: it is laid out once.
   const drawn = !has_picture_of(doc) || room === null ? null : tree ? (
@@ -392,6 +401,8 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
       {doc.kind === "world" ? <WorldView key={doc.file} doc={doc} /> : doc.kind === "scenario" ? <ScenarioView key={doc.file} doc={doc} /> : <ProjectForm key={doc.file} doc={doc} />}
     </Suspense>
   );
+  // Over a picture there is room; over a form it would lie over its first rows.
+  const over = tree !== null || doc.shown_chart !== null || doc.kind === "world";
   const go_to_error = () => {
     if (look === "picture") set_look("both");
     go_to(doc.places.byte(line_start(doc.places.shown, doc.error?.line ?? 1)), true);
@@ -404,9 +415,9 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
   return (
     <div ref={frame} className={`design-views${stacked ? " stacked" : ""}`}>
       {with_picture && (
-        <div className="design-view" data-testid="picture-view" style={with_text ? { flex: `0 0 ${100 * share}%` } : undefined}>
+        <div className={`design-view${over ? "" : " form"}`} data-testid="picture-view" style={with_text ? { flex: `0 0 ${100 * share}%` } : undefined}>
           {why_dim && (
-            <p className="dim-why" role="status" data-testid="broken">
+            <p className={`dim-why${over ? " over" : ""}`} role="status" data-testid="broken">
               {why_dim}
               {doc.error && (
                 <button className="button small" onClick={go_to_error}>
@@ -415,7 +426,7 @@ function Views({ picture, ask }: { picture: React.RefObject<PictureHandle | null
               )}
             </p>
           )}
-          {drawn}
+          {over ? drawn : <div className="design-form">{drawn}</div>}
         </div>
       )}
       {with_picture && with_text && (
@@ -452,16 +463,8 @@ function has_picture_of(doc: Doc): boolean {
   return doc.shown_trees !== null || doc.shown_chart !== null || doc.shown_requirements !== null || ["world", "scenario", "project"].includes(doc.kind);
 }
 
-/** What a picture gets at most of the height where the text is below it. */
-const kPictureAbove = 0.64;
 /** Around a picture. */
 const kGround_px = 20;
-
-/** Whether a picture can be drawn larger above the text than beside it. */
-function larger_stacked(picture: Size, room: Size): boolean {
-  const scale = (width: number, height: number) => Math.min(width / picture.width, height / picture.height, 1);
-  return scale(room.width, kPictureAbove * room.height) > scale(room.width / 2, room.height);
-}
 
 const kSections: readonly { title: string; of(node: PaletteNode): boolean }[] = [
   { title: "Skills", of: (node) => node.own },
@@ -515,10 +518,10 @@ function PaletteList({ picture }: { picture: React.RefObject<PictureHandle | nul
           const nodes = palette.filter((node) => of(node) && matches(text, node.id));
           if (nodes.length === 0) return null;
           return (
-            <section key={title} aria-label={title}>
+            <div key={title} role="group" aria-label={title}>
               <h3>{title}</h3>
               <ul>{nodes.map((node) => row(node.id, false, [node.description, ...node.ports.map((port) => `${port.name}: ${port.description || port.type}`)].filter(Boolean).join("\n")))}</ul>
-            </section>
+            </div>
           );
         })}
         {trees.length > 0 && (

@@ -2,7 +2,7 @@ import { useState } from "react";
 
 import type { Finding, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
 import { Icon } from "../widgets/Icon";
-import { add_part, chart_of, default_chart, findings_at, findings_of, fix, gesture, node_of, open_file, rename_node, rename_tree, show_tree, tree_of, useDesign } from "./design";
+import { add_part, chart_of, default_chart, findings_at, findings_of, fix, focus_field, gesture, node_of, open_file, rename_node, rename_tree, show_tree, tree_of, useDesign } from "./design";
 import { Editable } from "./Editable";
 import { Options, TextField } from "./TextField";
 
@@ -203,13 +203,41 @@ function Field({ label, direction, type, node, attribute, ...field }: FieldProps
 
 function AddAttribute({ node }: { node: OutlineNode }) {
   const [name, set_name] = useState("");
+  const [why_not, set_why_not] = useState("");
   const add = () => {
-    if (/^[A-Za-z_][\w.:-]*$/.test(name)) void gesture({ what: "set", node: node.element, name, value: "" }).then((done) => done && set_name(""));
+    if (name === "") return;
+    if (!/^[A-Za-z_][\w.:-]*$/.test(name)) return set_why_not(`“${name}” is no name of a port or condition; its value is written in its own field, which comes then`);
+    const written = () => {
+      set_name("");
+      focus_field(`design-port-${name}`);
+    };
+    // One that is there is not emptied.
+    if (document.getElementById(`design-port-${name}`)) written();
+    else void gesture({ what: "set", node: node.element, name, value: "" }).then((done) => done && written());
   };
   return (
     <div className="inspector-field add">
       <label htmlFor="design-add">add a port or condition</label>
-      <input id="design-add" className="field" list="design-add-options" placeholder="_skipIf, …" spellCheck={false} value={name} onChange={(event) => set_name(event.target.value)} onKeyDown={(event) => event.key === "Enter" && add()} />
+      <input
+        id="design-add"
+        className="field"
+        list="design-add-options"
+        placeholder="_skipIf, …"
+        spellCheck={false}
+        value={name}
+        aria-invalid={why_not !== ""}
+        aria-describedby={why_not === "" ? undefined : "design-add-wrong"}
+        onChange={(event) => {
+          set_why_not("");
+          set_name(event.target.value);
+        }}
+        onKeyDown={(event) => event.key === "Enter" && add()}
+      />
+      {why_not && (
+        <p className="inspector-finding error" id="design-add-wrong" role="alert">
+          {why_not}
+        </p>
+      )}
       <Options id="design-add" options={kConditions} />
     </div>
   );

@@ -18,6 +18,7 @@ import { kAnswers, play_tree, useSimulation } from "./simulate";
 import { is_same_drawn, is_same_node } from "./same";
 import { near, slot_words, type SlotPlace } from "./slots";
 import { statuses_of, useRunStatuses } from "./run_statuses";
+import { name_of_tree } from "./tree_names";
 import { in_turn } from "./turns";
 
 /** What is dragged: a node of the tree, or one that is to be made. */
@@ -431,10 +432,10 @@ const kNodeCommands: readonly { title: string; of_subtree?: string; keys: string
 /** As a tree of its own with a name that no other has; a SubTree: its tree in its place. */
 async function extract(node: OutlineNode): Promise<void> {
   if (node.kind === "subtree") return void gesture({ what: "inline", node: node.element });
-  const taken = new Set(doc_of(useDesign.getState())?.shown_trees?.map(({ id }) => id));
-  const wanted = (node.name || node.id).replace(/[^\p{L}\p{N}_]/gu, "_").replace(/^(?=\d)/, "_");
-  let id = wanted;
-  for (let number = 2; taken.has(id); number++) id = `${wanted}${number}`;
+  const { palette } = useDesign.getState();
+  const trees = doc_of(useDesign.getState())?.shown_trees ?? [];
+  const nodes = [...palette.map(({ id }) => id), ...trees.flatMap((tree) => tree.nodes.filter(({ kind }) => kind !== "subtree").map((one) => one.id))];
+  const id = name_of_tree(node.name || node.id, trees.map((tree) => tree.id), nodes);
   const tree = tree_of(useDesign.getState())?.id ?? null;
   if (!(await gesture({ what: "extract", node: node.element, id }))) return;
   // The picture stays with the tree in which the SubTree is now.

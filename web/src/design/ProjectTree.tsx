@@ -41,7 +41,7 @@ export function ProjectTree() {
         const own = files.filter(({ kind }) => kinds.includes(kind));
         if (own.length === 0 && !part) return null;
         return (
-          <section key={title} aria-label={title}>
+          <div key={title} role="group" aria-label={title}>
             <h2>
               {title}
               {part && (
@@ -56,7 +56,7 @@ export function ProjectTree() {
                 <FileRow key={file.file} of={file} renames={renaming === file.file} rename={set_renaming} />
               ))}
             </ul>
-          </section>
+          </div>
         );
       })}
       <Recordings />

@@ -11,7 +11,7 @@ import type { Point, Rect } from "../protocol/types";
 import { useStudio } from "../store/store";
 import { useCommand } from "../widgets/commands";
 import { useTheme } from "../widgets/theme";
-import { edit_text, findings_of, go_to, rename_place, useDesign, type Doc } from "./design";
+import { broken, edit_text, findings_of, go_to, rename_place, useDesign, type Doc } from "./design";
 import { places_of, type Spot } from "./world_places";
 import { in_turn } from "./turns";
 import { angle_of, angle_text, is_other, metres_text, number_of, type YamlValue } from "./yaml_places";
@@ -74,6 +74,7 @@ export default function WorldView({ doc }: { doc: Doc }) {
   const text = doc.places.shown;
   const canvas = useRef<HTMLCanvasElement>(null);
   const summary = useDesign((state) => state.summary);
+  const why_dim = useDesign(broken);
   const map = useStudio((studio) => studio.index?.model.world?.map ?? null);
   const boot = useStudio((studio) => studio.hello?.boot);
   const theme = useTheme((state) => state.theme);
@@ -270,8 +271,8 @@ export default function WorldView({ doc }: { doc: Doc }) {
   const dragged = drag && all.find(({ id }) => id === drag.id);
   return (
     <>
-      <canvas ref={canvas} className="world-plan" aria-hidden="true" />
-      <svg ref={svg} className="picture world-picture" role="group" aria-label={`Map of ${doc.file}`} tabIndex={0} data-testid="design-world" onKeyDown={by_key} onDoubleClick={by_double_click} onClick={(event) => event.target === svg.current && set_chosen(null)}>
+      <canvas ref={canvas} className={`world-plan${why_dim ? " dim" : ""}`} aria-hidden="true" />
+      <svg ref={svg} className={`picture world-picture${why_dim ? " dim" : ""}`} role="group" aria-label={`Map of ${doc.file}`} tabIndex={0} data-testid="design-world" onKeyDown={by_key} onDoubleClick={by_double_click} onClick={(event) => event.target === svg.current && set_chosen(null)}>
         <g ref={group}>
           {shapes.map((shape) => {
             const points = shape.spots.map(place);

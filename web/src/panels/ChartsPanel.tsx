@@ -6,7 +6,7 @@ import { useEffect, useRef } from "react";
 import { PictureTools } from "../picture/PictureTools";
 import { PanelTools } from "../widgets/PanelTools";
 import { useCommand } from "../widgets/commands";
-import { go_to_panel, useLayout } from "../widgets/layout";
+import { useLayout } from "../widgets/layout";
 import { select, useStudio } from "../store/store";
 import type { ChartModel } from "../protocol/types";
 import { ChartPicture, type ChartHandle } from "./charts/ChartPicture";
@@ -37,15 +37,6 @@ export function ChartsPanel() {
       run: () => open_chart(entry.id),
     })),
   );
-  useEffect(() => {
-    const open = () => {
-      useCharts.setState({ grid: false, follow: false });
-      go_to_panel("charts");
-    };
-    document.addEventListener("sentree:open-chart", open);
-    return () => document.removeEventListener("sentree:open-chart", open);
-  }, []);
-
   // Follows the leaf that is chosen or, with `follow`, the one at work.
   const leaf = node === null ? null : (index?.model.tree.nodes[node]?.leaf ?? null);
   const at_work = useStudio((studio) => (follow && studio.index ? chart_to_follow(studio.index, studio.state, studio.selection.chart) : null));

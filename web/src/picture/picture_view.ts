@@ -38,6 +38,8 @@ export class PictureView {
   private pressed_at: Point | null = null;
   private panned = false;
   private frame = 0;
+  /** Both ends of a glide that goes on. */
+  private glide: { from: Viewport; to: Viewport } | null = null;
   private readonly watchers = new Set<() => void>();
   private readonly observer = new ResizeObserver(() => this.measure());
 
@@ -65,7 +67,7 @@ export class PictureView {
     element.removeEventListener("pointercancel", this.on_up as EventListener);
     element.removeEventListener("click", this.on_click as EventListener, { capture: true });
     this.observer.disconnect();
-    cancelAnimationFrame(this.frame);
+    this.end_glide();
     this.element = null;
   }
 
@@ -94,7 +96,7 @@ export class PictureView {
 
   /** Shows what is in focus where not all of it can be read; after somebody moved the picture, nothing. */
   refocus(): void {
-    if (this.held !== "readable" || !this.cut()) return;
+    if (this.held !== "readable" || this.size.width === 0 || !this.cut()) return;
     const part = this.options.focus?.();
     if (!part || this.view.scale < (this.options.readable?.scale ?? 0)) this.hold();
     else this.glide_to(reveal(this.view, part, this.size, kFocusMargin_px));
@@ -117,6 +119,8 @@ export class PictureView {
 
   private hold(): void {
     if (this.held === "by hand" || this.size.width === 0) return;
+    // What a glide was to show, it was to show in a panel or of a picture of another size.
+    this.end_glide();
     const part = this.options.focus?.();
     if (this.held === "all" || !this.cut() || part === null) {
       this.show(this.whole());
@@ -155,6 +159,7 @@ export class PictureView {
   keep_centred(point: Point, scale_min = 0): void {
     const scale = Math.max(this.view.scale, scale_min);
     this.held = "by hand";
+    this.end_glide();
     this.show(centre_on({ ...this.view, scale }, point, this.size));
   }
 
@@ -177,25 +182,33 @@ export class PictureView {
 
   private move_to(view: Viewport): void {
     this.held = "by hand";
-    cancelAnimationFrame(this.frame);
+    this.end_glide();
     this.show(view);
   }
 
-  private glide_to(view: Viewport): void {
+  private end_glide(): void {
     cancelAnimationFrame(this.frame);
+    this.glide = null;
+  }
+
+  private glide_to(view: Viewport): void {
+    this.end_glide();
     if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
       this.show(view);
       return;
     }
-    const from = this.view;
+    this.glide = { from: this.view, to: view };
     const start = performance.now();
     const kGlide_ms = 180;
     const step = (now: number) => {
+      if (!this.glide) return;
+      const { from, to } = this.glide;
       const part = Math.min(Math.max((now - start) / kGlide_ms, 0), 1);
       const eased = 1 - (1 - part) ** 3;
       const mix = (a: number, b: number) => a + eased * (b - a);
-      this.show({ scale: mix(from.scale, view.scale), x: mix(from.x, view.x), y: mix(from.y, view.y) });
       if (part < 1) this.frame = requestAnimationFrame(step);
+      else this.glide = null;
+      this.show({ scale: mix(from.scale, to.scale), x: mix(from.x, to.x), y: mix(from.y, to.y) });
     };
     this.frame = requestAnimationFrame(step);
   }
@@ -212,8 +225,12 @@ export class PictureView {
     const grown: Point = [(width - this.size.width) / 2, (height - this.size.height) / 2];
     this.size = { width, height };
     if (this.held !== "by hand") this.hold();
-    // The middle stays in the middle.
-    else this.show(pan(this.view, grown[0], grown[1]));
+    else {
+      // The middle stays in the middle, also of where a glide leads.
+      const moved = (view: Viewport) => pan(view, grown[0], grown[1]);
+      if (this.glide) this.glide = { from: moved(this.glide.from), to: moved(this.glide.to) };
+      this.show(moved(this.view));
+    }
   }
 
   private at(event: { clientX: number; clientY: number }): Point {

@@ -553,6 +553,10 @@ export const Operations = {
   step: [object({ ticks: Type.Integer({ minimum: 1 }) }), Type.Unknown()],
   factor: [object({ value: number() }), Type.Unknown()],
   run_again: [object({ seed: optional(Type.Integer({ minimum: 0 })), scenario: optional(string()), choose: optional(Type.Array(string(), { description: "MODEL#NUMBER=VALUE: what models choose instead" })) }), Type.Unknown()],
+  alternatives: [
+    object({ choices: Type.Array(string(), { description: "MODEL#NUMBER: choices that models have made in the run" }) }),
+    list(or_null(object({ values: Type.Array(Data, { description: "At most 100, the first ones" }), count: Type.Integer({ minimum: 1, description: "Of all" }), last: Data }, "What that choice could have been; null: not known"))),
+  ],
   intervene: [Intervention, object({ id: optional(Type.Integer({ description: "Of what stands" })), result: optional(Data) })],
   interventions: [nothing(), list(Standing)],
   coverage: [object({ verification: optional(Type.Boolean({ description: "What a verification has reached; null: none is there" })) }), or_null(Reached)],

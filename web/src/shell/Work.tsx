@@ -1,6 +1,7 @@
 import { useEffect, useRef, useState, type ReactNode } from "react";
 
 import { panels } from "../panels/registry";
+import { useChartsBack } from "../panels/charts/back";
 import { SteerBar } from "../panels/steer/SteerBar";
 import { Story } from "../panels/violation/Story";
 import { useStudio } from "../store/store";
@@ -69,6 +70,7 @@ function Stage() {
     observer.observe(element);
     return () => observer.disconnect();
   }, []);
+  useChartsBack();
   const with_chart = charts_open && has_charts;
   const before = useRef<boolean | undefined>(undefined);
   // At first as if a violation's strip were above, so that nothing moves when it comes.

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 
 import type { Observation } from "../protocol/types";
-import { choices_of, chosen_otherwise, others_of } from "./choices";
+import { choices_of, chosen_otherwise, offer_of } from "./choices";
 
 const said = (sequence: number, name: string, data: Observation["data"]): Observation => ({ sequence, time: sequence * 1e6, tick: 0, kind: "event", name, source: name.split(".")[0]!, target: "", call: 0, data });
 const kChoices = choices_of([
@@ -20,10 +20,20 @@ test("a choice tells where it stands, if that is known", () => {
   expect(kChoices.map(({ place }) => place)).toEqual(["", "", "models/robot.scxml:33", ""]);
 });
 
-test("other alternatives are the other truth value, and what the same choice gave elsewhere", () => {
-  expect(others_of(kChoices, kChoices[0]!)).toEqual([2]);
-  expect(others_of(kChoices, kChoices[1]!)).toEqual([false]);
-  expect(others_of(kChoices, kChoices[2]!)).toEqual([true]);
+const offered = (i: number, possible: Parameters<typeof offer_of>[2]) => offer_of(kChoices, kChoices[i]!, possible);
+
+test("other alternatives are those that the program knows", () => {
+  expect(offered(0, { values: [2, 3, 4], count: 3, last: 4 })).toEqual({ others: [2, 3], as: "buttons", typed: null });
+  expect(offered(0, { values: [4], count: 1, last: 4 })).toEqual({ others: [], as: "buttons", typed: null });
+  const many = Array.from({ length: 100 }, (_, i) => i);
+  expect(offered(0, { values: many.slice(0, 20), count: 20, last: 19 })).toEqual({ others: many.slice(0, 20).filter((value) => value !== 4), as: "list", typed: null });
+  expect(offered(0, { values: many, count: 300, last: 299 })).toEqual({ others: [], as: "buttons", typed: { hint: "0 … 299, 300 in all" } });
+});
+
+test("where it knows none, they are the other truth value, and what the same choice gave elsewhere", () => {
+  expect(offered(0, null)).toEqual({ others: [2], as: "buttons", typed: { hint: "another value" } });
+  expect(offered(1, null)).toEqual({ others: [false], as: "buttons", typed: null });
+  expect(offered(2, null)).toEqual({ others: [true], as: "buttons", typed: null });
 });
 
 test("the run is the same up to the choice that is another", () => {

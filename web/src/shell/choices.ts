@@ -1,4 +1,5 @@
-import type { Data, Observation } from "../protocol/types";
+import { data_text } from "../draw/format";
+import type { Data, Observation, Operations } from "../protocol/types";
 
 /** One of the choices that a model made in a run. */
 export interface Choice {
@@ -29,14 +30,35 @@ export function choices_of(observations: readonly Observation[]): Choice[] {
   });
 }
 
-/** Alternatives of a choice as far as they are known: the other truth value, and what the same choice gave elsewhere. */
-export function others_of(choices: readonly Choice[], choice: Choice): Data[] {
+/** What a choice could have been, as the program says; null: it does not know. */
+export type Possible = Operations["alternatives"][1][number];
+
+/** Of so many others each has a button. */
+const kButtonsMax = 5;
+
+export interface Offer {
+  others: Data[];
+  /** They stand side by side, or in a list. */
+  as: "buttons" | "list";
+  /** Others can be typed too: the program judges them. `hint`: which there may be. */
+  typed: { hint: string } | null;
+}
+
+/**
+ * Alternatives of a choice: those that the program knows; of a choice of which it knows none the other truth value, and
+ * what the same choice gave elsewhere.
+ */
+export function offer_of(choices: readonly Choice[], choice: Choice, possible: Possible): Offer {
   const own = JSON.stringify(choice.value);
-  const seen = choices.filter((one) => one.model === choice.model && one.function === choice.function && one.name === choice.name).map(({ value }) => value);
-  if (typeof choice.value === "boolean") seen.push(!choice.value);
+  const seen = possible ? [...possible.values] : choices.filter((one) => one.model === choice.model && one.function === choice.function && one.name === choice.name).map(({ value }) => value);
+  if (!possible && typeof choice.value === "boolean") seen.push(!choice.value);
   const different = new Map(seen.map((value) => [JSON.stringify(value), value] as const));
   different.delete(own);
-  return [...different.values()];
+  const others = [...different.values()];
+  const listed = possible ? possible.values.length >= possible.count : typeof choice.value === "boolean";
+  const hint = possible && !listed ? `${data_text(possible.values[0] ?? null)} … ${data_text(possible.last)}, ${possible.count} in all` : "another value";
+  const shown = listed || !possible ? others : [];
+  return { others: shown, as: shown.length <= kButtonsMax ? "buttons" : "list", typed: listed ? null : { hint } };
 }
 
 /** What `run_again` is told so that the run is the same up to the `i`th choice, and has `value` there. */

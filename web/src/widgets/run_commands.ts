@@ -1,9 +1,10 @@
+import { LostError } from "../protocol/client";
 import type { Time } from "../protocol/types";
 import { ask, useStudio } from "../store/store";
 import { go_live, jump_to_violation, seek, start_replay, stop_replay } from "../store/time_travel";
 import { useCommand } from "./commands";
 import { confirm } from "./Confirm";
-import { note } from "../store/store";
+import { note, request } from "../store/store";
 
 export const kSpeeds = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16] as const;
 
@@ -67,8 +68,15 @@ export function stop_run(): void {
   confirm({ text: "Stop the mission? All skills are halted, and the run cannot go on afterwards.", yes: "Stop", run: () => void ask("intervene", { stop: "mission" }) });
 }
 
-export function run_again(how: { seed?: number; scenario?: string; choose?: string[] }): void {
-  const begin = () => void ask("run_again", how);
+/** `refused` is told why it does not begin; without it the page notes that. */
+export function run_again(how: { seed?: number; scenario?: string; choose?: string[] }, refused?: (why: string) => void): void {
+  const begin = () =>
+    void (refused
+      ? request("run_again", how).catch((error: unknown) => {
+          // Another run begins at this address, maybe before the program has answered.
+          if (!(error instanceof LostError)) refused(error instanceof Error ? error.message : String(error));
+        })
+      : ask("run_again", how));
   const state = useStudio.getState().state?.run.state;
   if (state === undefined || state === "ended") begin();
   else confirm({ text: "Begin again? The run that goes on is ended.", yes: "Begin again", run: begin });

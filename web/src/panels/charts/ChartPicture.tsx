@@ -35,7 +35,7 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
     limits: { min: 0.05, max: 4 },
     margin: 4,
     fit_max: 1.1,
-    readable: { from: 0.85, scale: 0.85 },
+    readable: { from: 0.85, scale: 1 },
     focus: () => active_box(chart, shown),
   });
   const composite = useMemo(() => composites(chart.layout), [chart]);

@@ -11,6 +11,8 @@ export function ChartSide({ chart }: { chart: ChartModel }) {
   const node = useStudio((studio) => studio.index?.model.tree.nodes.find((entry) => entry.leaf === chart.id)?.id);
   const monitor = useStudio((studio) => (chart.kind === "monitor" ? studio.state?.monitors[chart.name] : undefined));
   const sentence = useStudio((studio) => studio.index?.model.monitors.find((entry) => entry.name === chart.name)?.sentence);
+  // Recordings of before hold no more of a monitor than its states.
+  const unrecorded = chart.kind === "monitor" && state !== undefined && state.data === undefined;
   const active = (state?.active ?? []).filter((s) => !state!.active.some((other) => chart.states[other]?.parent === s));
   return (
     <aside className="chart-side" aria-label={`Values of ${chart.name}`}>
@@ -28,10 +30,10 @@ export function ChartSide({ chart }: { chart: ChartModel }) {
       {sentence && <p className="chart-sentence">{sentence}</p>}
       <section className="values">
         <h3>Active state</h3>
-        <p className="mono">{active.map((s) => chart.states[s]?.id || chart.states[s]?.kind).join(", ") || "none"}</p>
+        <p className="mono wrap">{active.map((s) => chart.states[s]?.id || chart.states[s]?.kind).join(", ") || "none"}</p>
         <StateAge id={chart.id} />
         <h3>Last event</h3>
-        <p className="mono wrap">{state?.event || "none"}</p>
+        <p className={unrecorded ? "muted" : "mono wrap"}>{unrecorded ? "not in this recording" : state?.event || (chart.kind === "monitor" ? "time passed" : "none")}</p>
         {typeof state?.last === "number" && state.last >= 0 && (
           <>
             <h3>Last transition</h3>
@@ -39,7 +41,7 @@ export function ChartSide({ chart }: { chart: ChartModel }) {
           </>
         )}
       </section>
-      <Table title="Data" rows={Object.entries(state?.data ?? {}).map(([key, value]) => ({ key, value }))} />
+      {unrecorded ? <Unrecorded /> : <Table title="Data" rows={Object.entries(state?.data ?? {}).map(([key, value]) => ({ key, value }))} />}
       {node !== undefined && (
         <button className="button small" onClick={() => jump_to(node)}>
           Show the leaf
@@ -51,6 +53,15 @@ export function ChartSide({ chart }: { chart: ChartModel }) {
         </button>
       )}
     </aside>
+  );
+}
+
+function Unrecorded() {
+  return (
+    <section className="values">
+      <h3>Data</h3>
+      <p className="muted">not in this recording</p>
+    </section>
   );
 }
 

@@ -11,7 +11,7 @@ import { Icon } from "../../widgets/Icon";
 import { color, useTheme } from "../../widgets/theme";
 import { show_piece, useShownPiece } from "../timeline/shown";
 import { add_signal, remove_signal, usePlot } from "./plot";
-import { candidates, held_at, together, kSignalsMax, on_one_axis, title_of, type Signal } from "./signals";
+import { candidates, held_at, together, kSignalsMax, on_one_axis, sides_of, title_of, type Side, type Signal } from "./signals";
 
 type Points = readonly (readonly [number, number])[];
 
@@ -86,6 +86,8 @@ function usePoints(signals: readonly Signal[], width: number): { points: readonl
   const again = useRef(false);
   const [round, set_round] = useState(0);
   useEffect(() => {
+    // Before it is measured nobody knows how many values there are to be.
+    if (width === 0) return;
     if (busy.current) {
       again.current = true;
       return;
@@ -130,6 +132,11 @@ function Curves({ signals }: { signals: readonly Signal[] }) {
     return () => observer.disconnect();
   }, []);
 
+  const side_by = useRef<Side[]>([]);
+  const sides = useMemo(() => (side_by.current = sides_of(signals.map((_, i) => points[i] ?? []), side_by.current)), [signals, points]);
+  const on = sides.join();
+  const split = sides.includes("right");
+
   const ready = size.width > 0 && size.height > 0;
   useEffect(() => {
     const element = place.current;
@@ -147,8 +154,9 @@ function Curves({ signals }: { signals: readonly Signal[] }) {
         axes: [
           { ...axis, size: 26, values: (_, splits) => splits.map((split) => clock_text(split * kSecond_ns, split % 1 === 0 ? 0 : 1)) },
           { ...axis, size: 52 },
+          ...(on.includes("right") ? [{ ...axis, scale: "right", side: 1 as const, size: 52, grid: { show: false } }] : []),
         ],
-        series: [{}, ...inks.map((stroke) => ({ stroke, width: 1.5, spanGaps: true, paths: uPlot.paths.stepped!({ align: 1 }), points: { show: false } }))],
+        series: [{}, ...inks.map((stroke, i) => ({ stroke, scale: on.split(",")[i] === "right" ? "right" : "y", width: 1.5, spanGaps: true, paths: uPlot.paths.stepped!({ align: 1 }), points: { show: false } }))],
         hooks: {
           setCursor: [(at) => set_cursor(at.cursor.left !== undefined && at.cursor.left >= 0 ? at.posToVal(at.cursor.left, "x") * kSecond_ns : null)],
           setSelect: [
@@ -191,14 +199,14 @@ function Curves({ signals }: { signals: readonly Signal[] }) {
       made.destroy();
       plot.current = null;
     };
-  }, [inks, ready]);
+  }, [inks, on, ready]);
 
   useEffect(() => plot.current?.setSize(size), [size]);
   useEffect(() => {
     const shown = signals.map((_, i) => points[i] ?? []);
     const [times, ...values] = on_one_axis(shown);
     plot.current?.setData([times.map((at) => at / kSecond_ns), ...values] as uPlot.AlignedData);
-  }, [points, signals, inks, ready]);
+  }, [points, signals, inks, on, ready]);
   useEffect(() => plot.current?.redraw(false, true), [piece, time]);
 
   const at = cursor ?? time;
@@ -220,6 +228,11 @@ function Curves({ signals }: { signals: readonly Signal[] }) {
               <strong className="number" data-testid="plot-value">
                 {why_not[i] ? "?" : points[i]?.length === 0 ? "no number here" : value_text(points[i] ?? [], at)}
               </strong>
+              {split && (
+                <span className="muted plot-side" title={`Its values stand at the ${sides[i]} axis`}>
+                  {sides[i] === "right" ? "right axis" : "left axis"}
+                </span>
+              )}
               <button className="icon-button small" aria-label={`Take ${title_of(signal)} away`} onClick={() => remove_signal(signal)}>
                 <Icon name="close" />
               </button>

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 
 import type { State } from "../../protocol/types";
-import { candidates, held_at, kSignalsMax, on_one_axis, parse_signals, title_of, together, with_signal, type Signal } from "./signals";
+import { candidates, held_at, kSignalsMax, on_one_axis, parse_signals, sides_of, title_of, together, with_signal, type Signal } from "./signals";
 
 describe("what can be plotted", () => {
   const state = {
@@ -44,4 +44,29 @@ it("several signals share the times at which one of them changes", () => {
   expect(held_at(a, -1)).toBeNull();
   expect(held_at(a, 9)).toBe(1);
   expect(held_at(a, 10)).toBe(2);
+});
+
+describe("signals of very different size", () => {
+  const wave = (low: number, most: number) => [[0, low], [1, most], [2, low]] as const;
+
+  it("have an axis each", () => {
+    expect(sides_of([wave(0, 14), wave(0, 1)], [])).toEqual(["left", "right"]);
+    expect(sides_of([wave(0, 1), wave(0, 14), wave(0, 0.8), wave(2, 12)], [])).toEqual(["left", "right", "left", "right"]);
+    expect(sides_of([wave(100, 101), wave(0, 1)], [])).toEqual(["left", "right"]);
+  });
+
+  it("and others share one", () => {
+    expect(sides_of([wave(0, 4), wave(0, 1)], [])).toEqual(["left", "left"]);
+    expect(sides_of([wave(0, 1)], [])).toEqual(["left"]);
+    expect(sides_of([], [])).toEqual([]);
+    // What does not change, or has no number, needs none.
+    expect(sides_of([wave(0, 14), wave(3, 3), []], [])).toEqual(["left", "left", "left"]);
+  });
+
+  it("keep their axes while that will do", () => {
+    expect(sides_of([wave(0, 6), wave(0, 1)], ["left", "right"])).toEqual(["left", "right"]);
+    expect(sides_of([wave(0, 6), wave(0, 1)], [])).toEqual(["left", "left"]);
+    expect(sides_of([wave(0, 2), wave(0, 1)], ["left", "right"])).toEqual(["left", "left"]);
+    expect(sides_of([wave(0, 14), wave(0, 1), wave(0, 1)], ["left", "right"])).toEqual(["left", "right", "right"]);
+  });
 });

@@ -78,3 +78,46 @@ export function on_one_axis(signals: readonly Points[]): [number[], ...(number |
     }),
   ];
 }
+
+export type Side = "left" | "right";
+
+/** A signal that takes less than this part of its axis looks flat. */
+const kFlat = 1 / 8;
+
+/** Of the signal that is the flattest so: the part of its axis that it takes. */
+function flattest(ranges: readonly (readonly [number, number] | null)[], sides: readonly Side[]): number {
+  let least = 1;
+  for (const side of ["left", "right"] as const) {
+    const own = ranges.filter((range, i) => range !== null && sides[i] === side) as (readonly [number, number])[];
+    const all = Math.max(...own.map(([, most]) => most)) - Math.min(...own.map(([low]) => low));
+    // What never changes is flat on any axis.
+    for (const [low, most] of own) if (most > low) least = Math.min(least, (most - low) / all);
+  }
+  return least;
+}
+
+/**
+ * The axis of each signal: the left one, unless some are so much smaller than others that they would look flat there. As
+ * `before`, as long as that will do: axes do not change with every new value.
+ */
+export function sides_of(signals: readonly Points[], before: readonly Side[]): Side[] {
+  const ranges = signals.map((points) => {
+    if (points.length === 0) return null;
+    let [low, most] = [Infinity, -Infinity];
+    for (const [, value] of points) [low, most] = [Math.min(low, value), Math.max(most, value)];
+    return [low, most] as const;
+  });
+  const alone = signals.map((): Side => "left");
+  const all_left = flattest(ranges, alone);
+  if (before.length === signals.length && before.includes("right") ? all_left >= 2 * kFlat : all_left >= kFlat) return alone;
+  if (before.length === signals.length && before.includes("right") && flattest(ranges, before) >= kFlat) return [...before];
+  let best = alone;
+  let least = all_left;
+  // The first stays on the left; there are few.
+  for (let which = 1; which < 1 << Math.max(signals.length - 1, 0); which++) {
+    const tried = signals.map((_, i): Side => (i > 0 && (which >> (i - 1)) & 1 ? "right" : "left"));
+    const now = flattest(ranges, tried);
+    if (now > 2 * least || (best !== alone && now > least)) [best, least] = [tried, now];
+  }
+  return best;
+}
