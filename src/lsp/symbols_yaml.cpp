@@ -70,6 +70,12 @@ class YamlCollector : public Collector {
         for (const text::YamlNode& entry : value.items) monitor(entry);
       } else if (key.scalar == "override" || key.scalar == "expect") {
         section(value);
+      } else if (key.scalar == "orders") {
+        for (const text::YamlNode& order : value.items) {
+          const text::YamlNode* const first = order.find("first");
+          const auto from = first != nullptr && first->is_scalar() ? place_of(*first) : std::nullopt;
+          if (from) dotted(*from, *from + first->scalar.size());
+        }
       } else if (key.scalar == "mission") {
         if (const text::YamlNode* tree = value.find("tree")) scalar(*tree, SymbolKind::kTree, false);
       } else {

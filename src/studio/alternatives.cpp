@@ -53,7 +53,9 @@ void Alternatives::take(const mission::Choice& choice) {
     if (known.size() == kKnownMax) known.erase(known.begin());
     same = known.insert(known.end(), std::make_shared<const Of>(std::move(of)));
   }
+  if (model.made.size() == kMadeMax) model.made.erase(model.made.begin());
   model.made[choice.number] = {.of = *same, .value = {}};
+  if (model.untold.size() == kMadeMax) model.untold.pop_front();
   model.untold.push_back(choice.number);
 }
 
@@ -64,7 +66,8 @@ void Alternatives::hear(const std::string& model, const Message& message) {
   if (found == models_.end() || found->second.untold.empty()) return;
   const std::uint64_t number = found->second.untold.front();
   found->second.untold.pop_front();
-  if (value != nullptr) found->second.made[number].value = *value;
+  const auto made = found->second.made.find(number);
+  if (value != nullptr && made != found->second.made.end()) made->second.value = *value;
 }
 
 const Alternatives::Made* Alternatives::find(std::string_view named) const {

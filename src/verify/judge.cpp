@@ -381,7 +381,7 @@ std::string told_chance(double low, double high) {
   constexpr int kDigitsMax = 10;
   constexpr int kDigitsMin = 3;
   for (int digits = kDigitsMax; digits >= kDigitsMin; --digits) {
-    const std::string text = fmt::format("{:.{}g}", low, digits);
+    std::string text = fmt::format("{:.{}g}", low, digits);
     if (text == fmt::format("{:.{}g}", high, digits)) return text;
   }
   if (low == 0) return "at most " + rounded_chance(high, 2, true);

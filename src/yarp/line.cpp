@@ -47,7 +47,7 @@ PortLine::PortLine(PortAddress address, const idl::Service& interface, rpc::Clie
 }
 
 std::string PortLine::where() const {
-  const std::string address = "yarp:" + address_.name;
+  std::string address = "yarp:" + address_.name;
   if (options_.target == address) return address;
   return fmt::format("\"{}\" at yarp:{}", options_.target, address_.name);
 }

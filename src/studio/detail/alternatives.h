@@ -21,6 +21,8 @@ class Alternatives {
  public:
   /// Of one choice, those at most; of more of them the first ones.
   static constexpr std::uint64_t kKeptMax = 100;
+  /// Choices of one model that are remembered; of a run that makes more, the last ones.
+  static constexpr std::size_t kMadeMax = 100'000;
 
   /// Hears of the choices that the models of the run make from now on, and must outlive it.
   void install(const std::vector<std::string>& models, runtime::RunOptions& options);

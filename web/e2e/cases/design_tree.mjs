@@ -62,7 +62,7 @@ test("impossible drops say why while one drags, and change nothing", async () =>
   await until(async () => ["Recharge", "EnergyOk"].includes(await chosen()), "the node beside it is chosen");
   // By key, and by the right button.
   await node(page, "Recharge").click();
-  await page.locator(".design-palette [role=group]").focus();
+  await page.locator(".design-palette .scroll").focus();
   await page.keyboard.press("ArrowDown");
   await page.keyboard.press("Enter");
   await until(async () => (await undo_name(page)).endsWith("to Recharge"), "it is below the chosen node");

@@ -52,8 +52,10 @@ export function ChartsPanel() {
     if (at_work) select({ chart: at_work });
   }, [at_work]);
   useEffect(() => {
-    // Another chart than the followed one: somebody picked it, here or in another panel.
-    if (chosen !== null && followed.current !== null && chosen !== followed.current) useCharts.setState({ follow: false });
+    // Another chart than the followed one: somebody picked it, here or in another panel. What was followed before may be
+    // the one of this rendering, while the next one is chosen already.
+    const now = useStudio.getState().selection.chart;
+    if (now !== null && followed.current !== null && now !== followed.current) useCharts.setState({ follow: false });
   }, [chosen]);
 
   if (!index || !chart) return <div className="empty">{index ? "This mission has no charts." : "Waiting for the charts …"}</div>;

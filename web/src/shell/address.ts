@@ -27,7 +27,9 @@ function place_now(): Place {
 function go_to_place(place: Place): void {
   const { index } = useStudio.getState();
   const node = index?.model.tree.nodes.find(({ path }) => path === place.node);
-  const wanted: Partial<Selection> = { chart: place.chart !== null && index?.chart.has(place.chart) ? place.chart : null, monitor: place.monitor, sequence: place.message, node: node?.id ?? null };
+  const wanted: Partial<Selection> = { monitor: place.monitor, sequence: place.message, node: node?.id ?? null };
+  // One without a chart follows the leaf at work, whose chart may be chosen already.
+  if (place.chart !== null && index?.chart.has(place.chart)) wanted.chart = place.chart;
   select(wanted);
   if (wanted.chart) useCharts.setState({ follow: false });
   if (place.view === "run") useMode.setState({ mode: "run" });
