@@ -82,7 +82,8 @@ template <std::integral T>
   if constexpr (std::is_unsigned_v<T>) {
     return value >= 0 && static_cast<std::uint64_t>(value) <= std::uint64_t{std::numeric_limits<T>::max()};
   } else {
-    return value >= std::int64_t{std::numeric_limits<T>::min()} && value <= std::int64_t{std::numeric_limits<T>::max()};
+    return value >= std::int64_t{+std::numeric_limits<T>::min()} &&
+           value <= std::int64_t{+std::numeric_limits<T>::max()};
   }
 }
 /// The greatest value of the type, but for what is beyond int64.
@@ -248,7 +249,7 @@ template <class T>
       t.kind = PortType::Class::kBool;
     } else if constexpr (std::is_integral_v<T>) {
       t.kind = PortType::Class::kInteger;
-      t.min = static_cast<std::int64_t>(std::numeric_limits<T>::min());
+      t.min = static_cast<std::int64_t>(+std::numeric_limits<T>::min());
       t.max = detail::greatest<T>();
     } else if constexpr (std::is_floating_point_v<T>) {
       t.kind = PortType::Class::kReal;

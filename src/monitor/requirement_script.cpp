@@ -218,7 +218,7 @@ Js Script::holders(const Condition& value) {
 Js Script::guard(const Condition& value) const {
   const std::string place = raw(value);
   const DataType type = type_of(value);
-  const Js guard =
+  Js guard =
       js_and(holders(value), type_name(type.kind).empty() ? Js{place + " !== null", kEquality} : is_of(place, type));
   return {std::move(guard.text), guard.binding == kOr ? kOr : kAnd};
 }
