@@ -15,6 +15,8 @@ import sys
 import tempfile
 import time
 
+from restless import restless_recharge
+
 PATIENCE_S = 240
 
 
@@ -26,14 +28,7 @@ class Test:
         # Sockets want short names.
         self.runs = tempfile.mkdtemp(prefix="sentree-parts-")
         self.environment = dict(os.environ, SENTREE_RUNS=self.runs, XDG_RUNTIME_DIR=self.runs)
-        # A mission that fails while its robot is gone begins anew.
-        project = os.path.join(work, "project")
-        shutil.copytree(os.path.join(source, "examples", "recharge"), project)
-        with open(os.path.join(project, "sentree.yaml"), "r+", encoding="utf-8") as file:
-            text = file.read()
-            assert "rate: 10 Hz}" in text
-            file.seek(0)
-            file.write(text.replace("rate: 10 Hz}", "rate: 10 Hz, repeat: true}"))
+        project = restless_recharge(source, work)
         self.scenario = os.path.join(work, "mission.yaml")
         with open(self.scenario, "w", encoding="utf-8") as file:
             file.write(f"""project: {project}

@@ -11,6 +11,8 @@ import signal
 import subprocess
 import sys
 
+from restless import restless_recharge
+
 KILLS = 5
 
 
@@ -19,15 +21,7 @@ class Test:
         self.sentree, self.work = sentree, work
         shutil.rmtree(work, ignore_errors=True)
         os.makedirs(work)
-        project = os.path.join(work, "project")
-        shutil.copytree(os.path.join(source, "examples", "recharge"), project)
-        # A mission whose skill has gone fails, and begins anew.
-        with open(os.path.join(project, "sentree.yaml"), "r+", encoding="utf-8") as file:
-            text = file.read()
-            assert "rate: 10 Hz}" in text
-            file.seek(0)
-            file.write(text.replace("rate: 10 Hz}", "rate: 10 Hz, repeat: true}"))
-        self.project = project
+        self.project = restless_recharge(source, work)
 
     def skills(self, run):
         """Processes of its skills that are alive."""

@@ -36,8 +36,22 @@ What* first_of(std::deque<What*>& waiting) {
 
 }  // namespace
 
-Arrivals::Arrivals(const project::Plan& plan, std::map<std::string, std::string> processes, NeverCame never_came,
-                   From from)
+bool tells_unreached(const Message& message) {
+  return message.source == "run" && message.name.ends_with(".unreachable");
+}
+
+std::vector<std::size_t> leaves_of_process(const project::Plan& plan, const ProcessSkills& processes,
+                                           const std::string& process) {
+  std::vector<std::size_t> leaves;
+  const auto ran = processes.find(process);
+  if (ran == processes.end()) return leaves;
+  for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
+    if (plan.leaves[leaf].name == ran->second || plan.leaves[leaf].id == ran->second) leaves.push_back(leaf);
+  }
+  return leaves;
+}
+
+Arrivals::Arrivals(const project::Plan& plan, ProcessSkills processes, NeverCame never_came, From from)
     : plan_(plan), processes_(std::move(processes)), never_came_(never_came), from_(from) {
   for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves_[plan_.leaves[i].name] = i;
 }
@@ -80,7 +94,7 @@ bool Arrivals::note(const Message& message) {
   }
   if (const auto by = latest_ticks_.find(message.source); by != latest_ticks_.end()) by->second->seen = true;
   if (message.kind != MessageKind::kEvent) return false;
-  if (message.source == "run" && message.name.ends_with(".unreachable")) return note_unreached(message);
+  if (tells_unreached(message)) return note_unreached(message);
   if (message.name == "process.restarted") note_restarted(message);
   if (message.name == "mission.tick") ticked_[message.tick] = message.time;
   if (message.name == "mission.stop.taken") {
@@ -171,11 +185,10 @@ void Arrivals::note_injection(const Message& message) {
 // What did not reach a skill that was gone was tried again until it was there.
 void Arrivals::note_restarted(const Message& message) {
   const Value* const process = message.data.find("process");
-  const auto ran = process != nullptr ? processes_.find(std::string(process->text())) : processes_.end();
-  if (ran == processes_.end()) return;
-  for (const project::LeafPlan& leaf : plan_.leaves) {
-    const auto latest = latest_ticks_.find(leaf.name);
-    if ((leaf.name != ran->second && leaf.id != ran->second) || latest == latest_ticks_.end()) continue;
+  if (process == nullptr) return;
+  for (const std::size_t leaf : leaves_of_process(plan_, processes_, std::string(process->text()))) {
+    const auto latest = latest_ticks_.find(plan_.leaves[leaf].name);
+    if (latest == latest_ticks_.end()) continue;
     Activation& open = *latest->second;
     if (!open.answered && !open.seen && !open.unreached) open.asked = message.time;
   }

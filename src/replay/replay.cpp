@@ -356,7 +356,7 @@ class Replay {
       if (is_said_anew(message)) continue;
       const bool is_published = message.kind == MessageKind::kRequest && plan_.services.contains(message.target) &&
                                 !leaves.contains(message.source);
-      if (message.name == "scenario.injection" || is_of_process(message) || is_unreached(message) ||
+      if (message.name == "scenario.injection" || is_of_process(message) || tells_unreached(message) ||
           models_.contains(message.source) || is_published) {
         injections_.push_back(message);
         continue;
@@ -423,7 +423,7 @@ class Replay {
 
   // What was done then is done again, except to what answers as recorded.
   void inject(const Message& injection) {
-    if (is_unreached(injection)) return fail_unreached(injection);
+    if (tells_unreached(injection)) return fail_unreached(injection);
     if (is_of_process(injection)) {
       const Value* const process = injection.data.find("process");
       if (process == nullptr) return;
@@ -458,9 +458,6 @@ class Replay {
   static bool is_of_process(const Message& message) {
     return message.source == "run" && (message.name == "process.exited" || message.name == "process.restarted");
   }
-  static bool is_unreached(const Message& message) {
-    return message.source == "run" && message.name.ends_with(".unreachable");
-  }
 
   // The leaf of a skill that was gone fails as it did then, and the chart that was at work has gone.
   void fail_unreached(const Message& told) {
@@ -488,11 +485,7 @@ class Replay {
 
   // Skills that ran in that process then; they run in this one now.
   void of_process(const std::string& process, const std::function<void(runtime::SkillActor&)>& act) {
-    const auto ran = process_skills_.find(process);
-    if (ran == process_skills_.end()) return;
-    for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
-      const project::LeafPlan& plan = plan_.leaves[leaf];
-      if (plan.name != ran->second && plan.id != ran->second) continue;
+    for (const std::size_t leaf : leaves_of_process(plan_, process_skills_, process)) {
       if (runtime::SkillActor* skill = inside_->skill(leaf)) act(*skill);
     }
   }
@@ -732,9 +725,9 @@ class Replay {
   std::map<std::string, std::deque<Exchange>> exchanges_;
   std::map<std::uint64_t, Exchange*> asked_;  // in virtual time, by call: requests that have not reached their service
   std::vector<Message> injections_;
-  std::map<std::uint64_t, TimePoint> ticked_;          // when, by tick of the root
-  std::set<std::string> models_;                       // names of those of the recorded run
-  std::map<std::string, std::string> process_skills_;  // what each recorded process ran
+  std::map<std::uint64_t, TimePoint> ticked_;  // when, by tick of the root
+  std::set<std::string> models_;               // names of those of the recorded run
+  ProcessSkills process_skills_;
   std::vector<Act> acts_;
   std::optional<Arrivals> arrivals_;
   std::uint64_t tick_ = 0;  // of the root, the latest

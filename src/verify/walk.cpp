@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "sentree/project/cpp_nodes.h"
+
 namespace sentree::verify {
 
 namespace {
@@ -27,9 +29,7 @@ Walk::Walk(const project::Plan& plan, Order order, std::function<Result<double>(
     : plan_(plan), score_(std::move(score)) {
   options_.order = order;
   options_.reduce_orders = false;
-  for (bt::NodeId node = 0; node < plan.tree.size(); ++node) {
-    if (plan.tree.is_user(node)) options_.times = bt::Times::kAbsolute;
-  }
+  if (!project::cpp_nodes(plan).empty()) options_.times = bt::Times::kAbsolute;
 }
 
 Result<void> Walk::begin() {

@@ -16,6 +16,15 @@
 
 namespace sentree::replay {
 
+/// Whether the mission told that a leaf's skill, which ran elsewhere, could not be reached.
+[[nodiscard]] bool tells_unreached(const Message& message);
+
+/// The skill, or leaf, that a process executed, by the process.
+using ProcessSkills = std::map<std::string, std::string>;
+/// The leaves, by index in `plan`, that the process executed. @return None: it is none of `processes`.
+[[nodiscard]] std::vector<std::size_t> leaves_of_process(const project::Plan& plan, const ProcessSkills& processes,
+                                                         const std::string& process);
+
 /// When what passes between the mission and its leaves arrived in a recorded run, and when a leaf took what it took
 /// behind something that came later.
 class Arrivals {
@@ -30,9 +39,7 @@ class Arrivals {
   enum class From : std::uint8_t { kBeginning, kMiddle };
 
   /// @param plan  Of which leaves and deadlines are looked at; borrowed.
-  /// @param processes  The skill, or leaf, by the process that executed it.
-  Arrivals(const project::Plan& plan, std::map<std::string, std::string> processes, NeverCame never_came,
-           From from = From::kBeginning);
+  Arrivals(const project::Plan& plan, ProcessSkills processes, NeverCame never_came, From from = From::kBeginning);
   Arrivals(const Arrivals&) = delete;
   Arrivals& operator=(const Arrivals&) = delete;
 
@@ -99,7 +106,7 @@ class Arrivals {
   void note_topic(std::size_t leaf, const Message& message, TimePoint taken);
 
   const project::Plan& plan_;
-  std::map<std::string, std::string> processes_;
+  ProcessSkills processes_;
   NeverCame never_came_;
   From from_;
   TimePoint ended_{};                          // the latest observation

@@ -1,4 +1,5 @@
-// cyclone_peer DOMAIN: a process with Cyclone DDS that speaks as nodes of rmw_cyclonedds do. It answers on
+// cyclone_peer DOMAIN: a process with Cyclone DDS that speaks as nodes of rmw_cyclonedds do. It prints "ready" when
+// everything of it is there. It answers on
 // /from_cyclone what it hears on /to_cyclone, and how large what comes on /image is; serves /cyclone_lamp and the
 // action /cyclone_count, and asks /lamp and the action /count when it hears "call", "goal" or "cancel".
 
@@ -264,6 +265,8 @@ int main(int argc, char** argv) {
              {their_result.replies, hear_result},
              {their_cancel.replies, hear_cancel},
              {reader("rt/count/_action/feedback", &demo_action_dds__Count_FeedbackMessage__desc), hear_feedback}};
+  puts("ready");
+  fflush(stdout);
   for (;;) {
     must(dds_waitset_wait(waitset, NULL, 0, DDS_INFINITY), "wait");
     for (size_t i = 0; i < sizeof all / sizeof *all; ++i) {

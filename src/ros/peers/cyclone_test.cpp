@@ -1,16 +1,22 @@
 // Each kind of traffic with a process that has another DDS: Cyclone's, as nodes of rmw_cyclonedds have it.
 
+#include <arpa/inet.h>
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <ifaddrs.h>
 #include <net/if.h>
+#include <netinet/in.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <string_view>
-#include <thread>
 
 #include "sentree/ros/action_server.h"
 #include "sentree/ros/detail/overhear.h"
@@ -34,7 +40,8 @@ std::string settings(int lost) {
          std::to_string(lost) + "</XmitLossiness></Test></Internal></Domain></CycloneDDS>";
 }
 
-// @param variable  Empty: as it is without any. The number of the process; 0: it did not begin.
+// @param variable  Empty: as it is without any. The number of the process, everything of which is there; 0: it did not
+//        begin.
 pid_t start_peer(std::string domain, std::string variable) {
   std::vector<char*> variables;
   for (char** each = environ; *each != nullptr; ++each) {
@@ -44,8 +51,20 @@ pid_t start_peer(std::string domain, std::string variable) {
   variables.push_back(nullptr);
   std::string program = SENTREE_CYCLONE_PEER;
   char* const arguments[] = {program.data(), domain.data(), nullptr};
+  int ready[2];
+  if (::pipe2(ready, O_CLOEXEC) != 0) return 0;
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, ready[1], STDOUT_FILENO);
   pid_t peer = 0;
-  return posix_spawn(&peer, program.c_str(), nullptr, nullptr, arguments, variables.data()) == 0 ? peer : 0;
+  const bool began = posix_spawn(&peer, program.c_str(), &actions, nullptr, arguments, variables.data()) == 0;
+  posix_spawn_file_actions_destroy(&actions);
+  ::close(ready[1]);
+  char said = 0;
+  const bool is_there = began && ::read(ready[0], &said, 1) == 1;
+  ::close(ready[0]);
+  if (began && !is_there) ::waitpid(peer, nullptr, 0);
+  return is_there ? peer : 0;
 }
 
 // Whether there is a network on which others could look by multicast.
@@ -62,12 +81,37 @@ bool has_network() {
   return found;
 }
 
+// Whoever looks by multicast at the loopback interface hears of us, before anybody has told us of himself.
+TEST_F(Graph, TellsOfItselfByMulticastOnThisMachine) {
+  const int listening = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const int shared = 1;
+  sockaddr_in place{};
+  place.sin_family = AF_INET;
+  place.sin_port = htons(static_cast<std::uint16_t>(7400 + 250 * std::stoi(domain_)));  // DDSI-RTPS 2.2, 9.6.1.4
+  ip_mreqn group{};
+  group.imr_multiaddr.s_addr = inet_addr("239.255.0.1");
+  group.imr_address.s_addr = htonl(INADDR_LOOPBACK);
+  group.imr_ifindex = static_cast<int>(::if_nametoindex("lo"));
+  ASSERT_EQ(::setsockopt(listening, SOL_SOCKET, SO_REUSEADDR, &shared, sizeof shared), 0);
+  ASSERT_EQ(::setsockopt(listening, SOL_SOCKET, SO_REUSEPORT, &shared, sizeof shared), 0);
+  ASSERT_EQ(::bind(listening, reinterpret_cast<const sockaddr*>(&place), sizeof place), 0);
+  if (::setsockopt(listening, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) != 0) {
+    ::close(listening);
+    GTEST_SKIP() << "the loopback interface has no multicast";
+  }
+  const auto node = node_at("/teller");
+  pollfd waiting{.fd = listening, .events = POLLIN, .revents = 0};
+  ASSERT_EQ(::poll(&waiting, 1, static_cast<int>(std::chrono::milliseconds(kPatience).count())), 1);
+  std::string heard(4, ' ');
+  EXPECT_EQ(::recv(listening, heard.data(), heard.size(), MSG_TRUNC | MSG_DONTWAIT) > 4 ? heard : "", "RTPS");
+  ::close(listening);
+}
+
 // It takes any free port, and says by multicast where it is, at first and every 8 s.
 TEST_F(Graph, FindsNodesOfCycloneWithoutAnySettingsOnThisMachine) {
   if (!has_network()) GTEST_SKIP() << "there is no network, where it behaves otherwise";
   const pid_t peer = start_peer(domain_, "");
   ASSERT_GT(peer, 0);
-  std::this_thread::sleep_for(std::chrono::seconds(4));  // what it has said at first is over
   const rpc::Address everywhere = at("/");
   const auto listed = rpc::middleware_of(everywhere).list(everywhere, std::chrono::seconds(1));
   ::kill(peer, SIGKILL);
