@@ -21,7 +21,7 @@ struct SkillInfo {
 
 struct Tick {
   1: string leaf,          // the leaf's full path
-  2: i64 run,              // counts the leaf's runs from 1; a new number starts the skill anew
+  2: i64 run,              // another number than any before, in other missions too, starts the skill anew; below 2^53
   3: i64 tick,             // number of the root tick
   4: string inputs = "{}"  // present values of the input ports
 }

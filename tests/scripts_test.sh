@@ -140,7 +140,7 @@ run 8 "$work/repo/test"
 stub_failing_ctest() {
   stub ctest 'failed='"$work"'/repo/build/release/Testing/Temporary/LastTestsFailed.log
 [[ " $* " == *" --rerun-failed "* ]] && exit '"$1"'
-[[ " $* " == *" -N -L "* ]] && { echo "  Test #7: A.wall"; exit 0; }
+[[ " $* " == *" -N -L "* ]] && { echo "  Test #7: A.wall"; echo "  Test #8: RandomMissions.OfSeeds"; exit 0; }
 mkdir -p "${failed%/*}" && printf "'"$2"'" >"$failed"; exit 8'
 }
 
@@ -163,6 +163,20 @@ stub_failing_ctest 0 '7:A.wall\n9:soak.a_minute\n'
 run 0 env CI=true "$work/repo/test"
 stub_failing_ctest 0 '7:A.wall\n9:A.wallet\n'
 run 8 env CI=true "$work/repo/test"
+
+name="forgives nothing that runs in virtual time where CI is set"
+set_up
+stub_failing_ctest 0 '8:RandomMissions.OfSeeds\n'
+run 8 env CI=true "$work/repo/test"
+
+name="forgives nothing that a sanitizer has found"
+set_up
+stub_failing_ctest 0 '7:A.b\n'
+mkdir -p "$work/repo/build/release/Testing/Temporary"
+echo '==1==ERROR: AddressSanitizer: heap-use-after-free' >"$work/repo/build/release/Testing/Temporary/LastTest.log"
+run 8 "$work/repo/test"
+expect_output 'A sanitizer has found something'
+expect_no_call 'ctest .* --rerun-failed'
 
 name="fails when a test fails alone too"
 set_up

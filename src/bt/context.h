@@ -51,6 +51,8 @@ class Context {
   [[nodiscard]] std::string_view name() const;
   [[nodiscard]] std::string path() const;
   [[nodiscard]] const Tree& tree() const;
+  /// The run's time, which all nodes of one tick have in common. `sentree verify` tells states of different times apart
+  /// in missions with a node that asks for it; a clock of the node's own is not seen there.
   [[nodiscard]] TimePoint now() const;
   /// What the node kept from its last tick.
   [[nodiscard]] Status status() const { return kept_; }

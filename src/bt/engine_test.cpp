@@ -123,7 +123,29 @@ TEST(Step, ALeafTickedWhileItIsHaltingIsRunningAndStartsAnewAfterwards) {
   EXPECT_EQ(m.todo(), "start GoToKitchen ");
 }
 
-TEST(Step, HaltingTheTreeCancelsTheLeafThatIsWaitedFor) {
+// It may have begun something, also in the tick that it has not answered.
+TEST(Step, HaltingTheTreeHaltsTheActionThatIsWaitedFor) {
+  Mission m(kMission);
+  for (const bool began_before : {false, true}) {
+    SCOPED_TRACE(began_before);
+    m.step(Input::tick());
+    m.answer("Battery", Status::kSuccess);
+    if (began_before) {
+      m.answer("GoToKitchen", Status::kRunning);
+      m.step(Input::tick());
+      m.answer("Battery", Status::kSuccess);
+    }
+    EXPECT_EQ(m.step(Input::halt()).kind, StepResult::Kind::kApplied);
+    EXPECT_EQ(m.todo(), "halt GoToKitchen ");
+    EXPECT_EQ(m.state.waiting_leaf(), kNoNode);
+    EXPECT_EQ(m.answer("GoToKitchen", Status::kSuccess).kind, StepResult::Kind::kIgnored);
+    EXPECT_THAT(m.state.outstanding_halts(), ElementsAre(m.leaf("GoToKitchen")));
+    m.step(Input::leaf_halted(m.leaf("GoToKitchen")));
+    EXPECT_THAT(m.state.outstanding_halts(), ElementsAre());
+  }
+}
+
+TEST(Step, HaltingTheTreeCancelsTheConditionThatIsWaitedFor) {
   Mission m(kMission);
   m.step(Input::tick());
   EXPECT_EQ(m.step(Input::halt()).kind, StepResult::Kind::kApplied);

@@ -78,14 +78,17 @@ Next Machine::enter_external(const Node& n, NodeId id) {
 
 void Machine::halt_external(const Node& n, NodeId id) {
   std::int32_t& flags = *memory(n);
-  if (state_.waiting_ == id) {
-    // In the middle of its tick there is nobody to answer any more.
+  const bool waits = state_.waiting_ == id;
+  const bool runs = (waits || status_[id] == Status::kRunning) && (flags & kRunStarted) != 0;
+  if (waits) {
+    // In the middle of its tick: nobody waits for the answer any more.
     state_.waiting_ = kNoNode;
-    flags &= ~kRunStarted;
-    effects_.list.push_back({Effect::Kind::kCancelLeaf, id, false, {}});
-    return;
+    if (n.kind == Kind::kExternalCondition) {
+      flags &= ~kRunStarted;
+      effects_.list.push_back({Effect::Kind::kCancelLeaf, id, false, {}});
+      return;
+    }
   }
-  const bool runs = status_[id] == Status::kRunning && (flags & kRunStarted) != 0;
   flags &= ~kRunStarted;
   if (!runs || (flags & kHalting) != 0) return;
   flags |= kHalting;

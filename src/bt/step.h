@@ -30,7 +30,7 @@ struct Input {
   }
   /// The leaf has finished halting.
   [[nodiscard]] static Input leaf_halted(NodeId leaf) { return {Kind::kLeafHalted, leaf, Status::kIdle, {}}; }
-  /// Halt the whole tree. A suspended tick is given up and its leaf cancelled.
+  /// Halt the whole tree. A suspended tick is given up: its leaf is halted, or cancelled if it is a condition.
   [[nodiscard]] static Input halt() { return {Kind::kHalt, kNoNode, Status::kIdle, {}}; }
   /// Timers may be due. During a suspended tick they wait for its end.
   [[nodiscard]] static Input timer() { return {Kind::kTimer, kNoNode, Status::kIdle, {}}; }
@@ -41,7 +41,7 @@ struct Effect {
   enum class Kind {
     kTickLeaf,    ///< Tick it and give its status as the next input.
     kHaltLeaf,    ///< Tell it to halt; `Input::leaf_halted` when it has.
-    kCancelLeaf,  ///< Give up what it does now; no answer is expected.
+    kCancelLeaf,  ///< A condition: give up what it does now; no answer is expected.
   };
   Kind kind;
   NodeId leaf;

@@ -30,13 +30,8 @@ int skill(const SkillCommand& command) {
   say(plan.diagnostics);
   if (!plan.ok()) return kInvalidInput;
   // What its chart never calls need not be reached.
-  const bool is_open = scxml::invokes_unknown(plan.value->chart);
-  const std::vector<scxml::SendInfo> sends = scxml::sends_with_invoked(plan.value->chart);
-  std::erase_if(plan.value->services, [&](const auto& service) {
-    return !is_open && std::none_of(sends.begin(), sends.end(), [&](const scxml::SendInfo& send) {
-      return send.type.value_or("thrift") == "thrift" && send.target.value_or(service.first) == service.first;
-    });
-  });
+  std::erase_if(plan.value->services,
+                [&](const auto& service) { return !project::may_call(plan.value->chart, service.first); });
   for (const auto& [name, service] : plan.value->services) {
     if (service.at != "sim" && service.at != "model") continue;
     say(fmt::format("service \"{}\" is at: {}, which is inside another process; give its address with --at {}=ADDRESS",

@@ -424,7 +424,7 @@ class Completer {
       if (left.ends_with(source)) return services();
     }
     if (before < begin && !left.empty() && std::isdigit(static_cast<unsigned char>(left.back())) != 0) {
-      for (const char* unit : kUnits) add(unit, ItemKind::kUnit);
+      for (const std::string_view unit : monitor::units()) add(std::string(unit), ItemKind::kUnit);
       add_all({"ticks", "events"}, ItemKind::kUnit);
       return;
     }
@@ -683,9 +683,6 @@ class Completer {
         add(occurrence.symbol.name.substr(occurrence.symbol.name.find('#') + 1), ItemKind::kClass);
     }
   }
-
-  static constexpr const char* kUnits[] = {"%",  "ratio", "m",   "mm",    "cm", "km", "rad", "deg",  "s", "ms",
-                                           "us", "min",   "m/s", "rad/s", "V",  "mV", "A",   "degC", "W", "Hz"};
 
   const Index& index_;
   const std::string& name_;

@@ -13,9 +13,6 @@ namespace {
 
 using Kind = Condition::Kind;
 
-constexpr std::array<std::string_view, 20> kUnits{"%",  "ratio", "m",   "mm",    "cm", "km", "rad", "deg",  "s", "ms",
-                                                  "us", "min",   "m/s", "rad/s", "V",  "mV", "A",   "degC", "W", "Hz"};
-
 struct OperatorText {
   Kind kind;
   std::string_view text;
@@ -143,8 +140,6 @@ std::string_view to_string(Importance importance) {
   }
   return "major";
 }
-
-bool is_unit(std::string_view text) { return std::find(kUnits.begin(), kUnits.end(), text) != kUnits.end(); }
 
 std::string Source::text() const {
   std::string inside = fmt::format("{}.{}", service, method);

@@ -212,6 +212,7 @@ struct RequirementFile {
 [[nodiscard]] std::vector<Source> sources_of(const Requirement& requirement);
 
 /// Units that numbers can have: "%", "ratio", "m", "rad", …
+[[nodiscard]] std::vector<std::string_view> units();
 [[nodiscard]] bool is_unit(std::string_view text);
 
 }  // namespace sentree::monitor

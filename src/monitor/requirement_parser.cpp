@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace sentree::monitor {
 
@@ -183,7 +184,9 @@ void RequirementParser::definition(RequirementFile& file) {
   }
   if (accept_symbol("[")) {
     definition.unit = unit();
-    if (!failed_ && definition.unit.empty()) return error(shown(peek()) + " is no unit that is known");
+    if (!failed_ && definition.unit.empty()) {
+      return error(fmt::format("{} is no unit that is known; there are {}", shown(peek()), fmt::join(units(), ", ")));
+    }
     expect_symbol("]", "after the unit");
   }
   expect_symbol("=", "after the name");

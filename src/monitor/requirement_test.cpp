@@ -144,7 +144,9 @@ TEST(Requirement, ErrorsNameThePlaceAndTheWayOut) {
   EXPECT_THAT(messages("R (urgent): always true."),
               ElementsAre(HasSubstr("expected info, minor, major, critical or re-arming, got \"urgent\"")));
   EXPECT_THAT(messages("let never = 3\n"), ElementsAre(HasSubstr("is a word of the language")));
-  EXPECT_THAT(messages("let a [volt] = 3\n"), ElementsAre("r.req:1:8: \"volt\" is no unit that is known"));
+  EXPECT_THAT(messages("let a [volt] = 3\n"),
+              ElementsAre(HasSubstr("r.req:1:8: \"volt\" is no unit that is known; there are ratio, %, m,")));
+  EXPECT_THAT(messages("let load [kg] = reply(a.b).load\n"), ElementsAre());
   EXPECT_THAT(messages("let a = \"x\n"), ElementsAre(HasSubstr("closing \" is missing")));
   EXPECT_THAT(messages_of("always halt."),
               ElementsAre(HasSubstr("\"halt\" is not defined, but an event of that name is: write event(halt)")));

@@ -34,12 +34,14 @@ struct Scale {
   std::string_view of;
   double factor;  // 1 `unit` is `factor` `of`
 };
-constexpr std::array<Scale, 20> kScales{
+constexpr std::array<Scale, 25> kScales{
     {{"ratio", "ratio", 1}, {"%", "ratio", 0.01},  {"m", "m", 1},     {"mm", "m", 0.001},
      {"cm", "m", 0.01},     {"km", "m", 1000},     {"rad", "rad", 1}, {"deg", "rad", 0.017453292519943295},
      {"s", "s", 1},         {"ms", "s", 0.001},    {"us", "s", 1e-6}, {"min", "s", 60},
      {"m/s", "m/s", 1},     {"rad/s", "rad/s", 1}, {"V", "V", 1},     {"mV", "V", 0.001},
-     {"A", "A", 1},         {"degC", "degC", 1},   {"W", "W", 1},     {"Hz", "Hz", 1}}};
+     {"A", "A", 1},         {"degC", "degC", 1},   {"W", "W", 1},     {"Hz", "Hz", 1},
+     {"kg", "kg", 1},       {"g", "kg", 0.001},    {"N", "N", 1},     {"Nm", "Nm", 1},
+     {"Pa", "Pa", 1}}};
 
 const Scale* scale_of(std::string_view unit) {
   const auto found = std::find_if(kScales.begin(), kScales.end(), [&](const Scale& s) { return s.unit == unit; });
@@ -225,8 +227,8 @@ class Checker {
       std::string members;
       for (const auto& [name, inner] : type.members) members += (members.empty() ? "" : ", ") + name;
       const std::string text = to_text(c);
-      const bool is_request = text.ends_with(")") &&
-                              (text.starts_with("request(") || text.starts_with("late(") || text.starts_with("error("));
+      const bool is_request = text.ends_with(")") && (text.starts_with("request(") || text.starts_with("reply(") ||
+                                                      text.starts_with("late(") || text.starts_with("error("));
       error(c.span, "requirement.type",
             fmt::format("{} is {}{}{}", text, type.name.empty() ? "a record" : "of type " + type.name,
                         members.empty() ? ", which cannot be compared" : "; name one of its members: " + members,
@@ -759,6 +761,14 @@ Typing check_requirement(const Requirement& requirement, const Vocabulary* vocab
   if (vocabulary != nullptr && diagnostics.size() == before) find_unseen(requirement, *vocabulary, diagnostics);
   return checker.typing;
 }
+
+std::vector<std::string_view> units() {
+  std::vector<std::string_view> all;
+  for (const Scale& scale : kScales) all.push_back(scale.unit);
+  return all;
+}
+
+bool is_unit(std::string_view text) { return scale_of(text) != nullptr; }
 
 void check_definitions(const RequirementFile& file, const Vocabulary* vocabulary, Diagnostics& diagnostics) {
   if (file.requirements.empty()) return;

@@ -108,7 +108,9 @@ class RemoteSkill final : public RemoteLeafDriver {
 
   const RemoteSkillOptions options_;
   const LeafReplies replies_;
-  std::uint64_t run_ = 0;  // of the mission's actor
+  // A skill outlives missions, whose runs of it it tells apart by number. Numbers are exact in JavaScript, too.
+  std::uint64_t run_ = static_cast<std::uint64_t>(
+      std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch()).count());
   std::atomic<bool> closed_ = false;
   const std::unique_ptr<rpc::Caller> client_;  // last: its thread uses the others
 };
@@ -273,6 +275,7 @@ class SkillService final : public rpc::Service {
     if (method.name == "tick") return serve_tick(*leaf, *tick, reply);
     if (method.name == "halt") return reply.give(serve_halt(*leaf));
     leaf->actor->cancel(kNever);
+    end_tick(*leaf);
     reply.give(Value());
   }
 
@@ -443,7 +446,18 @@ class SkillService final : public rpc::Service {
                answered);
   }
 
+  // A tick that a halt or a cancellation has made void is not answered by the skill any more.
+  static void end_tick(ServedLeaf& leaf) {
+    std::optional<rpc::Reply> open;
+    {
+      const std::lock_guard lock(leaf.mutex);
+      open = std::exchange(leaf.reply, std::nullopt);
+    }
+    if (open) open->give(Map{{"status", to_string(bt::Status::kIdle)}, {"outputs", "{}"}});
+  }
+
   rpc::Outcome serve_halt(ServedLeaf& leaf) {
+    end_tick(leaf);
     std::unique_lock lock(leaf.mutex);
     const bool asked_already = leaf.halts_asked != leaf.halts_done;
     if (!asked_already) ++leaf.halts_asked;

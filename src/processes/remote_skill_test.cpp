@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/rpc/server.h"
 #include "sentree/runtime/scheduler.h"
 #include "sentree/text/file.h"
 
@@ -106,6 +107,54 @@ TEST(SkillServer, GivesTheConstantsOfItsLeafToWhoGivesNone) {
   EXPECT_EQ(tick("Above", told), "SKILL_FAILURE") << "its leaves have several limits";
   ASSERT_EQ(told.size(), 2U);
   EXPECT_NE(told[1].find("no constant for unit, limit"), std::string::npos) << told[1];
+}
+
+// A skill's process outlives missions, each of which counts the runs of its leaf for itself.
+TEST(SkillServer, BeginsAnewInEachMission) {
+  const TemporaryFolder folder("skill");
+  const auto put = [&](const char* name, const std::string& text) {
+    std::filesystem::create_directories((folder.path() / name).parent_path());
+    ASSERT_TRUE(text::write_file(folder.path() / name, text));
+  };
+  put("skills/Once.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">
+  <state id="asked"><transition event="tick" target="success"/></state>
+  <final id="success"/></scxml>)");
+  put("mission.xml", R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><Action ID="Once"/></BehaviorTree></root>)");
+  put("sentree.yaml", "mission: {file: mission.xml}\n");
+  const auto project = project::load_project(folder.path());
+  ASSERT_TRUE(project.ok());
+  const auto plan = project::prepare_skill(*project.value, "Once");
+  ASSERT_TRUE(plan.ok());
+  const auto publisher = make_silent_publisher();
+  const auto scheduler = runtime::make_real_scheduler();
+  const auto service = make_skill_service(*plan.value, *served_skill_interface(), *publisher, *scheduler, {});
+  const rpc::Address address = *rpc::Address::parse("unix:" + (folder.path() / "once.sock").string());
+  const auto server = rpc::Server::start(address, {{"skill", service}});
+  ASSERT_TRUE(server) << server.error().message;
+  std::thread actors([&] { static_cast<void>(scheduler->run()); });
+  for (int mission = 1; mission <= 3; ++mission) {
+    std::promise<bt::Status> answered;
+    runtime::LeafReplies replies;
+    replies.answered = [&](std::uint64_t, bt::Status status, const Map& /*outputs*/) { answered.set_value(status); };
+    replies.unreachable = [&](std::uint64_t, const std::string& why) {
+      ADD_FAILURE() << why;
+      answered.set_value(bt::Status::kIdle);
+    };
+    replies.halted = [] {};
+    replies.problem = [](const std::string& what) { ADD_FAILURE() << what; };
+    auto driver = make_remote_skill({.leaf = "Once",
+                                     .address = address,
+                                     .interface = *skill_interface(),
+                                     .tick_deadline = std::chrono::minutes(1),
+                                     .halt_deadline = std::chrono::minutes(1)},
+                                    std::move(replies));
+    ASSERT_TRUE(driver) << driver.error().message;
+    (*driver)->tick(1, true, {}, {});
+    EXPECT_EQ(answered.get_future().get(), bt::Status::kSuccess) << "mission " << mission;
+    (*driver)->close();
+  }
+  scheduler->stop();
+  actors.join();
 }
 
 }  // namespace

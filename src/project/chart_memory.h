@@ -17,6 +17,7 @@ namespace sentree::project {
 /// How the leaves of a mission use one chart.
 struct SkillUse {
   std::set<std::string> given = {};           ///< Names of its <data> that ports or sentree.yaml give values.
+  std::set<std::string> texts = {};           ///< Those of them that are text: constants of ports that have no type.
   bool is_native = false;                     ///< Some leaf runs it without a protocol …
   bool is_condition = false;                  ///< … and that is a condition.
   std::vector<SkillProtocol> protocols = {};  ///< Of the others.

@@ -62,6 +62,9 @@ class ChartReader {
         if (fixed_.contains(id)) continue;
         const auto written = written_.find(id);
         type = written == written_.end() ? ExpressionType() : written->second;
+        if (!is_text(id)) continue;
+        const ExpressionType text = of(DataType{.kind = TypeKind::kText, .name = "text"});
+        written == written_.end() ? type = text : join(type, text);
       }
     }
     visit_all(&out_);
@@ -99,7 +102,7 @@ class ChartReader {
     for (const scxml::Variable& variable : model_.variables) {
       names_[variable.id];
       const bool told = variable.expr != scxml::kNoExpression && !events_.given.contains(variable.id);
-      if (!told) fixed_.insert(variable.id);
+      if (!told && !is_text(variable.id)) fixed_.insert(variable.id);
     }
   }
 
@@ -108,7 +111,9 @@ class ChartReader {
     ExpressionScope any{
         .names = &names_, .open = !model_.invokes.empty(), .functions = &events_.functions, .event = event_of_any()};
     for (const scxml::Variable& variable : model_.variables) {
-      if (variable.expr != scxml::kNoExpression) write(variable.id, expression(variable.expr, any));
+      if (variable.expr == scxml::kNoExpression) continue;
+      const ExpressionType type = expression(variable.expr, any);
+      if (!is_text(variable.id)) write(variable.id, type);  // what is given takes its place
     }
     for (const scxml::StateCode& code : model_.state_code) {
       for (const auto* blocks : {&code.onentry, &code.onexit}) {
@@ -278,7 +283,26 @@ class ChartReader {
   ExpressionType expression(Id id, const ExpressionScope& scope, bool is_condition = false) {
     if (id == scxml::kNoExpression || !facts_.tree(id)) return {};
     const SourceSpan span = chart_.span(model_.expressions[id].place);
-    return read_expression(*facts_.tree(id), scope, span, told_, is_condition);
+    const std::size_t before = told_ == nullptr ? 0 : told_->size();
+    ExpressionType type = read_expression(*facts_.tree(id), scope, span, told_, is_condition);
+    for (std::size_t i = before; told_ != nullptr && i < told_->size(); ++i)
+      tell_of_text(*facts_.tree(id), (*told_)[i]);
+    return type;
+  }
+
+  [[nodiscard]] bool is_text(const std::string& id) const { return events_.texts.contains(id) && !fixed_.contains(id); }
+
+  // That a value which looks like a number is none is not seen in the chart.
+  void tell_of_text(const scxml::ScriptTree& tree, Diagnostic& found) const {
+    if (found.code != "check.never-equal") return;
+    for (const ScriptNode& node : tree.nodes) {
+      if (node.kind != Node::kName || !is_text(node.text)) continue;
+      found.message += fmt::format(
+          "; port \"{0}\" has no type, so that its values are texts: give it one in the TreeNodesModel, such as "
+          "<input_port name=\"{0}\" type=\"int\"/>",
+          node.text);
+      return;
+    }
   }
 
   void write(const std::string& name, const ExpressionType& type) {

@@ -355,6 +355,7 @@ void check_skill_events(const ChartFacts& facts, const std::map<std::string, Ser
     return data;
   };
   events.given = use.given;
+  events.texts = use.texts;
   events.param_of = [&](const std::string& target, const std::string& event, const std::string& param) {
     const auto arguments = arguments_of(target, event, vocabulary);
     return member_of(arguments, param);

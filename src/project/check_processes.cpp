@@ -87,20 +87,19 @@ void check_processes(const Scenario& scenario, Diagnostics& diagnostics) {
                       process.skill),
           process.span);
     }
-    for (const ServiceEntry& service : scenario.project.services) {
-      if (service.at != "sim" && service.at != "model") continue;
-      add(diagnostics, Severity::kError, "scenario.process",
-          fmt::format(
-              "skill \"{}\" runs in another process and cannot reach service \"{}\", which is at: {} in this one; {}",
-              process.skill, service.name, service.at,
-              service.at == "sim" ? "run the simulator in a process too"
-                                  : "models serve skills of their own process only"),
-          process.span);
-    }
   }
 }
 
-void check_process_skills(const Scenario& scenario, const bt::Tree& tree, Diagnostics& diagnostics) {
+bool may_call(const scxml::Chart& chart, std::string_view service) {
+  if (scxml::invokes_unknown(chart)) return true;
+  const std::vector<scxml::SendInfo> sends = scxml::sends_with_invoked(chart);
+  return std::any_of(sends.begin(), sends.end(), [&](const scxml::SendInfo& send) {
+    return send.type.value_or("thrift") == "thrift" && send.target.value_or(std::string(service)) == service;
+  });
+}
+
+void check_process_skills(const Scenario& scenario, const bt::Tree& tree, const std::vector<LeafPlan>& plans,
+                          Diagnostics& diagnostics) {
   std::vector<std::string> leaves;
   for (const bt::NodeId node : tree.external_leaves()) {
     leaves.push_back(tree.event_name(node));
@@ -118,6 +117,21 @@ void check_process_skills(const Scenario& scenario, const bt::Tree& tree, Diagno
   for (const ProcessEntry& process : scenario.processes) {
     check(process.skill, leaves, "leaf", process.span);
     check(process.monitor, monitors, "monitor", process.span);
+    for (const ServiceEntry& service : scenario.project.services) {
+      if (service.at != "sim" && service.at != "model") continue;
+      if (std::none_of(plans.begin(), plans.end(), [&](const LeafPlan& leaf) {
+            return (leaf.name == process.skill || leaf.id == process.skill) && leaf.chart &&
+                   may_call(*leaf.chart, service.name);
+          }))
+        continue;
+      add(diagnostics, Severity::kError, "scenario.process",
+          fmt::format(
+              "skill \"{}\" runs in another process and cannot reach service \"{}\", which is at: {} in this one; {}",
+              process.skill, service.name, service.at,
+              service.at == "sim" ? "run the simulator in a process too"
+                                  : "models serve skills of their own process only"),
+          process.span);
+    }
   }
 }
 

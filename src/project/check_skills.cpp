@@ -232,10 +232,18 @@ void check_skills(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
     check_words(tree, leaf, services, enumerations, charts, diagnostics);
     if (!are_services_known || !checked.insert(leaf.chart->file()).second) continue;
     SkillUse use;
+    std::set<std::string> others;  // values that may be something else than text
     for (const LeafPlan& other : leaves) {
       if (!other.chart || !(*other.chart == *leaf.chart)) continue;
-      for (const bt::PortFact& port : tree.ports(other.node)) use.given.emplace(port.name);
-      for (const SkillConstant& constant : other.constants) use.given.insert(constant.id);
+      for (const bt::PortFact& port : tree.ports(other.node)) {
+        use.given.emplace(port.name);
+        const bool is_text = port.type.empty() && !port.text.empty() && !port.text.starts_with('{');
+        (is_text ? use.texts : others).emplace(port.name);
+      }
+      for (const SkillConstant& constant : other.constants) {
+        use.given.insert(constant.id);
+        others.insert(constant.id);
+      }
       use.topics.insert(other.subscribes.begin(), other.subscribes.end());
       if (other.protocol) {
         use.protocols.push_back(*other.protocol);
@@ -244,6 +252,7 @@ void check_skills(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
         use.is_native = true;
       }
     }
+    for (const std::string& name : others) use.texts.erase(name);
     charts.add_findings(
         *leaf.chart, use, context,
         [&](Diagnostics& found) { check_skill_events(charts.facts(*leaf.chart), services, vocabulary, use, found); },

@@ -15,6 +15,7 @@ namespace sentree::project {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
@@ -55,6 +56,24 @@ TEST(CheckSkills, TellsWhatTheyGiveBackToNobody) {
   EXPECT_THAT(told_of("pick-and-place", {{"skills/Find.scxml", "<param name=\"part\"",
                                           "<param name=\"prat\" expr=\"found\"/><param name=\"part\""}}),
               Not(Contains(HasSubstr("prat"))));
+}
+
+// What a port without a type gives is text, also where it looks like a number.
+TEST(CheckSkills, TellsThatAPortWithoutATypeIsNeverANumber) {
+  const char* const ports = R"(<input_port name="percent" type="double"/>)";
+  const ExampleEdit untyped{"mission.xml", ports, R"(<input_port name="percent"/>)"};
+  const ExampleEdit entry{"mission.xml", "percent=\"20\"", "percent=\"{percent}\""};
+  const auto asks = [](const char* condition) {
+    return ExampleEdit{"skills/BatteryAbove.scxml", "_event.data.result.percentage * 100 &gt; percent", condition};
+  };
+  const auto said = Contains(AllOf(HasSubstr("they are never equal; port \"percent\" has no type"),
+                                   HasSubstr("<input_port name=\"percent\" type=\"int\"/>")));
+  EXPECT_THAT(told_of("minimal", {untyped, asks("_event.data.result.percentage === percent")}), said);
+  EXPECT_THAT(told_of("minimal", {untyped, asks("_event.data.result.percentage * 100 === percent")}), said);
+  EXPECT_THAT(told_of("minimal", {asks("_event.data.result.percentage === percent")}), Not(said));
+  EXPECT_THAT(told_of("minimal", {untyped, asks("_event.data.result.percentage == percent")}), Not(said));
+  EXPECT_THAT(told_of("minimal", {untyped, asks("percent === '20'")}), testing::IsEmpty());
+  EXPECT_THAT(told_of("minimal", {untyped, entry, asks("_event.data.result.percentage === percent")}), Not(said));
 }
 
 TEST(CheckSkills, KnowsWhatListsAndExceptionsHave) {

@@ -234,11 +234,11 @@ void check_leaf_ports(const bt::Tree& tree, const LeafPlan& leaf, Diagnostics& d
     const std::string name(port.name);
     const auto& data = leaf.chart->data();
     const bool has_data = std::any_of(data.begin(), data.end(), [&](const auto& item) { return item.id == name; });
-    if (port.input && constant(leaf, name) != nullptr) {
+    if (const SkillConstant* const twice = constant(leaf, name); port.input && twice != nullptr) {
       add(diagnostics, Severity::kError, "check.skill-data",
-          fmt::format("input port \"{}\" of {} and the \"data\" of its skill in sentree.yaml set the same <data>; "
-                      "leave one of them out",
-                      name, leaf.name),
+          fmt::format("input port \"{}\" of {}, which may have a default in the TreeNodesModel, and the data of its "
+                      "skill at {}:{} set the same <data>; leave one of them out",
+                      name, leaf.name, twice->span.file, twice->span.line),
           tree.span(leaf.node));
     }
     // The events of a protocol carry the ports, whether or not the chart has <data> for them.

@@ -701,7 +701,7 @@ Loaded<Plan> prepare(Scenario scenario, PartCache& known) {
   // It is explored in one process; what is said of one that runs in several would be wrong.
   if (scenario.processes.empty()) check_verify(scenario, explored, preparation.model_charts_, preparation.diagnostics);
   if (auto unrolled = unroll(scenario); !unrolled) preparation.diagnostics.push_back(unrolled.error());
-  if (tree) check_process_skills(scenario, *tree, preparation.diagnostics);
+  if (tree) check_process_skills(scenario, *tree, preparation.leaves_, preparation.diagnostics);
   sort_by_place(preparation.diagnostics);
   prepared.diagnostics = std::move(preparation.diagnostics);
   if (has_errors(prepared.diagnostics) || !tree) return prepared;

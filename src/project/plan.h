@@ -55,6 +55,9 @@ struct ServicePlan {
   [[nodiscard]] bool uses_other_middleware() const;
 };
 
+/// Whether the chart, or one that it invokes, may call the service.
+[[nodiscard]] bool may_call(const scxml::Chart& chart, std::string_view service);
+
 /// A chart that serves services of the run, or publishes and subscribes to topics.
 struct ModelPlan {
   std::string name;

@@ -257,8 +257,21 @@ std::string sha256(std::string_view bytes) {
   return fmt::format("{:02x}", fmt::join(digest, ""));
 }
 
+// Whether it was attached; what a recording names elsewhere is a file of this machine.
+bool is_attached(const fs::path& file, const fs::path& folder) {
+  std::error_code error;
+  const fs::path inside = fs::weakly_canonical(file, error).lexically_relative(fs::weakly_canonical(folder, error));
+  return !error && is_harmless(inside.string()) && fs::is_regular_file(file, error);
+}
+
 // What the user has to know of a plug-in to decide whether it may run.
-Diagnostic told(const project::FileRef& plugin, const fs::path& file, RecordedCode code) {
+Diagnostic told(const project::FileRef& plugin, const fs::path& file, const fs::path& folder, RecordedCode code) {
+  if (!is_attached(file, folder)) {
+    return {Severity::kError, "record.plugin",
+            fmt::format("plug-in {} is not in the recording; --project runs it with the plug-ins of a project",
+                        plugin.path),
+            plugin.span};
+  }
   const auto content = text::read_file(file);
   const std::string what = plugin.path + (content ? fmt::format(" (SHA-256 {})", sha256(*content))
                                                   : fmt::format(" ({})", content.error().message));
@@ -287,11 +300,11 @@ Loaded<project::Scenario> RecordedRun::scenario(RecordedCode code) {
   apply_facts(*loaded.value);
   const project::Project& project = loaded.value->project;
   for (const project::FileRef& plugin : project.plugins) {
-    loaded.diagnostics.push_back(told(plugin, project.folder / plugin.path, code));
+    loaded.diagnostics.push_back(told(plugin, project.folder / plugin.path, folder_->files.path(), code));
     SourceSpan& where = loaded.diagnostics.back().span;
     where.file = named(std::move(where.file));
   }
-  if (code == RecordedCode::kRefused && !project.plugins.empty()) loaded.value.reset();
+  if (has_errors(loaded.diagnostics)) loaded.value.reset();
   return loaded;
 }
 

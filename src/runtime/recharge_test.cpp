@@ -170,6 +170,21 @@ TEST(Gate, AVetoIsAnObservationWithoutARequest) {
   EXPECT_EQ(ran.report.monitors.back().vetoes, 1U);
 }
 
+// A run that ends while a skill owes an answer leaves no robot that drives on.
+TEST(TheEnd, HaltsALeafThatHasNotAnsweredYet) {
+  project::Scenario cut = scenario("normal");
+  cut.delays.push_back({.message = "GoToKitchen.tick", .by = std::chrono::milliseconds(250), .span = {}});
+  cut.duration = std::chrono::seconds(2);
+  cut.expectations = {};
+  const Ran ran = run(std::move(cut));
+  const auto asked = of(ran.messages, "GoToKitchen.tick.request", "mission");
+  const auto answered = of(ran.messages, "GoToKitchen.tick.reply", "GoToKitchen");
+  ASSERT_GT(asked.size(), answered.size()) << "it owes no answer";
+  EXPECT_THAT(of(ran.messages, "GoToKitchen.cancel", "mission"), IsEmpty());
+  EXPECT_EQ(of(ran.messages, "GoToKitchen.halt.reply", "GoToKitchen").size(), 1U);
+  EXPECT_EQ(of(ran.messages, "navigation.stopNavigation.request", "GoToKitchen").size(), 1U);
+}
+
 // The same with a thread per skill, and with the skill in a process of its own.
 TEST(Gate, DecidesAlikeInThreads) {
   project::Scenario shielded = scenario("shield");

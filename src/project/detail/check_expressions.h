@@ -20,6 +20,8 @@ struct ChartEvents {
   std::function<monitor::DataType(const std::string& name)> data_of;
   /// Names that a run gives to the chart's data (ports): they can be anything.
   std::set<std::string> given;
+  /// Those of them that are text whatever they look like: constants of ports that have no type.
+  std::set<std::string> texts = {};
   /// Functions that a run offers to its scripts: those of models, which choose.
   std::set<std::string> functions = {};
   /// What a param of a <send type="thrift"> must be: a type, or unknown. Null: that is not looked at.
