@@ -170,7 +170,7 @@ TEST_F(Campaign, IsNoErrorOfAProjectThatABehaviourIsOutdated) {
   EXPECT_EQ(outdated.front().severity, Severity::kWarning);
   EXPECT_THAT(to_string(outdated.front()),
               testing::AllOf(HasSubstr("gone.yaml:3:"), HasSubstr("the project has no monitor \"gone\""),
-                    HasSubstr("verify it again, or delete this file")));
+                             HasSubstr("verify it again, or delete this file")));
   // Written by hand it is a source like any other.
   EXPECT_TRUE(has_errors(found(expects)));
 }

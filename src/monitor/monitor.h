@@ -73,8 +73,8 @@ class Model {
   /// Null: the chart was drawn by hand.
   [[nodiscard]] const Origin* origin() const;
   [[nodiscard]] bool re_arming() const;
-  /// Is violated as soon as the requirement has been put to the test (`test_of`). Null: from the beginning, or the chart
-  /// was drawn by hand.
+  /// Is violated as soon as the requirement has been put to the test (`test_of`). Null: from the beginning, or the
+  /// chart was drawn by hand.
   [[nodiscard]] const Model* test() const;
   /// False: an observation of that name changes nothing, now or later.
   [[nodiscard]] bool listens_to(std::string_view observation) const;
@@ -165,7 +165,7 @@ struct Trail {
   std::size_t reduce_at = kReduceMin;  ///< Size of the history at which it is reduced to what still matters.
   /// By state of the chart: during which observation it was entered last.
   CopyOnWrite<std::vector<Observation>> entered_by;
-  std::uint64_t seen = 0;  ///< Observations that it listened to.
+  std::uint64_t seen = 0;    ///< Observations that it listened to.
   std::optional<Core> test;  ///< Of the model's test, while it has not been put to it.
   TimePoint started{};
 

@@ -152,8 +152,8 @@ Result<Value> save(std::span<const Model> models, const MonitorSet::Memory& memo
     if (!session) return session;
     auto renaming = parts.renaming ? scxml::save(*parts.renaming, state.renaming) : Result<Value>(Value());
     if (!renaming) return renaming;
-    auto test = state.trail.test ? scxml::save(models[i].test()->chart(), state.trail.test->session)
-                                 : Result<Value>(Value());
+    auto test =
+        state.trail.test ? scxml::save(models[i].test()->chart(), state.trail.test->session) : Result<Value>(Value());
     if (!test) return test;
     archive::Saver saver;
     MemoryMembers::visit(state, saver);

@@ -19,9 +19,8 @@ namespace sentree::monitor {
 /// |---|---|
 /// | always P, never P, at most | P is known, as far as it takes to violate it |
 /// | whenever P, Q within; P holds for | P triggers it |
-/// | whenever P, Q immediately; keep Q; not Q for | P triggers it, and Q is known, as far as that, while it is asked for |
-/// | P precedes Q | Q comes |
-/// | eventually P; P at least every | something of P is known |
+/// | whenever P, Q immediately; keep Q; not Q for | P triggers it, and Q is known, as far as that, while it is asked
+/// for | | P precedes Q | Q comes | | eventually P; P at least every | something of P is known |
 ///
 /// Cost: O(size).
 [[nodiscard]] std::optional<Requirement> test_of(const Requirement& requirement);

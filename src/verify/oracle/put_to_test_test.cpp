@@ -27,8 +27,7 @@ Graph graph_of(const std::vector<Message>& trace, TimePoint end) {
   graph.decisions.resize(1);
   graph.sequences.resize(2);
   for (const Message& message : trace) {
-    graph.sequences[1].push_back(
-        {message.time - TimePoint{}, static_cast<std::uint32_t>(graph.observations.size())});
+    graph.sequences[1].push_back({message.time - TimePoint{}, static_cast<std::uint32_t>(graph.observations.size())});
     graph.observations.push_back(message);
   }
   return graph;
