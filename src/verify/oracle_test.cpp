@@ -196,7 +196,7 @@ void say_more(const std::filesystem::path& folder, std::uint64_t seed) {
   };
   if (!with("")) return;
   for (std::uint64_t again = 0; again < 10; ++again) {
-    if (with(RandomRequirements(seed * 10 + again)(8))) return;
+    if (with(RandomRequirements(seed * 10 + again)(4))) return;
   }
   (void)with("");
 }
@@ -261,14 +261,18 @@ TEST(Exploration, FindsWhatBruteForceFinds) {
       for (const Judgement& judgement : with.judgements) {
         ASSERT_EQ(judgement.error, "") << judgement.requirement;
         const bool is_violated = naive.violated.contains(judgement.requirement);
-        // What is owed for ever shows in no number of ticks.
-        const bool for_ever = judgement.path && judgement.path->loop && !is_violated;
-        if (!for_ever) ASSERT_EQ(judgement.finding == Finding::kRefuted, is_violated) << judgement.requirement;
+        // States that come again lead further than so many ticks, and what is owed for ever shows in no number of them.
+        const bool is_later = judgement.path && !is_violated &&
+                              (judgement.path->loop || judgement.path->edges.size() > asked.explore.ticks);
+        if (!is_later) {
+          ASSERT_EQ(judgement.finding == Finding::kRefuted, is_violated) << judgement.requirement;
+        }
         violated += is_violated ? 1U : 0U;
         if (judgement.finding != Finding::kHolds) continue;
         const bool is_tested = naive.tested.contains(judgement.requirement);
-        if (is_tested) ASSERT_EQ(judgement.vacuous, "") << judgement.requirement;
-        if (naive.all_end && !is_tested) ASSERT_NE(judgement.vacuous, "") << judgement.requirement;
+        if (is_tested || naive.all_end) {
+          ASSERT_EQ(judgement.vacuous.empty(), is_tested) << judgement.requirement;
+        }
         vacuous += judgement.vacuous.empty() ? 0U : 1U;
       }
     };
