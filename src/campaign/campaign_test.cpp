@@ -15,6 +15,7 @@
 #include "sentree/campaign/check.h"
 #include "sentree/campaign/detail/pool.h"
 #include "sentree/campaign/detail/shrink.h"
+#include "sentree/project/scenario_text.h"
 #include "sentree/text/file.h"
 
 namespace sentree::campaign {
@@ -154,6 +155,24 @@ TEST_F(Campaign, IsCheckedWithItsProject) {
   EXPECT_THAT(all, HasSubstr("elsewhere.yaml:1:12: "));
   EXPECT_THAT(all, HasSubstr("broken.yaml:"));
   EXPECT_THAT(all, testing::Not(HasSubstr("no_scenario")));
+}
+
+// A requirement that is gone leaves its counterexample behind.
+TEST_F(Campaign, IsNoErrorOfAProjectThatABehaviourIsOutdated) {
+  usual();
+  const std::string expects = "expect:\n  monitors: {gone: violated}\n";
+  const auto found = [&](const std::string& text) {
+    write("verify/gone.yaml", text);
+    return check_project(folder_.path());
+  };
+  const auto outdated = found(std::string(project::kFoundByVerify) + "\n" + expects);
+  ASSERT_EQ(outdated.size(), 1U);
+  EXPECT_EQ(outdated.front().severity, Severity::kWarning);
+  EXPECT_THAT(to_string(outdated.front()),
+              testing::AllOf(HasSubstr("gone.yaml:3:"), HasSubstr("the project has no monitor \"gone\""),
+                             HasSubstr("verify it again, or delete this file")));
+  // Written by hand it is a source like any other.
+  EXPECT_TRUE(has_errors(found(expects)));
 }
 
 TEST_F(Campaign, OfShardsThatAreMergedIsTheSameAsInOne) {

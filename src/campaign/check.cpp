@@ -12,6 +12,7 @@
 #include "sentree/campaign/runner.h"
 #include "sentree/project/check_unnamed.h"
 #include "sentree/project/part_cache.h"
+#include "sentree/project/scenario_text.h"
 #include "sentree/text/file.h"
 
 namespace sentree::campaign {
@@ -34,6 +35,25 @@ Diagnostics check_scenario(const fs::path& file, const project::Project& project
   auto scenario = project::load_scenario(file, &project);
   if (scenario.ok()) scenario.diagnostics = project::prepare(std::move(*scenario.value), parts).diagnostics;
   return std::move(scenario.diagnostics);
+}
+
+// What `verify` has written is no source of the project: that it was of another one is no error of this one.
+void take_as_outdated(const fs::path& file, Diagnostics& diagnostics) {
+  const auto source = text::read_file(file);
+  if (!source || !source->starts_with(project::kFoundByVerify)) return;
+  const auto is_own_error = [&](const Diagnostic& one) {
+    return one.severity == Severity::kError && one.span.file == file.string();
+  };
+  const auto first = std::find_if(diagnostics.begin(), diagnostics.end(), is_own_error);
+  if (first == diagnostics.end()) return;
+  Diagnostic outdated = *first;
+  outdated.severity = Severity::kWarning;
+  outdated.code = "check.outdated-behaviour";
+  outdated.message = fmt::format(
+      "`sentree verify` found this behaviour in the project as it was before: {}; verify it again, or delete this file",
+      outdated.message);
+  std::erase_if(diagnostics, is_own_error);
+  diagnostics.push_back(std::move(outdated));
 }
 
 Diagnostics check_vary_with(const fs::path& file, project::PartCache& parts) {
@@ -75,7 +95,11 @@ Diagnostics check_project(const fs::path& folder_or_file) {
       elsewhere.insert(entry->path());
     }
   }
-  for (const fs::path& file : elsewhere) add(check_scenario(file, *project.value, parts));
+  for (const fs::path& file : elsewhere) {
+    Diagnostics found = check_scenario(file, *project.value, parts);
+    take_as_outdated(file, found);
+    add(found);
+  }
   Diagnostics unnamed;
   project::check_unnamed(*project.value, unnamed);
   add(unnamed);

@@ -19,20 +19,27 @@ bool looks_at(const monitor::Projection& projection, std::string_view fact) {
 
 bool QuickMonitors::fits(const monitor::Model& model) {
   return !monitor::keeps_observations(model) && scxml::is_native(model.chart()) &&
+         (model.test() == nullptr || scxml::is_native(model.test()->chart())) &&
          !looks_at(monitor::Projection::of(model.chart()), "call");
 }
 
-QuickMonitors::QuickMonitors(const std::vector<monitor::Model>& models) {
+QuickMonitors::QuickMonitors(const std::vector<monitor::Model>& models) : models_(models) {
+  for (const monitor::Model& model : models) add(model, false);
   for (const monitor::Model& model : models) {
-    Of of{.model = model,
-          .reads = scxml::EventReads(model.chart()),
-          .projection = monitor::Projection::of(model.chart()),
-          .beginning = monitor::start(model, {})};
-    of.remembers = model.chart().ambient().empty() && !looks_at(of.projection, "tick") &&
-                   !looks_at(of.projection, "time") && !of.projection.is_whole() &&
-                   of.beginning.renaming.status() == scxml::SessionStatus::kNew;
-    monitors_.push_back(std::move(of));
+    if (model.test() != nullptr) add(*model.test(), true);
   }
+}
+
+void QuickMonitors::add(const monitor::Model& model, bool is_test) {
+  Of of{.model = model,
+        .is_test = is_test,
+        .reads = scxml::EventReads(model.chart()),
+        .projection = monitor::Projection::of(model.chart()),
+        .beginning = monitor::begin(model, {})};
+  of.remembers = model.chart().ambient().empty() && !looks_at(of.projection, "tick") &&
+                 !looks_at(of.projection, "time") && !of.projection.is_whole() &&
+                 of.beginning.renaming.status() == scxml::SessionStatus::kNew;
+  monitors_.push_back(std::move(of));
 }
 
 void QuickMonitors::begin() {
@@ -43,9 +50,6 @@ void QuickMonitors::begin() {
     watches_[i] = {};
     watches_[i].core = intern(i, monitors_[i].beginning, {});
     if (!watches_[i].core) watches_[i].state = monitors_[i].beginning;
-    monitor::State seen = monitors_[i].beginning;
-    ++seen.trail.seen;
-    watches_[i].tested = monitor::was_tested(monitors_[i].model, seen);
   }
 }
 
@@ -141,10 +145,7 @@ void QuickMonitors::observe(std::size_t which, Heard& heard) {
   for (const Step& step : known) {
     if (step.enabled != enables) continue;
     watch.core = step.next;
-    watch.tested = watch.tested || step.tests;
-    if (step.verdict == monitor::Verdict::kUndecided) return;
-    watch.verdict = step.verdict;
-    ++decided_;
+    decide(i, watch, step.verdict);
     return;
   }
   execute(which, heard, &known, std::move(enables));
@@ -156,42 +157,33 @@ void QuickMonitors::execute(std::size_t which, Heard& heard, std::vector<Step>* 
   const std::uint32_t i = heard.route.monitors[which];
   Watch& watch = watches_[i];
   Watch stepped;
-  stepped.state = state_of(i, *kept_[*watch.core]);
-  // What is known may come in a run in which it is what puts the monitor to the test.
-  stepped.tested = watch.tested && known == nullptr;
+  stepped.state = *kept_[*watch.core];
   step_as_it_is(which, heard, stepped);
   const auto next = intern(i, stepped.state, heard.message.time);
-  if (next && known != nullptr && go_well_)
-    known->push_back({std::move(enabled), *next, stepped.tested, stepped.verdict});
-  watch.tested = watch.tested || stepped.tested;
+  if (next && known != nullptr && go_well_) known->push_back({std::move(enabled), *next, stepped.verdict});
   watch.verdict = stepped.verdict;
   watch.core = next;
   if (!next) watch.state = std::move(stepped.state);
 }
 
-// Without its trail, which explains, once nobody asks any more whether it was put to the test.
 void QuickMonitors::step_as_it_is(std::size_t which, Heard& heard, Watch& watch) {
-  const monitor::Model& model = monitors_[heard.route.monitors[which]].model;
-  monitor::Listeners& listeners = heard.route.listeners;
-  if (watch.tested) {
-    monitor::Core& core = watch.state;
-    monitor::Stepped stepped;
-    if (core.session.next_timer() < heard.message.time)
-      stepped = monitor::step_timers(model, core, heard.message.time - Duration(1));
-    if (stepped.verdict == monitor::Verdict::kUndecided && core.session.running())
-      stepped = listeners.step(which, core);
-    decide(watch, stepped.verdict);
-  } else {
-    for (const monitor::Decision& decision : listeners.observe(which, watch.state)) decide(watch, decision.verdict);
-    watch.tested = monitor::was_tested(model, watch.state);
-  }
-  if (watch.state.failure()) go_well_ = false;
+  const std::uint32_t i = heard.route.monitors[which];
+  monitor::Core& core = watch.state;
+  monitor::Stepped stepped;
+  if (core.session.next_timer() < heard.message.time)
+    stepped = monitor::step_timers(monitors_[i].model, core, heard.message.time - Duration(1));
+  if (stepped.verdict == monitor::Verdict::kUndecided && core.session.running())
+    stepped = heard.route.listeners.step(which, core);
+  decide(i, watch, stepped.verdict);
+  if (core.failure()) go_well_ = false;
 }
 
-void QuickMonitors::decide(Watch& watch, monitor::Verdict verdict) {
+// That something has been put to the test is no decision.
+void QuickMonitors::decide(std::uint32_t i, Watch& watch, monitor::Verdict verdict) {
   if (verdict == monitor::Verdict::kUndecided) return;
-  ++decided_;
   watch.verdict = verdict;
+  if (monitors_[i].is_test) return;
+  ++decided_;
   if (verdict != monitor::Verdict::kSatisfied) go_well_ = false;
 }
 
@@ -205,36 +197,29 @@ std::optional<std::uint32_t> QuickMonitors::intern(std::uint32_t i, const monito
   return found->second;
 }
 
-// That has observed nothing. What is owed now had been owed before.
-monitor::State QuickMonitors::state_of(std::uint32_t i, const monitor::Core& core) const {
-  monitor::State state;
-  static_cast<monitor::Core&>(state) = core;
-  state.trail.entered_by.edit().resize(monitors_[i].model.chart().states().size());
-  state.trail.beginning = core.session.configuration();
-  return state;
-}
-
 void QuickMonitors::finish(TimePoint now) {
   for (std::uint32_t i = 0; i < monitors_.size(); ++i) {
     Watch& watch = watches_[i];
     if (watch.core || watch.verdict != monitor::Verdict::kUndecided) continue;
-    for (const monitor::Decision& decision : monitor::advance(monitors_[i].model, watch.state, now))
-      decide(watch, decision.verdict);
+    decide(i, watch, monitor::step_timers(monitors_[i].model, watch.state, now).verdict);
     if (watch.state.failure()) go_well_ = false;
   }
 }
 
 std::vector<runtime::MonitorReport> QuickMonitors::reports() const {
   std::vector<runtime::MonitorReport> reports;
-  for (std::uint32_t i = 0; i < monitors_.size(); ++i) {
+  std::size_t test = models_.size();
+  for (std::uint32_t i = 0; i < models_.size(); ++i) {
     const Watch& watch = watches_[i];
     runtime::MonitorReport& report = reports.emplace_back();
-    report.name = monitors_[i].model.name();
+    report.name = models_[i].name();
     report.verdict = watch.verdict;
-    if (watch.verdict != monitor::Verdict::kUndecided || (watch.tested && watch.seen)) continue;
-    monitor::State state = watch.core ? state_of(i, *kept_[*watch.core]) : watch.state;
-    if (watch.core && watch.seen) ++state.trail.seen;
-    report.vacuity = monitor::vacuity(monitors_[i].model, state);
+    monitor::State state;
+    state.verdict = watch.verdict;
+    state.trail.seen = watch.seen ? 1 : 0;
+    if (models_[i].test() != nullptr && watches_[test++].verdict == monitor::Verdict::kUndecided)
+      state.trail.test.emplace();
+    report.vacuity = monitor::vacuity(models_[i], state);
   }
   return reports;
 }

@@ -22,9 +22,10 @@ std::vector<runtime::MonitorReport> Verdicts::finish(TimePoint end) {
     const monitor::State& state = set_.state(i);
     if (state.failure()) {
       reports_[i].failure = to_string(*state.failure());
-    } else if (reports_[i].verdict == monitor::Verdict::kUndecided) {
-      reports_[i].standing = monitor::standing(set_.models()[i], state).text();
+    } else {
       reports_[i].vacuity = monitor::vacuity(set_.models()[i], state);
+      if (reports_[i].verdict == monitor::Verdict::kUndecided)
+        reports_[i].standing = monitor::standing(set_.models()[i], state).text();
     }
   }
   return reports_;

@@ -28,6 +28,14 @@ Loaded<State> carry(const Model& before, const State& state, const Model& after,
   trail.seen = state.trail.seen;
   trail.started = state.trail.started;
   trail.history_complete = false;
+  if (trail.test && before.test() != nullptr) {
+    if (!state.trail.test) {
+      trail.test.reset();
+    } else if (auto test = scxml::carry(before.test()->chart(), state.trail.test->session, after.test()->chart());
+               test.ok()) {
+      trail.test->session = std::move(*test.value);
+    }
+  }
   const auto states = was.spec.chart.states();
   for (std::size_t i = 0; i < states.size(); ++i) {
     const auto same = states[i].id.empty() ? std::nullopt : is.spec.chart.find(states[i].id);

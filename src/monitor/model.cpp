@@ -1,6 +1,7 @@
 #include "sentree/monitor/detail/model.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 #include "sentree/base/assert.h"
 #include "sentree/base/pattern.h"
 #include "sentree/monitor/observed.h"
+#include "sentree/monitor/tested.h"
 #include "sentree/scxml/check.h"
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/model.h"
@@ -231,10 +233,10 @@ Loaded<Model> Model::make(Spec spec) {
   return made;
 }
 
-Loaded<Model> Model::make(const Requirement& requirement, const Vocabulary* vocabulary) {
+namespace {
+
+Loaded<Model> synthesized(const Requirement& requirement, const Typing& typing) {
   Loaded<Model> made;
-  const Typing typing = check_requirement(requirement, vocabulary, made.diagnostics);
-  if (has_errors(made.diagnostics)) return made;
   Synthesis synthesis = synthesize(requirement, typing);
   auto chart = scxml::load(synthesis.chart, requirement.name + ".scxml");
   if (!chart.ok()) {
@@ -251,12 +253,37 @@ Loaded<Model> Model::make(const Requirement& requirement, const Vocabulary* voca
   spec.origin =
       std::make_shared<const Origin>(Origin{requirement, std::move(synthesis.situations), std::move(synthesis.data),
                                             std::move(synthesis.overwritten), synthesis.forgets});
-  auto model = make(std::move(spec));
+  return Model::make(std::move(spec));
+}
+
+}  // namespace
+
+Loaded<Model> Model::make(const Requirement& requirement, const Vocabulary* vocabulary) {
+  Loaded<Model> made;
+  const Typing typing = check_requirement(requirement, vocabulary, made.diagnostics);
+  if (has_errors(made.diagnostics)) return made;
+  auto model = synthesized(requirement, typing);
   made.diagnostics.insert(made.diagnostics.end(), model.diagnostics.begin(), model.diagnostics.end());
   made.value = std::move(model.value);
+  if (!made.value) return made;
+  // What it speaks of is the same, and has been checked.
+  if (const auto asked = test_of(requirement)) {
+    auto test = synthesized(*asked, typing);
+    SENTREE_ASSERT(test.ok());
+    Parts parts = *made.value->parts_;
+    // What can violate nothing, and puts it to the test all the same.
+    const std::vector<std::string>& heard = test.value->parts_->descriptors;
+    std::copy_if(heard.begin(), heard.end(), std::back_inserter(parts.descriptors), [&](const std::string& name) {
+      const auto& own = made.value->parts_->descriptors;
+      return std::find(own.begin(), own.end(), name) == own.end();
+    });
+    parts.test = std::move(test.value);
+    Access::exchange(*made.value, std::move(parts));
+  }
   return made;
 }
 
+const Model* Model::test() const { return parts_->test ? &*parts_->test : nullptr; }
 const Origin* Model::origin() const { return parts_->spec.origin.get(); }
 bool Model::re_arming() const { return parts_->spec.re_arming; }
 const std::string& Model::name() const { return parts_->spec.name; }

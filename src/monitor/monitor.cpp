@@ -200,6 +200,15 @@ Stepped fire_due(const Model& model, Core& core, const Tracing& tracing, scxml::
   return entries.end();
 }
 
+// What has been put to the test needs to be watched no more.
+void test(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch) {
+  const Model& test = *model.test();
+  Core& core = *state.trail.test;
+  (void)step_timers(test, core, message.time - Duration(1), watch);
+  (void)step(test, core, message, watch);
+  if (core.verdict == Verdict::kViolated) state.trail.test.reset();
+}
+
 void advance_into(const Model& model, State& state, TimePoint now, Decisions& decisions, scxml::ExecutionWatch* watch) {
   while (!is_over(model, state) && state.session.next_timer() <= now) {
     const TimePoint due = state.session.next_timer();
@@ -323,6 +332,7 @@ State start(const Model& model, TimePoint now, scxml::ExecutionWatch* watch) {
   static_cast<Core&>(state) = begin(model, now, {&state.trail, nullptr}, watch);
   state.trail.beginning = state.session.configuration();
   state.trail.started = now;
+  if (model.test() != nullptr) state.trail.test = begin(*model.test(), now, watch);
   return state;
 }
 
@@ -335,8 +345,9 @@ Decisions observe(const Model& model, State& state, const Observation& observati
   // Stands for all that are not kept: which states were entered is known, not by what.
   static const Observation kSomething = std::make_shared<const Message>();
   Decisions decisions;
-  if (is_over(model, state)) return decisions;
   const Message& message = *observation;
+  if (state.trail.test) test(model, state, message, watch);
+  if (is_over(model, state)) return decisions;
   if (state.session.next_timer() < message.time) {
     advance_into(model, state, message.time - Duration(1), decisions, watch);
     if (is_over(model, state)) return decisions;
@@ -364,7 +375,7 @@ Decisions observe(const Model& model, State& state, const Observation& observati
 }
 
 Decisions observe(const Model& model, State& state, const Message& message, scxml::ExecutionWatch* watch) {
-  if (is_over(model, state) || !model.listens_to(message.name)) return {};
+  if ((is_over(model, state) && !state.trail.test) || !model.listens_to(message.name)) return {};
   PlainMembers members;
   PlainWay plainly = plain_way(model, message, members);
   // What is not kept need not be copied.
@@ -514,37 +525,25 @@ Standing standing(const Model& model, const Core& state) {
   return standing;
 }
 
-bool was_tested(const Model& model, const State& state) {
-  if (state.verdict != Verdict::kUndecided || state.trail.violations > 0) return true;
-  if (state.trail.seen == 0) return false;
-  const Origin* origin = model.origin();
-  if (origin == nullptr) return true;
-  const auto entered = [&](const Situation& situation) {
-    const auto index = model.chart().find(situation.state);
-    return index && ((*state.trail.entered_by)[*index] || state.trail.beginning.contains(*index));
-  };
-  using Role = Situation::Role;
-  const auto& situations = origin->situations;
-  switch (origin->requirement.pattern) {
-    case Pattern::kRespond:
+std::string vacuity(const Model& model, const State& state) {
+  if (state.verdict == Verdict::kViolated || state.trail.violations > 0) return {};
+  if (model.origin() == nullptr ? state.verdict != Verdict::kUndecided : !state.trail.test) return {};
+  if (state.trail.seen == 0) return "never got any event it waits for";
+  if (model.origin() == nullptr) return {};
+  const Requirement& of = model.origin()->requirement;
+  const std::string where = of.scope.kind != Scope::Kind::kGlobally || of.assuming ? " where it applies" : "";
+  switch (of.pattern) {
+    case Pattern::kRespond: return fmt::format("was never triggered: {} never held{}", to_text(*of.p), where);
+    case Pattern::kPrecedes: return fmt::format("was never triggered: {} never held{}", to_text(*of.q), where);
+    case Pattern::kHoldsFor: return fmt::format("was never triggered: {} never became true{}", to_text(*of.p), where);
+    case Pattern::kImmediately:
     case Pattern::kKeepFor:
     case Pattern::kKeepUntil:
     case Pattern::kNotFor:
-    case Pattern::kHoldsFor: break;
-    default: return true;
+      return fmt::format("was never triggered: {} never held{} while {} was known", to_text(*of.p), where,
+                         to_text(*of.q));
+    default: return fmt::format("was never put to the test: {} was never known{}", to_text(*of.p), where);
   }
-  return std::any_of(situations.begin(), situations.end(), [&](const Situation& situation) {
-    return (situation.role == Role::kPending || situation.role == Role::kBreached) && entered(situation);
-  });
-}
-
-std::string vacuity(const Model& model, const State& state) {
-  if (was_tested(model, state)) return {};
-  if (state.trail.seen == 0) return "never got any event it waits for";
-  const Requirement& requirement = model.origin()->requirement;
-  const bool may_be_at_once = requirement.pattern == Pattern::kRespond || requirement.pattern == Pattern::kKeepUntil;
-  return fmt::format("was never triggered: {} never held{}", to_text(*requirement.p),
-                     may_be_at_once ? ", or what it asks for held already" : "");
 }
 
 }  // namespace sentree::monitor

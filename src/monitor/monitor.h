@@ -73,6 +73,9 @@ class Model {
   /// Null: the chart was drawn by hand.
   [[nodiscard]] const Origin* origin() const;
   [[nodiscard]] bool re_arming() const;
+  /// Is violated as soon as the requirement has been put to the test (`test_of`). Null: from the beginning, or the
+  /// chart was drawn by hand.
+  [[nodiscard]] const Model* test() const;
   /// False: an observation of that name changes nothing, now or later.
   [[nodiscard]] bool listens_to(std::string_view observation) const;
   /// Of an observation that it listens to: whose it is about; nothing: everybody's. Observations of that name by others
@@ -162,7 +165,8 @@ struct Trail {
   std::size_t reduce_at = kReduceMin;  ///< Size of the history at which it is reduced to what still matters.
   /// By state of the chart: during which observation it was entered last.
   CopyOnWrite<std::vector<Observation>> entered_by;
-  std::uint64_t seen = 0;  ///< Observations that it listened to.
+  std::uint64_t seen = 0;    ///< Observations that it listened to.
+  std::optional<Core> test;  ///< Of the model's test, while it has not been put to it.
   TimePoint started{};
 
   /// Keeps only the latest observations: those before are no part of witnesses of what follows.
@@ -209,8 +213,8 @@ struct Standing {
   [[nodiscard]] std::string text() const;
 };
 [[nodiscard]] Standing standing(const Model& model, const Core& core);
-/// Why it says nothing that a monitor has not decided: "never got any event it waits for", "was never triggered: …".
-/// Empty: it was put to the test, or has decided.
+/// Why it says nothing that a monitor is not violated: "never got any event it waits for", "was never triggered: …".
+/// Empty: it was put to the test.
 [[nodiscard]] std::string vacuity(const Model& model, const State& state);
 
 }  // namespace sentree::monitor

@@ -53,7 +53,4 @@ class Listeners {
   const scxml::PlainValue* members_ = nullptr;
 };
 
-/// `vacuity` would say nothing.
-[[nodiscard]] bool was_tested(const Model& model, const State& state);
-
 }  // namespace sentree::monitor

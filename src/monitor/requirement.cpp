@@ -125,6 +125,13 @@ std::string body_text(const Requirement& r) {
 
 }  // namespace
 
+std::vector<std::string> path_in_data(const Condition& value) {
+  std::vector<std::string> path = value.path;
+  if (value.kind == Kind::kValue && value.source->kind == Source::Kind::kReply) path.insert(path.begin(), "result");
+  if (value.kind == Kind::kValue && value.source->kind == Source::Kind::kRequest) path.insert(path.begin(), "args");
+  return path;
+}
+
 const Condition& inside(const Condition& condition) {
   const Condition* inner = &condition;
   while (inner->kind == Kind::kDefined) inner = inner->operands[0].get();

@@ -97,6 +97,8 @@ struct Condition {
   std::vector<std::string> path;
   SourceSpan span;
 };
+/// Where a value or member is in the data of its observation: "args.name", "result.level".
+[[nodiscard]] std::vector<std::string> path_in_data(const Condition& value);
 /// What a chain of definitions' names stands for in the end; anything else itself.
 [[nodiscard]] const Condition& inside(const Condition& condition);
 

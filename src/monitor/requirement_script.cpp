@@ -188,17 +188,9 @@ DataType Script::type_of(const Condition& condition) const {
   }
 }
 
-// Members from _event.data on.
-std::vector<std::string> Script::path_of(const Condition& value) {
-  std::vector<std::string> path = value.path;
-  if (value.kind == Kind::kValue && value.source->kind == Source::Kind::kReply) path.insert(path.begin(), "result");
-  if (value.kind == Kind::kValue && value.source->kind == Source::Kind::kRequest) path.insert(path.begin(), "args");
-  return path;
-}
-
 std::string Script::raw(const Condition& value) {
   std::string place = "_event.data";
-  for (const std::string& member : path_of(value)) place += "." + member;
+  for (const std::string& member : path_in_data(value)) place += "." + member;
   return place;
 }
 
@@ -206,7 +198,7 @@ std::string Script::raw(const Condition& value) {
 Js Script::holders(const Condition& value) {
   Js guard = js_true();
   std::string place = "_event.data";
-  const std::vector<std::string> path = path_of(value);
+  const std::vector<std::string> path = path_in_data(value);
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     place += "." + path[i];
     guard = js_and(guard, {place, kPrimary});

@@ -115,6 +115,15 @@ Result<State> restore_state(const Model& model, const Value& saved, const std::v
     state.renaming = std::move(*renames);
   }
   Trail& trail = state.trail;
+  const Value* test = saved.find("test");
+  if (test != nullptr && !test->is_null()) {
+    if (model.test() == nullptr) return bad("it has a test");
+    auto session = scxml::restore(model.test()->chart(), *test);
+    if (!session) return tl::unexpected(session.error());
+    trail.test.emplace().session = std::move(*session);
+  } else if (test == nullptr && model.test() != nullptr) {
+    trail.test = begin(*model.test(), trail.started);  // of a format without it
+  }
   const std::size_t states = model.chart().states().size();
   if (!take_numbers(saved.find("history"), pool, false, trail.history.edit()) ||
       !take_numbers(saved.find("entered_by"), pool, true, trail.entered_by.edit()))
@@ -130,7 +139,7 @@ Result<State> restore_state(const Model& model, const Value& saved, const std::v
 bool operator==(const Trail& a, const Trail& b) {
   return a.beginning == b.beginning && a.violations == b.violations && a.history_complete == b.history_complete &&
          a.reduce_at == b.reduce_at && a.seen == b.seen && a.started == b.started && are_same(a.history, b.history) &&
-         are_same(a.entered_by, b.entered_by);
+         a.test == b.test && are_same(a.entered_by, b.entered_by);
 }
 
 Result<Value> save(std::span<const Model> models, const MonitorSet::Memory& memory) {
@@ -143,8 +152,12 @@ Result<Value> save(std::span<const Model> models, const MonitorSet::Memory& memo
     if (!session) return session;
     auto renaming = parts.renaming ? scxml::save(*parts.renaming, state.renaming) : Result<Value>(Value());
     if (!renaming) return renaming;
+    auto test =
+        state.trail.test ? scxml::save(models[i].test()->chart(), state.trail.test->session) : Result<Value>(Value());
+    if (!test) return test;
     archive::Saver saver;
     MemoryMembers::visit(state, saver);
+    saver.map.append("test", std::move(*test));
     saver.map.append("session", std::move(*session));
     saver.map.append("renaming", std::move(*renaming));
     saver.map.append("history", pool.numbers(*state.trail.history));

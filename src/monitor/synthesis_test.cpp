@@ -568,5 +568,21 @@ TEST(Vacuity, TellsARequirementThatWasNeverTriggered) {
   }
 }
 
+TEST(Vacuity, TellsARequirementThatNothingWhereItAppliesCouldViolate) {
+  Player scoped("after ok, always level >= 20.");
+  scoped.see(at(1), "battery.level.reply", 30).see(at(2), "s.ok.reply", false);
+  EXPECT_EQ(scoped.vacuity(), "was never put to the test: level >= 20 was never known where it applies");
+  scoped.see(at(3), "s.ok.reply", true);
+  EXPECT_EQ(scoped.vacuity(), "");
+  // That nobody answers is what is asked for.
+  EXPECT_EQ(Player("never event(answer).").vacuity(), "");
+  // Satisfied for good, and nothing that had to wait for it.
+  Player first("ok precedes event(ask).");
+  first.see(at(1), "s.ok.reply", true);
+  EXPECT_EQ(first.vacuity(), "was never triggered: event(ask) never held");
+  first.see(at(2), "s.ask.request");
+  EXPECT_EQ(first.vacuity(), "");
+}
+
 }  // namespace
 }  // namespace sentree::monitor

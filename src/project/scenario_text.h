@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sentree/base/message.h"
@@ -10,6 +11,9 @@
 #include "sentree/project/project.h"
 
 namespace sentree::project {
+
+/// What the text of a behaviour that `verify` has found begins with.
+inline constexpr std::string_view kFoundByVerify = "# A behaviour that `sentree verify` found.";
 
 /// What a run came to, for the scenario's `expect:`.
 struct RunOutcome {

@@ -138,9 +138,10 @@ void Monitors::finish(TimePoint end) {
     stream_.flush();
   });
   for (std::size_t i = 0; i < reports_.size(); ++i) {
-    if (reports_[i].verdict != monitor::Verdict::kUndecided || !reports_[i].failure.empty()) continue;
+    if (!reports_[i].failure.empty()) continue;
     const monitor::State& state = set_.state(i);
     reports_[i].vacuity = monitor::vacuity(set_.models()[i], state);
+    if (reports_[i].verdict != monitor::Verdict::kUndecided) continue;
     reports_[i].standing = monitor::standing(set_.models()[i], state).text();
   }
 }

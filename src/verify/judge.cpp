@@ -70,7 +70,7 @@ class Judge {
     if (out_.finding != Finding::kRefuted) {
       look_for_loops();
       if (out_.finding != Finding::kRefuted) out_.finding = graph_.complete ? Finding::kHolds : Finding::kUnknown;
-      if (out_.finding == Finding::kHolds) {
+      if (out_.finding == Finding::kHolds && options_.vacuity) {
         Vacuity found = vacuity(graph_, model_, memory_);
         out_.vacuous = std::move(found.why);
         out_.never_seen = std::move(found.never_seen);

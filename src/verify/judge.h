@@ -73,6 +73,7 @@ struct JudgeOptions {
   std::vector<std::string> fair;
   bool all_fair = false;  ///< Also those without a name, each by where it stands.
   bool probabilities = true;
+  bool vacuity = true;                ///< Of what holds, whether anything puts it to the test.
   std::function<bool()> interrupted;  ///< What is not decided then stays unknown; may be empty.
   /// Bytes that all requirements that are judged at a time may take together, about; likewise.
   std::uint64_t memory = UINT64_MAX;

@@ -41,21 +41,10 @@ bool owes_without_bound(const monitor::Model& model, const Core& core) {
 }
 
 MonitorMemory::MonitorMemory(const Graph& graph, const monitor::Model& model)
-    : graph_(graph), model_(model), dispatch_(std::span<const monitor::Model>(&model, 1)) {
-  // What is so *while* something holds has no memory of it.
-  if (const monitor::Origin* const origin = model.origin())
-    inside_ = !origin->requirement.scope.open || origin->requirement.scope.kind == monitor::Scope::Kind::kWhile;
-}
-
-void MonitorMemory::look_for_scope(const Core& core) {
-  if (inside_) return;
-  const Map data = core.session.data(model_.chart());
-  inside_ = data.find("in_scope") == nullptr || is_set(data, "in_scope");
-}
+    : graph_(graph), model_(model), dispatch_(std::span<const monitor::Model>(&model, 1)) {}
 
 std::optional<std::uint32_t> MonitorMemory::begin() {
   Core first = monitor::begin(model_, TimePoint{});
-  look_for_scope(first);
   return intern(std::move(first), TimePoint{}, false);
 }
 
@@ -153,8 +142,6 @@ const MonitorMemory::Outcome* MonitorMemory::after(std::uint32_t core, std::uint
     message_ = graph_.observations[seen.observation];
     message_.time = begin + seen.after;
     take(monitor::step(model_, stepped, message_), seen.after, message_.name);
-    owed_ = owed_ || monitor::standing(model_, stepped).pending;
-    look_for_scope(stepped);
     if (!owes_without_bound(model_, stepped)) outcome.discharged = true;
   }
   until(begin + period);

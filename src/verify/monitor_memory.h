@@ -58,9 +58,6 @@ class MonitorMemory {
   [[nodiscard]] const Kept& kept(std::uint32_t core) const { return cores_[core]; }
   [[nodiscard]] const std::vector<Kept>& all() const { return cores_; }
   [[nodiscard]] bool ever_heard() const { return ever_heard_; }
-  [[nodiscard]] bool ever_owed() const { return owed_; }
-  /// Its scope began, at some time; true if that has no beginning, or is not known.
-  [[nodiscard]] bool ever_inside() const { return inside_; }
   /// Why it cannot be judged.
   [[nodiscard]] const std::optional<Diagnostic>& error() const { return error_; }
   /// About.
@@ -69,7 +66,6 @@ class MonitorMemory {
  private:
   std::optional<std::uint32_t> intern(monitor::Core core, TimePoint at, bool violated);
   [[nodiscard]] std::uint32_t cut_short(std::uint32_t heard, Duration period);
-  void look_for_scope(const monitor::Core& core);
 
   const Graph& graph_;
   const monitor::Model& model_;
@@ -88,8 +84,6 @@ class MonitorMemory {
   std::deque<Outcome> outcomes_;
   FlatMap<std::uint64_t, WordHash> outcome_of_;  // by its state, what it hears, and whether time passes
   bool ever_heard_ = false;
-  bool owed_ = false;   // something, at some time
-  bool inside_ = true;  // its scope, at some time
   std::uint64_t bytes_ = 0;
   std::optional<Diagnostic> error_;
   std::vector<std::uint64_t> words_;

@@ -22,6 +22,7 @@
 #include "sentree/project/intervention.h"
 #include "sentree/verify/detail/period.h"
 #include "sentree/verify/detail/test_random_project.h"
+#include "sentree/verify/monitor_memory.h"
 #include "sentree/verify/statistics.h"
 #include "sentree/verify/verify.h"
 
@@ -35,10 +36,13 @@ constexpr std::uint64_t kTicks[] = {6, 4};
 // Of a project that can go in more ways nothing is said.
 constexpr std::size_t kRunsMax = 1'500;
 
-// What can be observed in some ticks: one text for each behaviour; and which monitors some behaviour violates.
+// What can be observed in some ticks: one text for each behaviour; and which monitors some behaviour violates, and puts
+// to the test.
 struct Behaviours {
   std::set<std::string> all;
   std::set<std::string> violated;
+  std::set<std::string> tested;
+  bool all_end = true;
   bool too_many = false;
 };
 
@@ -77,6 +81,13 @@ class BruteForce final : public mission::Surroundings {
       note();
     }
     out_.all.insert(text_);
+    const bool ended = mission::VirtualHost::ended(state);
+    out_.all_end = out_.all_end && ended;
+    for (std::size_t i = 0; i < plan_.monitors.size(); ++i) {
+      const monitor::Model& model = plan_.monitors[i];
+      if (ended && owes_without_bound(model, monitors_->state(i))) out_.violated.insert(model.name());
+      if (monitor::vacuity(model, monitors_->state(i)).empty()) out_.tested.insert(model.name());
+    }
   }
 
   std::size_t decide(std::size_t count) {
@@ -174,6 +185,22 @@ class BruteForce final : public mission::Surroundings {
   std::vector<monitor::MonitorSet::Decided> decided_;
 };
 
+// Requirements of any pattern; those that are refused by themselves are left out.
+void say_more(const std::filesystem::path& folder, std::uint64_t seed) {
+  const auto own = text::read_file(folder / "r.req");
+  ASSERT_TRUE(own);
+  const auto with = [&](const std::string& more) {
+    EXPECT_TRUE(text::write_file(folder / "r.req", *own + more));
+    auto project = project::load_project(folder);
+    return project.ok() && project::prepare(with_models(project::plain_scenario(std::move(*project.value)))).ok();
+  };
+  if (!with("")) return;
+  for (std::uint64_t again = 0; again < 10; ++again) {
+    if (with(RandomRequirements(seed * 10 + again)(4))) return;
+  }
+  (void)with("");
+}
+
 // Every way through a graph.
 void walk(const Graph& graph, std::uint32_t at, std::uint64_t ticks, const std::string& text, Behaviours& out) {
   if (out.all.size() > 2 * kRunsMax) out.too_many = true;
@@ -200,10 +227,12 @@ TEST(Exploration, FindsWhatBruteForceFinds) {
   std::size_t deep = 0;
   std::size_t behaviours = 0;
   std::size_t violated = 0;
+  std::size_t vacuous = 0;
   for (const std::uint64_t seed : seeds(kOracleSeeds)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const TemporaryFolder folder("oracle");
     RandomProject(seed).write(folder.path());
+    say_more(folder.path(), seed);
     auto project = project::load_project(folder.path());
     ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.front());
     const auto prepared = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));
@@ -228,17 +257,29 @@ TEST(Exploration, FindsWhatBruteForceFinds) {
     Behaviours explored;
     walk(found.graph, 0, asked.explore.ticks, "", explored);
     ASSERT_EQ(explored.all, naive.all);
-    for (const Judgement& judgement : found.judgements) {
-      const bool is_violated = naive.violated.contains(judgement.requirement);
-      ASSERT_EQ(judgement.finding == Finding::kRefuted, is_violated) << judgement.requirement;
-      violated += is_violated ? 1U : 0U;
-    }
+    const auto compare = [&](const Verification& with) {
+      for (const Judgement& judgement : with.judgements) {
+        ASSERT_EQ(judgement.error, "") << judgement.requirement;
+        const bool is_violated = naive.violated.contains(judgement.requirement);
+        // States that come again lead further than so many ticks, and what is owed for ever shows in no number of them.
+        const bool is_later = judgement.path && !is_violated &&
+                              (judgement.path->loop || judgement.path->edges.size() > asked.explore.ticks);
+        if (!is_later) {
+          ASSERT_EQ(judgement.finding == Finding::kRefuted, is_violated) << judgement.requirement;
+        }
+        violated += is_violated ? 1U : 0U;
+        if (judgement.finding != Finding::kHolds) continue;
+        const bool is_tested = naive.tested.contains(judgement.requirement);
+        if (is_tested || naive.all_end) {
+          ASSERT_EQ(judgement.vacuous.empty(), is_tested) << judgement.requirement;
+        }
+        vacuous += judgement.vacuous.empty() ? 0U : 1U;
+      }
+    };
+    ASSERT_NO_FATAL_FAILURE(compare(found));
     // Orders that nobody tells apart change no verdict.
     asked.explore.reduce_orders = true;
-    for (const Judgement& judgement : verify(plan, asked).judgements) {
-      ASSERT_EQ(judgement.finding == Finding::kRefuted, naive.violated.contains(judgement.requirement))
-          << judgement.requirement;
-    }
+    ASSERT_NO_FATAL_FAILURE(compare(verify(plan, asked)));
     asked.explore.reduce_orders = false;
     // Compared state by state it is the same again.
     asked.explore.exact = true;
@@ -250,8 +291,9 @@ TEST(Exploration, FindsWhatBruteForceFinds) {
     behaviours += naive.all.size();
   }
   std::cout << compared << " projects, " << deep << " of them to tick " << kTicks[0] << ", " << behaviours
-            << " behaviours, " << violated << " violations\n";
+            << " behaviours, " << violated << " violations, " << vacuous << " vacuous\n";
   if (is_one_seed()) return;
+  EXPECT_GT(vacuous, compared / 4);
   EXPECT_GT(compared, seeds(kOracleSeeds).size() / 4) << "hardly any project is small enough";
   EXPECT_GT(deep, seeds(kOracleSeeds).size() / 8) << "hardly any to tick " << kTicks[0];
   EXPECT_GT(behaviours, compared);
@@ -275,18 +317,15 @@ TimePoint violated_at(const Verification& found, const Judgement& judgement, con
                                   [&](const monitor::Model& model) { return model.name() == judgement.requirement; });
   monitor::MonitorSet monitors(models, TimePoint{});
   std::vector<monitor::MonitorSet::Decided> decided;
-  const auto index = static_cast<std::size_t>(which - models.begin());
-  const auto is_violated = [&] { return monitors.state(index).verdict == monitor::Verdict::kViolated; };
   for (const Told& tick : *told) {
-    for (const Message& message : tick.messages) {
-      monitors.advance(message.time, decided);
-      if (is_violated()) return message.time;
-      monitors.observe(message, decided);
-      if (is_violated()) return message.time;
-    }
+    for (const Message& message : tick.messages) monitors.observe(message, decided);
   }
   monitors.advance(judgement.at, decided);
-  return is_violated() ? judgement.at : kNever;
+  const auto index = static_cast<std::size_t>(which - models.begin());
+  const auto violation = std::find_if(decided.begin(), decided.end(), [&](const monitor::MonitorSet::Decided& one) {
+    return one.monitor == index && one.decision.verdict == monitor::Verdict::kViolated;
+  });
+  return violation != decided.end() ? violation->decision.at : kNever;
 }
 
 // Whether a run that does a loop again owes something in the end, however often it goes round.
@@ -322,6 +361,7 @@ TEST(Verdicts, ComeOutSoInRuns) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const TemporaryFolder folder("verdicts");
     RandomProject(seed).write(folder.path());
+    say_more(folder.path(), seed + 1'000'000);
     auto project = project::load_project(folder.path());
     ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.front());
     const auto plan = project::prepare(with_models(project::plain_scenario(std::move(*project.value))));

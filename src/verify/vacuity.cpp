@@ -6,12 +6,12 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "sentree/base/message.h"
+#include "sentree/monitor/tested.h"
 #include "sentree/verify/judge.h"
 
 namespace sentree::verify {
@@ -22,24 +22,6 @@ using monitor::Condition;
 using monitor::Pattern;
 using monitor::Requirement;
 using monitor::Source;
-
-// Which truth values a condition can have where some of what it speaks of is never seen (Kleene).
-struct Possible {
-  bool yes = true;
-  bool no = true;
-};
-
-// That an event never comes is what is asked for, and may be so.
-bool speaks_of_events(const Condition& condition) {
-  if (condition.kind == Condition::Kind::kEvent) return true;
-  return !condition.operands.empty() && std::all_of(condition.operands.begin(), condition.operands.end(),
-                                                    [](const auto& operand) { return speaks_of_events(*operand); });
-}
-bool is_ruled_out(const Requirement& of) {
-  const bool forbids = of.pattern == Pattern::kNever || of.pattern == Pattern::kAtMost ||
-                       (of.pattern == Pattern::kAlways && monitor::inside(*of.p).kind == Condition::Kind::kNot);
-  return forbids && speaks_of_events(*of.p);
-}
 
 // What a condition needs of observations: that they come, and of a value that they have it.
 struct Needed {
@@ -53,9 +35,7 @@ void collect_needed(const Condition& condition, bool is_value, std::vector<Neede
   if (condition.source) {
     Needed one{*condition.source, {}, is_value && condition.kind == Condition::Kind::kValue, ""};
     if (one.is_value) {
-      one.path = condition.path;
-      if (one.source.kind == Source::Kind::kReply) one.path.insert(one.path.begin(), "result");
-      if (one.source.kind == Source::Kind::kRequest) one.path.insert(one.path.begin(), "args");
+      one.path = monitor::path_in_data(condition);
       one.text = monitor::to_text(condition);
     }
     needed.push_back(std::move(one));
@@ -87,19 +67,14 @@ class Looking {
 
   Vacuity operator()() {
     const monitor::Origin* origin = model_.origin();
-    const bool may_be_silent =
-        origin != nullptr && !origin->requirement.scope.open && is_ruled_out(origin->requirement);
-    if (!memory_.ever_heard() && !may_be_silent) return {"no observation that it waits for is ever made", {}};
-    if (origin == nullptr) return {};
-    const Requirement& of = origin->requirement;
+    if (origin == nullptr) {
+      if (memory_.ever_heard()) return {};
+      return {"no observation that it waits for is ever made", {}};
+    }
     Vacuity out;
-    look_for_unseen(of, out);
-    if (out.why.empty()) out.why = why_not_decided(of);
-    if (out.why.empty() && !(memory_.ever_inside() && opens(of))) out.why = "its scope never begins";
-    if (out.why.empty() && of.scope.kind == monitor::Scope::Kind::kBetween && !is_ever(of, of.scope.close))
-      out.why = "its scope never ends, and only what is closed counts";
-    if (out.why.empty() && !is_ever_assumed(of)) out.why = "what it assumes never holds";
-    if (out.why.empty() && !is_ever_triggered(of)) out.why = "it is never triggered";
+    std::string unseen = look_for_unseen(origin->requirement, out);
+    if (model_.test() != nullptr && !is_violated(*model_.test()))
+      out.why = why_not_tested(origin->requirement, std::move(unseen), out.never_seen);
     return out;
   }
 
@@ -140,8 +115,9 @@ class Looking {
     return comes ? "" : needed.text;
   }
 
-  // Of a condition that is wanted nothing is ever seen.
-  void look_for_unseen(const Requirement& of, Vacuity& out) {
+  // What of a condition that is wanted comes first, if nothing of it is ever seen; empty: something is.
+  std::string look_for_unseen(const Requirement& of, Vacuity& out) {
+    std::string first;
     for (const auto& condition : {of.scope.open, of.scope.close, of.p, of.q, of.r, of.assuming}) {
       if (!condition) continue;
       const std::vector<Needed> needed = needed_by(*condition);
@@ -149,160 +125,76 @@ class Looking {
       for (const Needed& one : needed) {
         if (std::string text = unseen(one); !text.empty()) missing.push_back(std::move(text));
       }
-      const bool can_be_wanting = condition != of.scope.close && condition != of.r && condition != of.assuming &&
-                                  !(condition == of.p && is_ruled_out(of));
-      if (can_be_wanting && !needed.empty() && missing.size() == needed.size() && out.why.empty())
-        out.why = fmt::format("{} is never seen", missing.front());
+      const bool is_wanted = condition != of.scope.close && condition != of.r && condition != of.assuming &&
+                             !(condition == of.p && monitor::is_ruled_out(of));
+      if (is_wanted && first.empty() && !needed.empty() && missing.size() == needed.size()) first = missing.front();
       for (std::string& text : missing) {
         auto& all = out.never_seen;
         if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(std::move(text));
       }
     }
+    return first;
   }
 
-  // What is not known decides nothing: without a value that never comes nothing may be left that violates it.
-  [[nodiscard]] std::string why_not_decided(const Requirement& of) {
-    unseen_.clear();
-    bool is_decided = true;
-    switch (of.pattern) {
-      case Pattern::kAlways: is_decided = possible(*of.p).no; break;
+  // Of one that nothing puts to the test.
+  [[nodiscard]] std::string why_not_tested(const Requirement& of, std::string unseen,
+                                           const std::vector<std::string>& never_seen) const {
+    if (!memory_.ever_heard()) return "no observation that it waits for is ever made";
+    if (!unseen.empty()) return fmt::format("{} is never seen", unseen);
+    const Requirement& asked = model_.test()->origin()->requirement;
+    const monitor::ConditionPtr& told = asked.q ? asked.q : asked.p;
+    if (!never_seen.empty() && told != of.p && told != of.q && !is_ever(of, told, asked.q == nullptr))
+      return fmt::format("{} is never seen, and nothing violates it without", never_seen.front());
+    if (of.scope.open && !is_ever_open(of)) return "its scope never begins";
+    if (of.scope.kind == monitor::Scope::Kind::kBetween && !is_ever(of, of.scope.close))
+      return "its scope never ends, and only what is closed counts";
+    if (of.assuming && !is_ever(of, of.assuming)) return "what it assumes never holds";
+    return is_triggered(of.pattern) ? "it is never triggered" : "what could violate it never comes where it applies";
+  }
+
+  static bool is_triggered(Pattern pattern) {
+    switch (pattern) {
+      case Pattern::kAlways:
       case Pattern::kNever:
-      case Pattern::kAtMost: is_decided = possible(*of.p).yes; break;
-      case Pattern::kImmediately:
-      case Pattern::kKeepFor:
-      case Pattern::kKeepUntil: is_decided = possible(*of.p).yes && possible(*of.q).no; break;
-      case Pattern::kNotFor: is_decided = possible(*of.p).yes && possible(*of.q).yes; break;
-      case Pattern::kPrecedes: is_decided = possible(*of.q).yes; break;
-      case Pattern::kRespond: is_decided = possible(*of.p).yes; break;
-      case Pattern::kHoldsFor: {
-        const Possible p = possible(*of.p);
-        is_decided = p.yes && p.no;
-        break;
-      }
+      case Pattern::kAtMost:
       case Pattern::kEventually:
-      case Pattern::kAtLeastEvery: break;  // silence violates it
-    }
-    return is_decided || unseen_.empty() ? ""
-                                         : fmt::format("{} is never seen, and nothing violates it without", unseen_);
-  }
-
-  [[nodiscard]] Possible possible(const Condition& condition) {
-    using Kind = Condition::Kind;
-    const auto operand = [&](std::size_t i) { return possible(*condition.operands[i]); };
-    switch (condition.kind) {
-      case Kind::kDefined: return operand(0);
-      case Kind::kNot: {
-        const Possible of = operand(0);
-        return {.yes = of.no, .no = of.yes};
-      }
-      case Kind::kAnd:
-      case Kind::kOr:
-      case Kind::kImplies: {
-        Possible a = operand(0);
-        const Possible b = operand(1);
-        if (condition.kind == Kind::kImplies) std::swap(a.yes, a.no);
-        return condition.kind == Kind::kAnd ? Possible{.yes = a.yes && b.yes, .no = a.no || b.no}
-                                            : Possible{.yes = a.yes || b.yes, .no = a.no && b.no};
-      }
-      case Kind::kEvent: return {};  // one that does not come is known not to hold
-      case Kind::kUpdated:
-      case Kind::kRises:
-      case Kind::kFalls: return {.yes = is_known(condition), .no = true};
-      default: {
-        const bool known = is_known(condition);
-        return {.yes = known, .no = known};
-      }
-    }
-  }
-
-  // All values that it speaks of are seen.
-  [[nodiscard]] bool is_known(const Condition& condition) {
-    for (const Needed& needed : needed_by(condition)) {
-      std::string text = unseen(needed);
-      if (text.empty()) continue;
-      unseen_ = std::move(text);
-      return false;
-    }
-    return true;
-  }
-
-  // What holds *while* something does has no memory of it: whether that is ever so is a question of its own.
-  [[nodiscard]] bool opens(const Requirement& of) const {
-    return of.scope.kind != monitor::Scope::Kind::kWhile || is_ever(of, of.scope.open);
-  }
-
-  // Before it is known whether the assumption holds, it interrupts nothing.
-  [[nodiscard]] bool is_ever_assumed(const Requirement& of) const {
-    if (!of.assuming || is_ever(of, of.assuming)) return true;
-    if (of.pattern == Pattern::kEventually || of.pattern == Pattern::kAtLeastEvery) return true;  // silence violates it
-    const auto join = [](Condition::Kind kind, std::vector<monitor::ConditionPtr> operands) {
-      auto joined = std::make_shared<Condition>();
-      joined->kind = kind;
-      joined->operands = std::move(operands);
-      return monitor::ConditionPtr(std::move(joined));
-    };
-    std::vector<Source> sources;
-    for (const auto& condition : {of.p, of.q}) {
-      if (condition) monitor::collect_sources(*condition, sources);
-    }
-    monitor::ConditionPtr any;
-    for (const Source& source : sources) {
-      auto event = std::make_shared<Condition>();
-      event->kind = Condition::Kind::kEvent;
-      event->source = source;
-      event->source->where = nullptr;
-      any = any ? join(Condition::Kind::kOr, {any, event}) : monitor::ConditionPtr(std::move(event));
-    }
-    Requirement early;
-    early.scope.kind = monitor::Scope::Kind::kBefore;
-    early.scope.close =
-        join(Condition::Kind::kOr, {of.assuming, join(Condition::Kind::kNot, {of.assuming})});  // it is known
-    early.p = any;
-    return !any || is_violated(of, std::move(early));
-  }
-
-  // Where it applies. What has no trigger asks for something from the beginning.
-  [[nodiscard]] bool is_ever_triggered(const Requirement& of) const {
-    Requirement never;
-    switch (of.pattern) {
-      case Pattern::kRespond:
-      case Pattern::kKeepFor:
-      case Pattern::kKeepUntil:
-      case Pattern::kNotFor:
-      case Pattern::kHoldsFor:
-        if (memory_.ever_owed()) return true;
-        never.p = of.p;
-        break;
-      case Pattern::kImmediately: never.p = of.p; break;
-      case Pattern::kPrecedes: never.p = of.q; break;
+      case Pattern::kAtLeastEvery: return false;
       default: return true;
     }
-    never.scope = of.scope;
-    never.assuming = of.assuming;
-    return is_violated(of, std::move(never));
   }
 
-  [[nodiscard]] bool is_ever(const Requirement& of, const monitor::ConditionPtr& condition) const {
-    Requirement never;
-    never.p = condition;
-    return is_violated(of, std::move(never));
+  [[nodiscard]] bool is_ever_open(const Requirement& of) const {
+    if (of.scope.kind == monitor::Scope::Kind::kAfter || of.scope.kind == monitor::Scope::Kind::kWhile)
+      return is_ever(of, of.scope.open);
+    // What opens it belongs to it, unless it closes it as well.
+    auto closed = std::make_shared<Condition>();
+    closed->kind = Condition::Kind::kNot;
+    closed->operands = {of.scope.close};
+    auto opens = std::make_shared<Condition>();
+    opens->kind = Condition::Kind::kAnd;
+    opens->operands = {of.scope.open, std::move(closed)};
+    return is_ever(of, std::move(opens));
   }
-  // Whether something comes that is asked for never to come. True if that cannot be asked.
-  [[nodiscard]] bool is_violated(const Requirement& of, Requirement never) const {
+  // @param as  The truth value that is looked for.
+  [[nodiscard]] bool is_ever(const Requirement& of, monitor::ConditionPtr condition, bool as = true) const {
+    Requirement never;
     never.name = of.name;
-    never.pattern = Pattern::kNever;
     never.span = of.span;
+    never.pattern = as ? Pattern::kNever : Pattern::kAlways;
+    never.p = std::move(condition);
     const auto made = monitor::Model::make(never);
-    if (!made.ok()) return true;
+    return !made.ok() || is_violated(*made.value);
+  }
+  // Whether something comes that is asked for never to come. True if that cannot be told.
+  [[nodiscard]] bool is_violated(const monitor::Model& model) const {
     JudgeOptions options;
-    options.probabilities = false;
-    return judge(graph_, *made.value, options).finding != Finding::kHolds;
+    options.probabilities = options.vacuity = false;
+    return judge(graph_, model, options).finding != Finding::kHolds;
   }
 
   const Graph& graph_;
   const monitor::Model& model_;
   const MonitorMemory& memory_;
-  std::string unseen_;                                       // some value, that never comes
   std::map<std::string, std::vector<const Message*>> seen_;  // by the text of a source
 };
 

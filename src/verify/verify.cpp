@@ -224,10 +224,8 @@ std::string scenario_text(const project::Scenario& example, const Judgement& jud
   std::string verdicts;
   for (const auto& [monitor, verdict] : scenario.verdicts)
     verdicts += fmt::format("{}{}: {}", verdicts.empty() ? "" : ", ", monitor, verdict);
-  return fmt::format(
-      "# A behaviour that `sentree verify` found. Choices that are not listed take their first "
-      "alternative.\n{}expect:\n  monitors: {{{}}}\n",
-      project::scenario_text(scenario, {}, std::nullopt, project), verdicts);
+  return fmt::format("{} Choices that are not listed take their first alternative.\n{}expect:\n  monitors: {{{}}}\n",
+                     project::kFoundByVerify, project::scenario_text(scenario, {}, std::nullopt, project), verdicts);
 }
 
 }  // namespace sentree::verify

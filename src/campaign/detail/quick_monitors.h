@@ -42,7 +42,7 @@ class QuickMonitors {
 
   /// None is violated, or was given up.
   [[nodiscard]] bool go_well() const { return go_well_; }
-  /// How many have decided.
+  /// How many of the models have decided.
   [[nodiscard]] std::uint64_t decided() const { return decided_; }
   [[nodiscard]] std::vector<runtime::MonitorReport> reports() const;
   /// States that are known.
@@ -51,25 +51,24 @@ class QuickMonitors {
  private:
   struct Of {
     const monitor::Model& model;
+    bool is_test = false;  // of another one
     scxml::EventReads reads;
     monitor::Projection projection;
     bool remembers = false;
-    monitor::State beginning;
+    monitor::Core beginning;
     std::uint64_t once = 0;   // steps that are not known again
     std::uint64_t fresh = 0;  // states that were new after them
   };
   // One in the run that goes on.
   struct Watch {
     std::optional<std::uint32_t> core;  // nothing: `state` is what it is
-    monitor::State state;
+    monitor::Core state;
     bool seen = false;
-    bool tested = false;
     monitor::Verdict verdict = monitor::Verdict::kUndecided;
   };
   struct Step {
     std::optional<std::vector<scxml::TransitionIndex>> enabled;  // nothing: always
     std::uint32_t next = 0;
-    bool tests = false;
     monitor::Verdict verdict = monitor::Verdict::kUndecided;
   };
   // Where observations of one number go.
@@ -91,18 +90,19 @@ class QuickMonitors {
     }
   };
 
+  void add(const monitor::Model& model, bool is_test);
   Route route_of(const Message& message) const;
   void observe(std::size_t which, Heard& heard);
   [[nodiscard]] std::optional<std::vector<scxml::TransitionIndex>> enabled(std::size_t which, Heard& heard);
   void execute(std::size_t which, Heard& heard, std::vector<Step>* known,
                std::optional<std::vector<scxml::TransitionIndex>> enabled);
   void step_as_it_is(std::size_t which, Heard& heard, Watch& watch);
-  void decide(Watch& watch, monitor::Verdict verdict);
+  void decide(std::uint32_t i, Watch& watch, monitor::Verdict verdict);
   [[nodiscard]] std::vector<Step>& steps_of(std::uint32_t core, std::uint32_t number);
   [[nodiscard]] std::optional<std::uint32_t> intern(std::uint32_t i, const monitor::Core& core, TimePoint now);
-  [[nodiscard]] monitor::State state_of(std::uint32_t i, const monitor::Core& core) const;
 
-  std::vector<Of> monitors_;
+  const std::vector<monitor::Model>& models_;
+  std::vector<Of> monitors_;  // those, and their tests
   std::vector<Watch> watches_;
   bool go_well_ = true;
   std::uint64_t decided_ = 0;

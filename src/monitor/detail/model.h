@@ -16,6 +16,7 @@ struct Model::Parts {
   Spec spec;
   std::vector<Verdict> decides;    ///< By state: what its entry decides.
   std::vector<bool> pending;       ///< By state: something is owed while it is active.
+  std::optional<Model> test;       ///< See `Model::test`.
   bool forgets = false;            ///< No datum outlives an observation.
   bool forgoes_witnesses = false;  ///< See `without_witnesses`.
   bool listens_to_all = false;

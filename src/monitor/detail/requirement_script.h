@@ -84,7 +84,6 @@ class Script {
   [[nodiscard]] const Variable& flag(const Condition& event, std::string_view name);
   [[nodiscard]] Js before(const Condition& condition, bool wanted);
   [[nodiscard]] DataType type_of(const Condition& condition) const;
-  [[nodiscard]] static std::vector<std::string> path_of(const Condition& value);
   [[nodiscard]] static std::string raw(const Condition& value);
   [[nodiscard]] Js guard(const Condition& value) const;
   [[nodiscard]] static Js holders(const Condition& value);

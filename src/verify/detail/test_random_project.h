@@ -188,4 +188,82 @@ class RandomProject {
   std::uint64_t leaves_ = 0;
 };
 
+// What else can be said of such a mission, behind its own requirements: every pattern, scope and kind of bound.
+class RandomRequirements {
+ public:
+  explicit RandomRequirements(std::uint64_t seed) : rng_(seed) {}
+
+  std::string operator()(std::size_t count) {
+    std::string text = "let put = request(device.put).what\n";
+    for (std::size_t i = 0; i < count; ++i) {
+      text += "R" + std::to_string(i) + (below(4) == 0 ? " (re-arming): " : ": ") + scope() + body() +
+              (below(5) == 0 ? " assuming " + lasting(0) : "") + ".\n";
+    }
+    return text;
+  }
+
+ private:
+  std::uint64_t below(std::uint64_t bound) { return rng_.below(bound); }
+  std::string pick(std::initializer_list<const char*> words) { return *(words.begin() + below(words.size())); }
+
+  std::string lasting(int depth) {
+    switch (below(depth > 0 ? 7 : 4)) {
+      case 0: return "said " + pick({"=", "!=", "<", ">="}) + " " + pick({"0", "1", "2"});
+      case 1: return "put " + pick({"=", "!=", "<"}) + " " + pick({"0", "1", "2"});
+      case 2: return pick({"said = put", "said + put < 3", "said <= 2", "reply(device.ask from L1) = 1"});
+      case 3: return "node(L1) in " + pick({"RUNNING", "SUCCESS", "FAILURE"});
+      case 4: return "not (" + lasting(depth - 1) + ")";
+      default: return "(" + lasting(depth - 1) + pick({" and ", " or ", " implies "}) + lasting(depth - 1) + ")";
+    }
+  }
+  std::string momentary() {
+    switch (below(4)) {
+      case 0: return "event(request(device." + pick({"ask", "put"}) + "))";
+      case 1:
+        return "event(" +
+               pick({"reply(device.put)", "error(device.ask)", "reply(device.ask)",
+                     "request(device.put where args.what = 1)", "late(device.ask)"}) +
+               ")";
+      case 2: return pick({"said", "put"}) + " updated";
+      default: return pick({"rises(", "falls("}) + lasting(0) + ")";
+    }
+  }
+  std::string any() { return below(2) == 0 ? lasting(1) : momentary(); }
+  std::string bound() {
+    return pick({"100 ms", "200 ms", "300 ms", "250 ms", "30 ms", "1 ticks", "2 ticks", "3 ticks", "1 events",
+                 "2 events", "4 events"});
+  }
+  std::string scope() {
+    switch (below(9)) {
+      case 0: return "before " + any() + ", ";
+      case 1: return "after " + any() + ", ";
+      case 2: return "between " + any() + " and " + any() + ", ";
+      case 3: return "after " + any() + " until " + any() + ", ";
+      case 4: return "while " + lasting(1) + ", ";
+      default: return "";
+    }
+  }
+  std::string body() {
+    switch (below(16)) {
+      case 0: return "always " + lasting(1);
+      case 1: return "never " + any();
+      case 2: return "eventually " + any();
+      case 3: return "eventually " + any() + " within " + bound();
+      case 4:
+      case 5: return "whenever " + any() + ", " + any() + " within " + bound();
+      case 6: return "whenever " + any() + ", " + any() + " eventually";
+      case 7: return "whenever " + any() + ", " + any() + " immediately";
+      case 8: return "whenever " + any() + ", keep " + lasting(1) + " for " + bound();
+      case 9: return "whenever " + any() + ", keep " + lasting(1) + " until " + any();
+      case 10: return "whenever " + any() + ", not " + any() + " for " + bound();
+      case 11: return any() + " precedes " + any() + (below(2) == 0 ? " by at most " + bound() : "");
+      case 12: return any() + " at least every " + bound();
+      case 13: return any() + " at most " + pick({"1", "2"}) + " times" + (below(2) == 0 ? " per " + bound() : "");
+      default: return lasting(1) + " holds for at least " + bound();
+    }
+  }
+
+  Rng rng_;
+};
+
 }  // namespace sentree::verify
