@@ -100,7 +100,7 @@ test("what is chosen with Shift, Ctrl or a band is deleted, wrapped, moved, copi
 
   // Disabled, and enabled again.
   await node(page, "AtKitchen").click();
-  await page.keyboard.press("Shift+ArrowDown");
+  await page.keyboard.press("Shift+ArrowRight");
   await until(async () => (await chosen(page)).length === 2, "Shift and an arrow choose the next one, too");
   await page.keyboard.press("s");
   await until(async () => /^set _skipIf/.test(await undo_name(page)), "they are disabled");

@@ -10,6 +10,7 @@ import { Dialog } from "../widgets/Dialog";
 import { Icon } from "../widgets/Icon";
 import { MenuButton } from "../picture/PictureTools";
 import { open_help } from "./Help";
+import { Notes } from "./Notes";
 import { open_palette } from "./Palette";
 import { Panels } from "./Panels";
 import { useTight } from "./use_tight";
@@ -268,7 +269,7 @@ export function Header() {
       <Recording />
       {!designs && <MissionStatus />}
       {!designs && <Violations />}
-      <span className="header-space" />
+      {designs && !compares ? <Notes over /> : <span className="header-space" />}
       {!designs && <Presence />}
       {!designs && <Clock />}
       <RunControls />
