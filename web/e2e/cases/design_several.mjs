@@ -4,7 +4,7 @@ import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { operate, until } from "../harness/browser.mjs";
+import { operate, sticks_out, until } from "../harness/browser.mjs";
 import { contents, design_of_recharge, drag, middle, node, serious, undo_name } from "../harness/design.mjs";
 
 const pictures = process.env.SENTREE_PICTURES;
@@ -36,6 +36,10 @@ test("what is chosen with Shift, Ctrl or a band is deleted, wrapped, moved, copi
   await chosen_are(page, "AtStation", "GoToStation");
   await page.getByTestId("inspector-several").getByText("2 nodes", { exact: true }).waitFor();
   assert.deepEqual(await serious(page), []);
+  await page.setViewportSize({ width: 1024, height: 700 });
+  await page.locator(".design[data-narrow=true]").waitFor();
+  assert.deepEqual(await sticks_out(page), []);
+  await page.setViewportSize({ width: 1440, height: 900 });
   if (pictures) await page.screenshot({ path: join(pictures, "several.png") });
 
   // Wrapped in one node, and all of it undone by one step.

@@ -132,7 +132,7 @@ test("a node's transitions are a table that is saved, and each leads to its mome
   assert.equal(lines.length, shown.length + 1);
   assert.ok(lines.some((line) => line.startsWith("20,RUNNING,")), lines.join("\n"));
   // Of a condition the table has what it answered otherwise than before; so has the file.
-  await page.locator('[data-testid=tree] [aria-label^="BatteryLevelAbove30"]').click();
+  await page.locator('[data-testid=tree] [aria-label^="BatteryLevelAbove30"]').dispatchEvent("click");
   await page.locator(".transitions h3", { hasText: "Answers that changed" }).waitFor();
   const answers = await rows.allInnerTexts();
   const [saved] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save as CSV" }).click()]);

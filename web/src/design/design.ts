@@ -201,8 +201,9 @@ function receive(message: DesignMessage): void {
   }
 }
 
+const stem = (file: string) => file.replace(/\.\w+$/, "");
 function take_design(told: Design): void {
-  const summary: Design = { ...told, files: [...told.files].sort((a, b) => by_name(a.file, b.file)), scenarios: [...told.scenarios].sort(by_name) };
+  const summary: Design = { ...told, files: [...told.files].sort((a, b) => by_name(stem(a.file), stem(b.file)) || by_name(a.file, b.file)), scenarios: [...told.scenarios].sort(by_name) };
   useDesign.setState({ summary, steps: summary.pages[page_name()] ?? summary.steps });
 }
 
