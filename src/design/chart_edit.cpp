@@ -146,7 +146,7 @@ class ChartEditor {
     // Initial states that it is no longer inside of.
     forget_initials(*state, *parent);
     const XmlElement inside = elements_.of_state(*parent);
-    moves_.put_copy(inside, inside.children().size(), elements_.of_state(*state));
+    moves_.put_copies(inside, inside.children().size(), {{elements_.of_state(*state), {}}});
     moves_.take_out(elements_.of_state(*state));
     return fmt::format("move {}{}", move.state,
                        *parent == 0 ? std::string(" to the top level") : " into " + move.parent);
@@ -159,7 +159,7 @@ class ChartEditor {
     if (auto ok = check_kind(wrap.kind, {"state", "parallel"}); !ok) return tl::unexpected(ok.error());
     if (chart_.states()[*state].is_history())
       return fail("design.arity", wrap.state + " is a history: it stands beside what it remembers");
-    moves_.wrap(elements_.of_state(*state), fmt::format("<{}{}>", tag(wrap.kind), text::xml_attribute("id", wrap.id)),
+    moves_.wrap({elements_.of_state(*state)}, fmt::format("<{}{}>", tag(wrap.kind), text::xml_attribute("id", wrap.id)),
                 fmt::format("</{}>", tag(wrap.kind)));
     return fmt::format("put {} into the new {} {}", wrap.state, wrap.kind, wrap.id);
   }
@@ -282,8 +282,8 @@ class ChartEditor {
     const bool stays = element.parent() == state;
     if (stays && (std::min(move.index, others.size()) == own || move.index == own + 1))
       return fail("design.nothing-to-do", "it is there already");
-    moves_.put_copy(state, move.index < others.size() ? place_among(others[move.index]) : behind_transitions(state),
-                    element);
+    moves_.put_copies(state, move.index < others.size() ? place_among(others[move.index]) : behind_transitions(state),
+                      {{element, {}}});
     moves_.take_out(element);
     return (stays ? "order the transitions of " : "move a transition to ") + shown(*source);
   }
@@ -336,7 +336,7 @@ class ChartEditor {
     const std::size_t to = std::min(move.to, actions.size());
     if (to == move.index || to == move.index + 1) return fail("design.nothing-to-do", "it is there already");
     const XmlElement beside = actions[to < actions.size() ? to : to - 1];
-    moves_.put_copy(beside.parent(), place_among(beside) + (to < actions.size() ? 0 : 1), *action);
+    moves_.put_copies(beside.parent(), place_among(beside) + (to < actions.size() ? 0 : 1), {{*action, {}}});
     moves_.take_out(*action);
     return "order " + shown(move.place);
   }

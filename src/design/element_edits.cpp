@@ -140,6 +140,7 @@ bool ElementEdits::is_alone_on_its_line(const XmlElement& node) const {
          source().substr(parent.offset(), parent.end_offset() - parent.offset()).find('\n') == std::string_view::npos;
 }
 
+// `text_at` is told how its lines are indented, and what is written between elements that stand there together.
 template <class Text>
 void ElementEdits::put_text(const XmlElement& parent, std::size_t index, const Text& text_at) {
   const auto children = parent.children();
@@ -150,23 +151,23 @@ void ElementEdits::put_text(const XmlElement& parent, std::size_t index, const T
     const std::size_t at = end_with_comment(index == 0 ? open_end : beside.end_offset());
     const std::string inner = indentation(beside.offset());
     if (starts_line(beside.offset())) {
-      edits_.push_back({at, at, eol() + inner + text_at(inner)});
+      edits_.push_back({at, at, eol() + inner + text_at(inner, eol() + inner)});
     } else if (is_alone_on_its_line(beside)) {
       // Two in one line are no way to write it.
       const std::string outer = indentation(parent.offset());
       const std::string further = outer + indentation_step(parent);
-      const std::string line = eol() + further + text_at(further);
+      const std::string line = eol() + further + text_at(further, eol() + further);
       edits_.push_back({open_end, beside.offset(), (index == 0 ? line : "") + eol() + further});
       edits_.push_back(
           {beside.end_offset(), open_end + parent.inner_source().size(), (index == 0 ? "" : line) + eol() + outer});
     } else {
-      edits_.push_back({at, at, text_at(inner)});
+      edits_.push_back({at, at, text_at(inner, "")});
     }
     return;
   }
   const std::string outer = indentation(parent.offset());
   const std::string inner = outer + indentation_step(parent);
-  const std::string line = eol() + inner + text_at(inner);
+  const std::string line = eol() + inner + text_at(inner, eol() + inner);
   if (source()[parent.end_offset() - 2] == '/' && parent.inner_source().empty()) {
     std::size_t slash = parent.end_offset() - 2;
     while (is_space(source()[slash - 1])) --slash;
@@ -180,12 +181,16 @@ void ElementEdits::put_text(const XmlElement& parent, std::size_t index, const T
 }
 
 void ElementEdits::put(const XmlElement& parent, std::size_t index, const std::string& xml) {
-  put_text(parent, index, [&](const std::string& indentation) { return indented(xml, indentation); });
+  put_text(parent, index, [&](const std::string& indentation, const auto&) { return indented(xml, indentation); });
 }
 
-void ElementEdits::put_copy(const XmlElement& parent, std::size_t index, const XmlElement& node,
-                            const TextEdits& changes) {
-  put_text(parent, index, [&](const std::string& indentation) { return indented(node, indentation, changes); });
+void ElementEdits::put_copies(const XmlElement& parent, std::size_t index, const std::vector<Copy>& nodes) {
+  put_text(parent, index, [&](const std::string& indentation, const std::string& between) {
+    std::string all;
+    for (const auto& [node, changes] : nodes)
+      all += (all.empty() ? "" : between) + indented(node, indentation, changes);
+    return all;
+  });
 }
 
 void ElementEdits::take_out(const XmlElement& node) {
@@ -237,18 +242,23 @@ void ElementEdits::close_emptied() {
   taken_.clear();
 }
 
-void ElementEdits::wrap(const XmlElement& node, const std::string& open, const std::string& close) {
-  if (!starts_line(node.offset())) {
-    edits_.push_back({node.offset(), node.offset(), open});
-    edits_.push_back({node.end_offset(), node.end_offset(), close});
+void ElementEdits::wrap(const std::vector<XmlElement>& nodes, const std::string& open, const std::string& close) {
+  const XmlElement& first = nodes.front();
+  const std::size_t end = nodes.back().end_offset();
+  if (!starts_line(first.offset())) {
+    edits_.push_back({first.offset(), first.offset(), open});
+    edits_.push_back({end, end, close});
     return;
   }
-  const std::string outer = indentation(node.offset());
-  const std::string step = indentation_step(node.parent());
-  edits_.push_back({node.offset(), node.offset(), open + eol() + outer + step});
-  for (const std::size_t line : line_starts(node, node.offset(), node.end_offset()))
-    edits_.push_back({line, line, step});
-  edits_.push_back({node.end_offset(), node.end_offset(), eol() + outer + close});
+  const std::string outer = indentation(first.offset());
+  const std::string step = indentation_step(first.parent());
+  edits_.push_back({first.offset(), first.offset(), open + eol() + outer + step});
+  std::size_t from = first.offset();
+  for (const XmlElement& node : nodes) {
+    for (const std::size_t line : line_starts(node, from, node.end_offset())) edits_.push_back({line, line, step});
+    from = node.end_offset();
+  }
+  edits_.push_back({end, end, eol() + outer + close});
 }
 
 void ElementEdits::unwrap(const XmlElement& node) {

@@ -160,21 +160,15 @@ class TreeEditor {
     }
     if (auto ok = check_recursion(*parent, subtrees_in(*node)); !ok) return tl::unexpected(ok.error());
     auto taken = move.copy ? names_in_tree_of(*parent) : std::set<std::string>();
-    edits_.put_copy(*parent, move.to.index, *node, move.copy ? free_names(document_, *node, taken) : TextEdits());
+    edits_.put_copies(*parent, move.to.index, {{*node, move.copy ? free_names(document_, *node, taken) : TextEdits()}});
     if (!move.copy) edits_.take_out(*node);
     return done((move.copy ? "copy " : "move ") + shown(*node) + (stays ? " within " : " under ") + shown(*parent));
   }
 
-  Result<GestureResult> operator()(const WrapNode& wrap) {
-    const auto node = node_at(wrap.node);
+  Result<GestureResult> operator()(const WrapNode& gesture) {
+    const auto node = node_at(gesture.node);
     if (!node) return tl::unexpected(node.error());
-    if (!is_name(wrap.id)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a node", wrap.id));
-    const bt::NodeModel* model = kinds_.model(wrap.id);
-    if (model == nullptr) return fail("design.no-such-node", fmt::format("nobody says what {} is", wrap.id));
-    if (kinds_.kind(wrap.id, *model).children_max == 0)
-      return fail("design.arity", wrap.id + " is a leaf: nothing can be in it");
-    edits_.wrap(*node, fmt::format("<{}>", wrap.id), fmt::format("</{}>", wrap.id));
-    return done(fmt::format("wrap {} in {}", shown(*node), wrap.id));
+    return wrap({*node}, gesture.id);
   }
 
   Result<GestureResult> operator()(const UnwrapNode& unwrap) {
@@ -314,7 +308,172 @@ class TreeEditor {
     return done("delete the tree " + id);
   }
 
+  Result<GestureResult> operator()(const EditNodes& edit) {
+    std::vector<std::uint32_t> numbers = edit.nodes;
+    std::sort(numbers.begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    if (numbers.empty()) return fail("design.nothing-to-do", "no node is chosen");
+    for (const std::uint32_t number : numbers) {
+      if (const auto node = node_at(number); !node) return tl::unexpected(node.error());
+    }
+    return std::visit([&](const auto& gesture) { return on_several(gesture, numbers); }, edit.gesture);
+  }
+
  private:
+  // The same gesture on each. From the last to the first: the numbers of those before it stay as they are.
+  template <class Gesture>
+  Result<GestureResult> on_each(Gesture gesture, const std::vector<std::uint32_t>& numbers, std::string name) const {
+    std::string text(source());
+    for (auto number = numbers.rbegin(); number != numbers.rend(); ++number) {
+      auto document = XmlDocument::parse(text, {}, {.lenient = true});
+      if (!document) return tl::unexpected(document.error());
+      gesture.node = *number;
+      const auto edited = TreeEditor(std::move(*document), kinds_)(gesture);
+      if (!edited) return tl::unexpected(edited.error());
+      auto after = with_edits(text, edited->edits);
+      if (!after) return tl::unexpected(after.error());
+      text = std::move(*after);
+    }
+    return GestureResult{edits_between(source(), text), std::move(name)};
+  }
+
+  // What is inside of another one of them goes along with it.
+  [[nodiscard]] std::vector<std::uint32_t> outermost(const std::vector<std::uint32_t>& numbers) const {
+    std::vector<std::uint32_t> found;
+    for (const std::uint32_t number : numbers) {
+      if (found.empty() || number >= found.back() + elements_[found.back()].size()) found.push_back(number);
+    }
+    return found;
+  }
+  static std::string count_of(const std::vector<std::uint32_t>& numbers) {
+    return fmt::format("{} nodes", numbers.size());
+  }
+
+  Result<GestureResult> on_several(const DeleteNode& gesture, const std::vector<std::uint32_t>& all) {
+    const auto numbers = outermost(all);
+    if (numbers.size() == 1) return (*this)(DeleteNode{numbers.front()});
+    return on_each(gesture, numbers, "delete " + count_of(numbers));
+  }
+
+  Result<GestureResult> on_several(const UnwrapNode& gesture, const std::vector<std::uint32_t>& numbers) {
+    if (numbers.size() == 1) return (*this)(UnwrapNode{numbers.front()});
+    return on_each(gesture, numbers, "unwrap " + count_of(numbers));
+  }
+
+  Result<GestureResult> on_several(SetAttribute set, std::vector<std::uint32_t> numbers) {
+    if (numbers.size() > 1 && set.name == "name")
+      return fail("design.bad-name", fmt::format("{} cannot have one name", count_of(numbers)));
+    const auto has_it = [&](std::uint32_t number) { return elements_[number].attribute(set.name) == set.value; };
+    if (!std::all_of(numbers.begin(), numbers.end(), has_it)) std::erase_if(numbers, has_it);
+    if (numbers.size() == 1) {
+      set.node = numbers.front();
+      return (*this)(set);
+    }
+    auto done =
+        on_each(set, numbers, fmt::format("{}{} of {}", set.value ? "set " : "remove ", set.name, count_of(numbers)));
+    if (done) done->nodes = numbers;
+    return done;
+  }
+
+  Result<GestureResult> on_several(const WrapNode& gesture, const std::vector<std::uint32_t>& all) {
+    const auto numbers = outermost(all);
+    const XmlElement parent = elements_[numbers.front()].parent();
+    std::vector<XmlElement> nodes;
+    for (const std::uint32_t number : numbers) {
+      nodes.push_back(elements_[number]);
+      if (elements_[number].parent() != parent)
+        return fail("design.arity", fmt::format("{} and {} are in different nodes; what is wrapped stands side by side",
+                                                shown(nodes.front()), shown(nodes.back())));
+    }
+    const auto siblings = parent.children();
+    auto sibling = std::find(siblings.begin(), siblings.end(), nodes.front());
+    for (const XmlElement& node : nodes) {
+      if (*sibling != node)
+        return fail("design.arity", fmt::format("{} stands between them; choose it too", shown(*sibling)));
+      ++sibling;
+    }
+    auto done = wrap(nodes, gesture.id);
+    if (done) done->nodes = {numbers.front()};
+    return done;
+  }
+
+  Result<GestureResult> on_several(const MoveNode& move, const std::vector<std::uint32_t>& all) {
+    const auto numbers = outermost(all);
+    if (numbers.size() == 1) {
+      MoveNode one = move;
+      one.node = numbers.front();
+      return (*this)(one);
+    }
+    const auto parent = parent_of(move.to);
+    if (!parent) return tl::unexpected(parent.error());
+    std::size_t more = 0;
+    auto taken = move.copy ? names_in_tree_of(*parent) : std::set<std::string>();
+    std::vector<ElementEdits::Copy> copies;
+    std::uint32_t size = 0;
+    for (const std::uint32_t number : numbers) {
+      const XmlElement& node = elements_[number];
+      if (!move.copy && is_in(*parent, node))
+        return fail("design.inside-itself", shown(node) + " cannot go into itself");
+      if (auto ok = check_recursion(*parent, subtrees_in(node)); !ok) return tl::unexpected(ok.error());
+      more += move.copy || node.parent() != *parent ? 1 : 0;
+      size += static_cast<std::uint32_t>(node.size());
+      copies.push_back({node, move.copy ? free_names(document_, node, taken) : TextEdits()});
+    }
+    if (auto room = check_room(*parent, more, {}); more > 0 && !room) return tl::unexpected(room.error());
+    const auto siblings = parent->children();
+    if (more == 0) {
+      const auto first = std::find(siblings.begin(), siblings.end(), elements_[numbers.front()]);
+      const auto last = std::find(first, siblings.end(), elements_[numbers.back()]);
+      const auto index = siblings.begin() + static_cast<std::ptrdiff_t>(move.to.index);
+      if (last - first + 1 == std::ssize(numbers) && index >= first && index <= last + 1)
+        return fail("design.nothing-to-do", "they are there already");
+    }
+    // Where the first of them comes to stand.
+    std::uint32_t at = move.to.parent + 1;
+    for (std::size_t i = 0; i < move.to.index; ++i) at += static_cast<std::uint32_t>(siblings[i].size());
+    edits_.put_copies(*parent, move.to.index, copies);
+    GestureResult result{edits_.take(),
+                         fmt::format("{} {} under {}", move.copy ? "copy" : "move", count_of(numbers), shown(*parent))};
+    if (!move.copy) {
+      auto text = with_edits(source(), result.edits);
+      if (!text) return tl::unexpected(text.error());
+      auto document = XmlDocument::parse(*text, {}, {.lenient = true});
+      if (!document) return tl::unexpected(document.error());
+      std::vector<std::uint32_t> left;
+      std::uint32_t before = 0;  // what goes from before the place
+      for (const std::uint32_t number : numbers) {
+        left.push_back(number + (number >= at ? size : 0));
+        before += number < at ? static_cast<std::uint32_t>(elements_[number].size()) : 0;
+      }
+      const TreeEditor copied(std::move(*document), kinds_);
+      const auto removed = copied.on_each(DeleteNode{}, left, {});
+      if (!removed) return tl::unexpected(removed.error());
+      const auto after = with_edits(*text, removed->edits);
+      if (!after) return tl::unexpected(after.error());
+      result.edits = edits_between(source(), *after);
+      at -= before;
+    }
+    for (const std::uint32_t number : numbers) {
+      result.nodes.push_back(at);
+      at += static_cast<std::uint32_t>(elements_[number].size());
+    }
+    return result;
+  }
+
+  Result<GestureResult> wrap(const std::vector<XmlElement>& nodes, const std::string& id) {
+    if (!is_name(id)) return fail("design.bad-name", fmt::format("\"{}\" is no name of a node", id));
+    const bt::NodeModel* model = kinds_.model(id);
+    if (model == nullptr) return fail("design.no-such-node", fmt::format("nobody says what {} is", id));
+    const std::size_t most = kinds_.kind(id, *model).children_max;
+    if (most == 0) return fail("design.arity", id + " is a leaf: nothing can be in it");
+    if (nodes.size() > most)
+      return fail("design.arity",
+                  most == 1 ? id + " takes one child only" : fmt::format("{} takes {} children at most", id, most));
+    edits_.wrap(nodes, fmt::format("<{}>", id), fmt::format("</{}>", id));
+    return done(fmt::format("wrap {} in {}",
+                            nodes.size() == 1 ? shown(nodes.front()) : fmt::format("{} nodes", nodes.size()), id));
+  }
+
   [[nodiscard]] std::string_view source() const { return document_.source(); }
 
   [[nodiscard]] XmlElement tree_of(std::string_view id) const {

@@ -121,12 +121,19 @@ struct DeleteTree {
 struct InlineTree {
   std::uint32_t node = 0;
 };
+/// One gesture on several nodes, whose own `node` does not count. Moved, copied and deleted is what is inside of
+/// another of them along with it, in the order written; wrapped, as children of one node, are neighbours.
+struct EditNodes {
+  std::vector<std::uint32_t> nodes;  ///< In any order.
+  std::variant<DeleteNode, MoveNode, WrapNode, UnwrapNode, SetAttribute> gesture;
+};
 using TreeGesture = std::variant<InsertNode, DeleteNode, MoveNode, WrapNode, UnwrapNode, SetAttribute, ExtractTree,
-                                 InlineTree, PasteNodes, AddTree, DeleteTree>;
+                                 InlineTree, PasteNodes, AddTree, DeleteTree, EditNodes>;
 
 struct GestureResult {
   TextEdits edits;
-  std::string name;  ///< For people: "move GoToKitchen under Recharge".
+  std::string name;                  ///< For people: "move GoToKitchen under Recharge".
+  std::vector<std::uint32_t> nodes;  ///< Of several: what they are in the edited text, as far as they can be told.
 };
 
 /// A change of a tree as edits of its text. What is outside the elements concerned stays byte for byte: comments, the

@@ -298,7 +298,13 @@ TreeGesture any_gesture(const Outline& outline, std::mt19937& random) {
       "<AlwaysSuccess/>", "<!-- why -->\n<Fallback name=\"pasted\">\n    <AlwaysFailure/>\n</Fallback>",
       "<A/><B x='1'/>",
       R"(<root BTCPP_format="4"><BehaviorTree ID="Elsewhere"><Inverter><A/></Inverter></BehaviorTree></root>)"};
-  switch (random() % 12) {
+  const std::vector<std::uint32_t> several{any(), any(), any()};
+  switch (random() % 17) {
+    case 12: return EditNodes{several, DeleteNode{}};
+    case 13: return EditNodes{several, MoveNode{0, slot, random() % 2 == 0}};
+    case 14: return EditNodes{several, WrapNode{0, "Fallback"}};
+    case 15: return EditNodes{several, UnwrapNode{}};
+    case 16: return EditNodes{several, SetAttribute{0, "_skipIf", "true"}};
     case 0: return InsertNode{random() % 2 == 0 ? "Sequence" : "AlwaysSuccess", false, "made", {}, slot};
     case 1: return DeleteNode{any()};
     case 2: return MoveNode{any(), slot, false};
@@ -320,6 +326,72 @@ std::string signs(std::string_view text) {
     if (c != ' ' && c != '\t' && c != '\n' && c != '\r') kept += c;
   }
   return kept;
+}
+
+TEST(TreeEdit, SeveralNodesMoveTogetherInTheirOrder) {
+  const std::uint32_t all = element(kFile, "All");
+  const std::vector<std::uint32_t> nodes{element(kFile, "Inverter"), element(kFile, "A")};
+  // Into another tree, one of them from a line of its own, where all stand in one line.
+  const auto moved =
+      edit_tree(kFile, EditNodes{nodes, MoveNode{0, {element(kFile, "Fallback"), 1}, false}}, builtin_kinds()).value();
+  const std::string after = with_edits(kFile, moved.edits).value();
+  EXPECT_EQ(moved.name, "move 2 nodes under Fallback");
+  EXPECT_THAT(after, HasSubstr("<B name=\"b1\"/><A x='1'   y=\"2\"/><Inverter>"));
+  EXPECT_THAT(after, HasSubstr("      <!-- first -->\n       <!-- behind A -->\n      <SubTree"));
+  ASSERT_EQ(moved.nodes.size(), 2U);
+  EXPECT_EQ(moved.nodes[0], element(after, "A"));
+  EXPECT_EQ(moved.nodes[1], element(after, "Inverter"));
+  // Behind what follows them; nothing else is touched.
+  EXPECT_EQ(
+      edited(kFile, EditNodes{{element(kFile, "Inverter"), element(kFile, "Other")}, MoveNode{0, {all, 1}, true}}),
+      with(kFile, "<!-- behind A -->\n",
+           "<!-- behind A -->\n      <Inverter>\n        <B/>\n      </Inverter>\n      <SubTree ID=\"Other\"/>\n"));
+  // Where they are already, wherever between them.
+  for (std::size_t index : {0U, 1U, 2U})
+    EXPECT_EQ(edited(kFile, EditNodes{nodes, MoveNode{0, {all, index}, false}}), "they are there already") << index;
+  EXPECT_THAT(edited(kFile, EditNodes{{all, element(kFile, "A")}, MoveNode{0, {element(kFile, "Inverter"), 0}, false}}),
+              HasSubstr("cannot go into itself"));
+  EXPECT_THAT(edited(kFile, EditNodes{nodes, MoveNode{0, {element(kFile, "Inverter"), 0}, true}}),
+              HasSubstr("takes one child only"));
+}
+
+TEST(TreeEdit, SeveralNodesGoTogether) {
+  const std::vector<std::uint32_t> nodes{element(kFile, "B"), element(kFile, "Inverter"), element(kFile, "Other")};
+  EXPECT_EQ(edited(kFile, EditNodes{nodes, DeleteNode{}}),
+            with(with(kFile, "      <Inverter>\n        <B/>\n      </Inverter>\n", ""),
+                 "      <SubTree ID=\"Other\"/>\n", ""));
+  // All that was in it.
+  EXPECT_EQ(edited(kFile, EditNodes{{element(kFile, "b1"), element(kFile, "b2")}, DeleteNode{}}),
+            with(kFile, "<Fallback><B name=\"b1\"/><B name=\"b2\"/></Fallback>", "<Fallback/>"));
+  EXPECT_EQ(edited(kFile, EditNodes{{}, DeleteNode{}}), "no node is chosen");
+  EXPECT_THAT(edited(kFile, EditNodes{{element(kFile, "A"), 1000}, DeleteNode{}}), HasSubstr("no such node"));
+}
+
+TEST(TreeEdit, NeighboursAreWrappedInOneNode) {
+  const std::uint32_t a = element(kFile, "A");
+  const std::uint32_t inverter = element(kFile, "Inverter");
+  const std::string wrapped = edited(kFile, EditNodes{{inverter, a}, WrapNode{0, "Fallback"}});
+  EXPECT_EQ(
+      wrapped,
+      with(kFile, "      <A x='1'   y=\"2\"/> <!-- behind A -->\n      <Inverter>\n        <B/>\n      </Inverter>\n",
+           "      <Fallback>\n        <A x='1'   y=\"2\"/> <!-- behind A -->\n        <Inverter>\n"
+           "          <B/>\n        </Inverter>\n      </Fallback>\n"));
+  EXPECT_EQ(edited(wrapped, UnwrapNode{element(wrapped, "Fallback")}), kFile);
+  EXPECT_EQ(edited(kFile, EditNodes{{a, element(kFile, "Other")}, WrapNode{0, "Fallback"}}),
+            "Inverter stands between them; choose it too");
+  EXPECT_THAT(edited(kFile, EditNodes{{a, element(kFile, "b1")}, WrapNode{0, "Fallback"}}),
+              HasSubstr("different nodes"));
+  EXPECT_EQ(edited(kFile, EditNodes{{a, inverter}, WrapNode{0, "Inverter"}}), "Inverter takes one child only");
+}
+
+TEST(TreeEdit, SeveralNodesGetAnAttribute) {
+  const std::vector<std::uint32_t> nodes{element(kFile, "b1"), element(kFile, "b2")};
+  const std::string skipped = edited(kFile, EditNodes{nodes, SetAttribute{0, "_skipIf", "true"}});
+  EXPECT_EQ(skipped, with(kFile, "<B name=\"b1\"/><B name=\"b2\"/>",
+                          "<B name=\"b1\" _skipIf=\"true\"/><B name=\"b2\" _skipIf=\"true\"/>"));
+  EXPECT_EQ(edited(skipped, EditNodes{nodes, SetAttribute{0, "_skipIf", std::nullopt}}), kFile);
+  EXPECT_EQ(edited(skipped, EditNodes{nodes, SetAttribute{0, "_skipIf", "true"}}), "it is so already");
+  EXPECT_EQ(edited(kFile, EditNodes{nodes, SetAttribute{0, "name", "b"}}), "2 nodes cannot have one name");
 }
 
 TEST(TreeEdit, EditsLeastAndUndoesToIdenticalBytesWhateverTheGesture) {

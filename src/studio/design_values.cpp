@@ -407,7 +407,7 @@ List interfaces_value(const std::filesystem::path& folder, const std::map<std::s
 
 namespace {
 
-Result<design::TreeGesture> gesture_of(const Value& gesture) {
+Result<design::TreeGesture> gesture_on_one(const Value& gesture) {
   const std::string what = string_of(gesture, "what");
   const auto node = static_cast<std::uint32_t>(std::min<std::size_t>(count_of(gesture, "node"), 0xFFFFFFFFU));
   const design::Slot slot{static_cast<std::uint32_t>(std::min<std::size_t>(count_of(gesture, "parent"), 0xFFFFFFFFU)),
@@ -436,6 +436,28 @@ Result<design::TreeGesture> gesture_of(const Value& gesture) {
                                 given ? std::optional(*value->as_string()) : std::nullopt};
   }
   return fail("studio.request", fmt::format("\"{}\" is no gesture", what));
+}
+
+Result<design::TreeGesture> gesture_of(const Value& gesture) {
+  auto one = gesture_on_one(gesture);
+  const Value* const nodes = gesture.find("nodes");
+  if (!one || nodes == nullptr || nodes->as_list() == nullptr) return one;
+  design::EditNodes several;
+  for (const Value& node : *nodes->as_list()) {
+    constexpr std::int64_t kNoElement = 0xFFFFFFFF;
+    several.nodes.push_back(static_cast<std::uint32_t>(
+        std::clamp(node.as_int() != nullptr ? *node.as_int() : kNoElement, std::int64_t{0}, kNoElement)));
+  }
+  const bool can = std::visit(
+      [&](auto& what) {
+        constexpr bool kCan = std::is_assignable_v<decltype(several.gesture)&, decltype(what)>;
+        if constexpr (kCan) several.gesture = what;
+        return kCan;
+      },
+      *one);
+  if (!can)
+    return fail("studio.request", fmt::format("\"{}\" is no gesture on several nodes", string_of(gesture, "what")));
+  return several;
 }
 
 std::optional<std::string> text_if_given(const Value& value, std::string_view name) {

@@ -340,6 +340,7 @@ Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
     auto joined = design::joined(file, *meant, document->text, result->edits);
     if (!joined) return tl::unexpected(joined.error());
     result->edits = std::move(*joined);
+    result->nodes.clear();  // other numbers by now
   }
   if (asked.flag("try")) {
     if (auto may = workspace.may_edit(); !may) return tl::unexpected(may.error());
@@ -348,9 +349,12 @@ Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
   if (auto edited = workspace.edit(file, document->version, result->edits, result->name); !edited)
     return tl::unexpected(edited.error());
   changed({file});
+  List nodes;
+  for (const std::uint32_t node : result->nodes) nodes.push_back(number(node));
   return Value(Map{{"version", number(workspace.find(file)->version)},
                    {"name", result->name},
-                   {"at", number(place_after(result->edits))}});
+                   {"at", number(place_after(result->edits))},
+                   {"nodes", std::move(nodes)}});
 }
 
 // With the texts as they are now.

@@ -21,13 +21,16 @@ class ElementEdits {
   /// Before child `index` of the parent; behind all if it has fewer. Lines of `xml` after the first are indented as the
   /// first is.
   void put(const text::XmlElement& parent, std::size_t index, const std::string& xml);
-  /// A copy of `node` with `changes` of the document's text, as `put`.
-  void put_copy(const text::XmlElement& parent, std::size_t index, const text::XmlElement& node,
-                const TextEdits& changes = {});
+  /// Copies of `nodes`, each with its `changes` of the document's text, as `put`.
+  struct Copy {
+    text::XmlElement node;
+    TextEdits changes;
+  };
+  void put_copies(const text::XmlElement& parent, std::size_t index, const std::vector<Copy>& nodes);
   /// With its line, if it has one to itself. Its parent is written as one without content if it was all of it.
   void take_out(const text::XmlElement& node);
-  /// `open` and `close` are tags.
-  void wrap(const text::XmlElement& node, const std::string& open, const std::string& close);
+  /// `nodes` are neighbours, in their order; `open` and `close` are tags.
+  void wrap(const std::vector<text::XmlElement>& nodes, const std::string& open, const std::string& close);
   /// What is in it takes its place.
   void unwrap(const text::XmlElement& node);
   /// The tag's name where it starts and where it ends.

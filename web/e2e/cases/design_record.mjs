@@ -47,9 +47,16 @@ test("a run is recorded while it is steered, stopped, listed and opened; editing
   await page.locator('[data-testid=tree] [aria-label^="AtKitchen"]').waitFor();
   assert.ok((await interventions(page)).some((one) => /setBatteryCharge/.test(one)), "the recording has what was done");
 
+  // Another page, which looks at a moment of what is over, follows as well.
+  const other = await open_design(program.url);
+  await other.page.getByRole("button", { name: "Run", exact: true }).click();
+  await other.page.getByRole("button", { name: "−1 tick" }).click();
+  await until(async () => (await text(other.page, "presence")) === "◀ Past", "it looks at the past");
   // The next one runs what is edited, saved or not; ended by its scenario it is over too.
   const second = await record(page, "Sixteen times as fast");
   await page.locator('[data-testid=tree] [aria-label^="InKitchen"]').waitFor();
+  await until(async () => (await text(other.page, "presence")) !== "◀ Past", "the other page shows the run that goes on");
+  await other.close();
   await stop_run(page);
   await page.getByRole("button", { name: "Design", exact: true }).click();
   assert.deepEqual((await recordings(page)).sort(), [file, second].sort());

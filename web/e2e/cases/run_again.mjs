@@ -21,6 +21,10 @@ test("a run that has ended begins again, with the same seed, and then as another
   const { page, close } = await open_page(program.url, { lost_connections: true });
   await until(async () => (await text(page, "presence")) === "■ Ended", "the run has ended");
   const before = await hello_of(page);
+  // Another page looks at the past meanwhile.
+  const other = await open_page(program.url, { lost_connections: true });
+  await other.page.getByTestId("violation-moment").click();
+  await other.page.getByTestId("past-strip").waitFor();
   await page.getByRole("button", { name: "Run again" }).click();
   await page.getByRole("menuitem", { name: "The same once more" }).click();
   const after = await other_run(page, before.boot);
@@ -29,10 +33,14 @@ test("a run that has ended begins again, with the same seed, and then as another
   // Until then the page shows the end of the run before.
   await page.locator(`header[data-boot="${after.boot}"]`).waitFor();
   await until(async () => (await text(page, "presence")) === "■ Ended", "the page shows it, to its end");
+  await other.page.locator(`header[data-boot="${after.boot}"]`).waitFor();
+  await until(async () => (await text(other.page, "presence")) === "■ Ended", "so does the other page, to its end");
   await page.getByRole("button", { name: "Run again" }).click();
   await page.getByRole("menuitemcheckbox", { name: "normal" }).click();
   await until(async () => (await hello_of(page).catch(() => null))?.title === "normal", "the other scenario runs");
   await until(async () => (await page.locator("h1").innerText()).includes("normal"), "the page shows it");
+  await until(async () => (await other.page.locator("h1").innerText()).includes("normal"), "the other page shows it");
+  await other.close();
   await close();
   await program.stop();
 });
@@ -92,6 +100,26 @@ test("stopping asks; Space pauses wherever the focus is; a goal by hand says wha
   await page.getByTestId("tool-goal").click();
   assert.match(await page.getByTestId("goal-hint").innerText(), /replaces the goal/);
   await page.getByTestId("tool-goal").click();
+  // So does the menu of a place.
+  await page.getByTestId("map").focus();
+  await page.keyboard.press("Enter");
+  assert.match((await page.getByRole("menu").innerText()).replace(/\s+/g, " "), /In place of the goal that the mission has set; it is not told.* Send the robot here$/);
+  await page.keyboard.press("Escape");
+
+  // What is open above the bar goes by Escape, wherever the focus is, and by a press elsewhere.
+  const drawer = page.locator(".steer-drawer");
+  await page.getByRole("tab", { name: "Faults" }).click();
+  await drawer.waitFor();
+  await drawer.getByTestId("fault-kind").click();
+  await page.keyboard.press("Escape");
+  await drawer.waitFor();
+  await page.evaluate(() => document.activeElement.blur());
+  await page.keyboard.press("Escape");
+  await drawer.waitFor({ state: "detached" });
+  await page.getByRole("tab", { name: "Call" }).click();
+  await drawer.waitFor();
+  await page.locator("h1").click();
+  await drawer.waitFor({ state: "detached" });
 
   // What is done to a paused world is seen at once.
   await operate(page, "pause");
@@ -99,6 +127,13 @@ test("stopping asks; Space pauses wherever the focus is; a goal by hand says wha
   await page.getByTestId("battery-robot").fill("60");
   await until(async () => (await page.locator(".charge-value").innerText()).startsWith("60"), "the page shows the charge while the run is paused");
   assert.equal((await state_of(page)).run.state, "paused");
+  // A key that is held moves the slider on, and is one step.
+  await page.getByTestId("battery-robot").focus();
+  for (let i = 0; i < 5; i += 1) await page.keyboard.down("ArrowLeft");
+  await page.keyboard.up("ArrowLeft");
+  await until(async () => Math.round(100 * (await state_of(page)).robots.robot.battery.percentage) === 55, "five presses are 5 %");
+  await page.getByTestId("steer-undo").click();
+  await until(async () => Math.round(100 * (await state_of(page)).robots.robot.battery.percentage) === 60, "they are taken back at once");
 
   // It is taken back the same way, the newest first; a goal that was told is not.
   const map = await page.getByTestId("map").boundingBox();
@@ -106,6 +141,9 @@ test("stopping asks; Space pauses wherever the focus is; a goal by hand says wha
   await page.mouse.click(map.x + map.width / 2, map.y + map.height / 2);
   await until(async () => (await state_of(page)).obstacles.length === 1, "the obstacle stands in the paused world");
   await page.keyboard.press("Escape");
+  // Also by a page that was loaded anew.
+  await page.reload();
+  await page.getByTestId("tree").waitFor();
   assert.match(await page.getByTestId("steer-undo").getAttribute("title"), /Take back: obstacle-1 added/);
   await page.keyboard.press("Control+z");
   await until(async () => (await state_of(page)).obstacles.length === 0, "it is gone again");

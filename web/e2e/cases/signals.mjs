@@ -128,9 +128,16 @@ test("a node's transitions are a table that is saved, and each leads to its mome
   await until(async () => (await shown_time(page)) === 20e9, "it leads to its moment");
   const [file] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save as CSV" }).click()]);
   const lines = readFileSync(await file.path(), "utf8").trim().split("\n");
-  assert.equal(lines[0], "time_s,status");
+  assert.equal(lines[0], "time_s,status,duration_s");
   assert.equal(lines.length, shown.length + 1);
-  assert.ok(lines.includes("20,RUNNING"), lines.join("\n"));
+  assert.ok(lines.some((line) => line.startsWith("20,RUNNING,")), lines.join("\n"));
+  // Of a condition the table has what it answered otherwise than before; so has the file.
+  await page.locator('[data-testid=tree] [aria-label^="BatteryLevelAbove30"]').dispatchEvent("click");
+  await page.locator(".transitions h3", { hasText: "Answers that changed" }).waitFor();
+  const answers = await rows.allInnerTexts();
+  const [saved] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save as CSV" }).click()]);
+  const table = answers.map((row) => /(SUCCESS|FAILURE|RUNNING)/.exec(row)[1]);
+  assert.deepEqual(readFileSync(await saved.path(), "utf8").trim().split("\n").slice(1).map((line) => line.split(",")[1]), table);
   await close();
   await program.stop();
 });

@@ -12,8 +12,7 @@ const kScreens = [[1920, 1080], [1440, 900], [1366, 768], [1024, 700]];
 /** The stage's share of the window; the side opens over it where the window is narrow. */
 const kStageMin = 0.6;
 const kReadable_px = 11;
-// A text that would leave its node is smaller than the others.
-const kAll_px = 9.5;
+const kAll_px = 10;
 const pictures = process.env.SENTREE_PICTURES;
 if (pictures) mkdirSync(pictures, { recursive: true });
 

@@ -193,6 +193,14 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
     return found;
   }, [summary, file, chart, places]);
   const active = useMemo(() => new Set(played?.active ?? []), [played]);
+  // What became active comes into view.
+  const active_before = useRef<ReadonlySet<number>>(new Set());
+  useEffect(() => {
+    const entered = shown.states.findLastIndex((at) => active.has(at) && !active_before.current.has(at));
+    active_before.current = active;
+    const rect = layout.states[entered];
+    if (rect) view.reveal(rect);
+  }, [active, shown, layout, view]);
   const taken = useMemo(() => new Set(played?.taken ?? []), [played]);
   const enabled = useMemo(() => new Map((played?.enabled ?? []).map(({ transition, event }) => [transition, event] as const)), [played]);
 

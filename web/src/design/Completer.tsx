@@ -2,6 +2,7 @@ import { useEffect, useMemo, useRef, useState } from "react";
 
 import type { PaletteNode } from "../protocol/types";
 import { matches } from "../widgets/match";
+import { by_name } from "../widgets/natural";
 import { add_part, doc_of, useDesign } from "./design";
 
 export interface Asked {
@@ -41,7 +42,7 @@ export function Completer({ asked, close }: { asked: Asked; close(): void }) {
 
   const entries = useMemo<Entry[]>(() => {
     const nodes = palette.filter((node) => asked.leaves || node.children_max > 0);
-    const sorted = [...nodes].sort((a, b) => Number(b.own) - Number(a.own) || a.id.localeCompare(b.id));
+    const sorted = [...nodes].sort((a, b) => Number(b.own) - Number(a.own) || by_name(a.id, b.id));
     const found: Entry[] = sorted.map((node) => ({ id: node.id, subtree: false, hint: node.own ? `skill, ${kKinds[node.kind]}` : kKinds[node.kind] }));
     if (asked.leaves) for (const tree of doc?.trees ?? []) found.push({ id: tree.id, subtree: true, hint: "SubTree" });
     const matching = found.filter((entry) => matches(text, entry.id));

@@ -212,7 +212,7 @@ function DesignBar() {
         {file ?? "No file"}
       </strong>
       {trees && trees.length > 1 && (
-        <select className="field" aria-label="Tree" value={shown} onChange={(event) => useDesign.setState({ tree: event.target.value, chosen: null })}>
+        <select className="field" aria-label="Tree" value={shown} onChange={(event) => useDesign.setState({ tree: event.target.value, chosen: null, also: [] })}>
           {trees.map(({ id }) => (
             <option key={id} value={id}>
               {id}

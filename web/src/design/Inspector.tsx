@@ -1,9 +1,10 @@
-import { useState } from "react";
+import { useMemo, useState } from "react";
 
 import type { Finding, OutlineNode, OutlineTree, PaletteNode } from "../protocol/types";
 import { Icon } from "../widgets/Icon";
-import { add_part, chart_of, default_chart, findings_at, findings_of, fix, focus_field, gesture, node_of, open_file, rename_node, rename_tree, show_tree, tree_of, useDesign } from "./design";
+import { add_part, chart_of, default_chart, findings_at, findings_of, fix, focus_field, gesture, node_of, nodes_of, open_file, rename_node, rename_tree, show_tree, tree_of, useDesign } from "./design";
 import { Editable } from "./Editable";
+import { called_of, kNodeCommands, press_tree_key, words_for } from "./Picture";
 import { Options, TextField } from "./TextField";
 
 const kConditions = ["_skipIf", "_successIf", "_failureIf", "_while", "_onSuccess", "_onFailure", "_onHalted", "_post"];
@@ -12,6 +13,10 @@ const kConditions = ["_skipIf", "_successIf", "_failureIf", "_while", "_onSucces
 export function Inspector() {
   const node = useDesign(node_of);
   const tree = useDesign(tree_of);
+  const chosen = useDesign((state) => state.chosen);
+  const also = useDesign((state) => state.also);
+  const nodes = useMemo(() => nodes_of({ chosen, also }, tree), [chosen, also, tree]);
+  if (tree && nodes.length > 1) return <NodesForm nodes={nodes} tree={tree} />;
   if (!node || !tree) {
     return (
       <div className="inspector-empty muted">
@@ -24,7 +29,10 @@ export function Inspector() {
           <Key keys="Ctrl ↑ ↓" what="move among siblings" />
           <Key keys="W / U" what="wrap in … / unwrap" />
           <Key keys="E" what="as a tree of its own / back" />
-          <Key keys="D" what="a second one behind it" />
+          <Key keys="D" what="another one behind it" />
+          <Key keys="S" what="disable / enable" />
+          <Key keys="Shift" what="with a click, arrow, or a band on the floor: several" />
+          <Key keys="Ctrl A" what="choose all" />
           <Key keys="Ctrl C X V" what="copy, cut, paste" />
           <Key keys="F2" what="rename" />
           <Key keys="Del" what="delete" />
@@ -79,6 +87,39 @@ function Key({ keys, what }: { keys: string; what: string }) {
   );
 }
 
+/** Several nodes: what can be done to all of them, and the ports that all have. */
+function NodesForm({ nodes, tree }: { nodes: readonly OutlineNode[]; tree: OutlineTree }) {
+  const palette = useDesign((state) => state.palette);
+  const [first] = nodes;
+  const ports = nodes.every(({ id }) => id === first!.id) ? (palette.find(({ id }) => id === first!.id)?.ports ?? []) : [];
+  const value_of = (node: OutlineNode, port: string) => node.attributes.find(([name]) => name === port)?.[1] ?? "";
+  return (
+    <form className="inspector-form scroll" aria-label="Chosen nodes" onSubmit={(event) => event.preventDefault()} data-testid="inspector-several">
+      <h2 className="inspector-title">
+        <span className="ellipsis">{nodes.length} nodes</span>
+        {ports.length > 0 && <span className="badge">{first!.id}</span>}
+      </h2>
+      <p className="muted">{nodes.map(called_of).join(", ")}</p>
+      <Editable>
+        {ports.map((port) => {
+          const values = new Set(nodes.map((node) => value_of(node, port.name)));
+          const one = values.size === 1;
+          return <Field key={port.name} id={`design-port-${port.name}`} label={port.name} direction={port.direction} type={port.type} value={one ? [...values][0]! : ""} nodes={nodes} attribute={port.name} hint={one ? (port.default ?? port.description) : `${values.size} different ones`} options={options_of(tree, port)} />;
+        })}
+        <p className="inspector-actions">
+          {kNodeCommands
+            .filter(({ alone }) => !alone)
+            .map((command) => (
+              <button key={command.keys} type="button" className="button small" title={command.keys} onClick={() => press_tree_key(command.key, command.held)}>
+                {words_for(command, nodes)}
+              </button>
+            ))}
+        </p>
+      </Editable>
+    </form>
+  );
+}
+
 function NodeForm({ node, tree }: { node: OutlineNode; tree: OutlineTree }) {
   const model = useDesign((state) => state.palette.find(({ id }) => id === node.id) ?? null);
   const summary = useDesign((state) => state.summary);
@@ -107,14 +148,14 @@ function NodeForm({ node, tree }: { node: OutlineNode; tree: OutlineTree }) {
             direction={port.direction}
             type={port.type}
             value={written.get(port.name) ?? ""}
-            node={node}
+            nodes={[node]}
             attribute={port.name}
             hint={port.default ?? port.description}
             options={options_of(tree, port)}
           />
         ))}
         {others.map(([name, value]) => (
-          <Field key={name} id={`design-port-${name}`} label={name} value={value} node={node} attribute={name} hint="" options={[]} />
+          <Field key={name} id={`design-port-${name}`} label={name} value={value} nodes={[node]} attribute={name} hint="" options={[]} />
         ))}
       </Editable>
       {node.kind === "subtree" && (
@@ -183,14 +224,14 @@ interface FieldProps {
   direction?: string;
   type?: string;
   value: string;
-  node: OutlineNode;
+  nodes: readonly OutlineNode[];
   attribute: string;
   hint: string;
   options: readonly string[];
 }
 
 /** An empty one takes the attribute away. */
-function Field({ label, direction, type, node, attribute, ...field }: FieldProps) {
+function Field({ label, direction, type, nodes, attribute, ...field }: FieldProps) {
   const named = (
     <>
       {direction === "output" ? "→ " : direction === "inout" ? "↔ " : ""}
@@ -198,7 +239,7 @@ function Field({ label, direction, type, node, attribute, ...field }: FieldProps
       {type && <span className="muted"> {type.replace("std::", "")}</span>}
     </>
   );
-  return <TextField {...field} label={named} tell={(text) => void gesture({ what: "set", node: node.element, name: attribute, value: text === "" ? null : text })} />;
+  return <TextField {...field} label={named} tell={(text) => void gesture({ what: "set", nodes: nodes.map(({ element }) => element), name: attribute, value: text === "" ? null : text })} />;
 }
 
 function AddAttribute({ node }: { node: OutlineNode }) {

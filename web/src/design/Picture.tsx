@@ -13,7 +13,8 @@ import { useCommand } from "../widgets/commands";
 import { Menu } from "../widgets/Menu";
 import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
-import { broken, choose, doc_of, findings_at, findings_of, focus_field, gesture, node_now, obstacle, open_node, refusal, tree_of, useDesign, version_now } from "./design";
+import { broken, choose, choose_nodes, doc_of, findings_at, findings_of, focus_field, gesture, node_now, nodes_of, obstacle, open_node, refusal, toggle_chosen, tree_of, useDesign, version_now } from "./design";
+import { nodes_inside, outermost, span_of } from "./selection";
 import { kAnswers, play_tree, useSimulation } from "./simulate";
 import { is_same_drawn, is_same_node } from "./same";
 import { near, slot_words, type SlotPlace } from "./slots";
@@ -21,8 +22,8 @@ import { statuses_of, useRunStatuses } from "./run_statuses";
 import { name_of_tree } from "./tree_names";
 import { in_turn } from "./turns";
 
-/** What is dragged: a node of the tree, or one that is to be made. */
-export type Dragged = { node: OutlineNode } | { id: string; subtree: boolean; name?: string };
+/** What is dragged: nodes of the tree, or one that is to be made. */
+export type Dragged = { nodes: readonly OutlineNode[] } | { id: string; subtree: boolean; name?: string };
 
 export interface PictureHandle {
   /** Follows the pointer with something new, until it is dropped. */
@@ -35,6 +36,13 @@ export interface PictureHandle {
 
 /** Asks for a node's kind, and does something with it. */
 export type Ask = (what: { title: string; x: number; y: number; leaves: boolean; pick(id: string, subtree: boolean): void }) => void;
+
+/** As if pressed in the picture of the tree. */
+export function press_tree_key(key: string, held: { shiftKey?: boolean; ctrlKey?: boolean } = {}): void {
+  const svg = document.querySelector<SVGSVGElement>("svg.design-picture");
+  svg?.focus();
+  svg?.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...held }));
+}
 
 interface Drag {
   what: Dragged;
@@ -51,7 +59,7 @@ const kAnswers_px = 26;
 
 /** What was copied or cut, to be pasted. */
 interface Kept {
-  node: OutlineNode;
+  nodes: readonly OutlineNode[];
   file: string;
   cut: boolean;
   /** As others are given it. */
@@ -61,15 +69,17 @@ interface Kept {
 }
 const useKept = create<{ kept: Kept | null }>()(() => ({ kept: null }));
 /** For other files, and other editors, too. */
-function keep(node: OutlineNode, cut: boolean): void {
+function keep(nodes: readonly OutlineNode[], cut: boolean): void {
   const doc = doc_of(useDesign.getState());
   if (!doc) return;
   const { shown } = doc.places;
-  const from = doc.places.at(node.from);
-  // Its first line is indented as the others are.
-  const before = /[ \t]*$/.exec(shown.slice(0, from))![0];
-  const text = before + shown.slice(from, doc.places.at(node.to));
-  useKept.setState({ kept: { node, file: doc.file, cut, text } });
+  const text_of = (node: OutlineNode) => {
+    const from = doc.places.at(node.from);
+    // Its first line is indented as the others are.
+    return /[ \t]*$/.exec(shown.slice(0, from))![0] + shown.slice(from, doc.places.at(node.to));
+  };
+  const text = nodes.map(text_of).join("\n");
+  useKept.setState({ kept: { nodes, file: doc.file, cut, text } });
   // Not everywhere there is one, nor is it allowed to write to it.
   void navigator.clipboard?.writeText(text).catch(() => undefined);
 }
@@ -78,21 +88,34 @@ const clipboard_text = () => Promise.resolve(navigator.clipboard?.readText?.()).
 const kShort = 40;
 const short = (text: string) => (text.length > kShort || text.includes("\n") ? `${text.split("\n")[0]!.slice(0, kShort)} …` : text);
 const is_xml = (text: string) => /^\s*</.test(text);
+export const called_of = (node: OutlineNode) => node.name || node.id;
+const named = (nodes: readonly OutlineNode[]) => (nodes.length === 1 ? called_of(nodes[0]!) : `${nodes.length} nodes`);
+const elements_of = (nodes: readonly OutlineNode[]) => nodes.map(({ element }) => element);
+/** Where they are now; null: not all of them are there any more. */
+function all_now(nodes: readonly OutlineNode[]): OutlineNode[] | null {
+  const now = nodes.flatMap((node) => node_now(node) ?? []);
+  return now.length === nodes.length ? now : null;
+}
+const is_disabled = ({ attributes }: OutlineNode) => attributes.some(([name, value]) => name === "_skipIf" && value === "true");
 
 export function gesture_for(what: Dragged, slot: { parent: number; index: number }, copy: boolean): Gesture {
-  if ("node" in what) return { what: "move", node: what.node.element, parent: slot.parent, index: slot.index, ...(copy ? { copy } : {}) };
+  if ("nodes" in what) return { what: "move", nodes: elements_of(what.nodes), parent: slot.parent, index: slot.index, ...(copy ? { copy } : {}) };
   return { what: "insert", id: what.id, ...(what.subtree ? { subtree: true } : {}), ...(what.name ? { name: what.name } : {}), parent: slot.parent, index: slot.index };
 }
 
 /** The tree as its text has it, with every gesture on it. */
 export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<PictureHandle>; ask: Ask }) {
   const chosen = useDesign((state) => state.chosen?.element ?? null);
+  const also = useDesign((state) => state.also);
+  const beside = useMemo(() => new Set(also.map(({ element }) => element)), [also]);
   const why_dim = useDesign(broken);
   const why_not = useDesign(obstacle);
   const summary = useDesign((state) => state.summary);
   const file = useDesign((state) => state.file);
   const [drag, set_drag] = useState<Drag | null>(null);
   const [menu, set_menu] = useState<{ x: number; y: number } | null>(null);
+  const [band, set_band] = useState<Rect | null>(null);
+  const in_band = useMemo(() => new Set(band ? nodes_inside(tree, band) : []), [band, tree]);
   const findings = useMemo(() => findings_of(summary, file), [summary, file]);
 
   // What each node said in the last tick of a simulation.
@@ -102,7 +125,8 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   const run_status = (node: OutlineNode) => (played ? 0 : (statuses.get(node.element) ?? 0));
   const never = useNever(tree);
   const kept = useKept((state) => state.kept);
-  const cut = kept?.cut && kept.file === file ? node_now(kept.node)?.element : undefined;
+  const cut = new Set(kept?.cut && kept.file === file ? all_now(kept.nodes) : []);
+  const dragged = drag && "nodes" in drag.what && !drag.copy ? new Set(elements_of(drag.what.nodes)) : null;
   const levels = useMemo(() => {
     const found: number[] = [];
     for (const { parent } of tree.nodes) found.push(parent < 0 ? 1 : found[parent]! + 1);
@@ -129,7 +153,8 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     },
     grab: (event) => {
       const found = event.target instanceof Element ? event.target.closest("[data-element]") : null;
-      if (!found) return false;
+      banded.current = false;
+      if (!found) return adds(event) && draw_band(event);
       press(Number(found.getAttribute("data-element")), event);
       return true;
     },
@@ -147,11 +172,26 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     if (rect) view.reveal(rect);
   }, [rect, view]);
 
+  // So does the leaf at work in a simulation, with its answers.
+  useEffect(() => {
+    const at_work = played?.nodes.findLast(({ status, leaf }) => status === "RUNNING" && leaf !== null);
+    const node = at_work && tree.nodes.find(({ from }) => from === at_work.at);
+    const drawn = node && rects.get(node.element);
+    if (drawn) view.reveal({ ...drawn, height: drawn.height + kAnswers_px });
+  }, [played, tree, rects, view]);
+
+  /** The end of a band is no click on the floor. */
+  const banded = useRef(false);
+  const chosen_now = () => nodes_of(useDesign.getState(), latest.current.tree);
+  const at_picture = (event: { clientX: number; clientY: number }) => {
+    const at = svg.current!.getBoundingClientRect();
+    return to_picture(view.view, [event.clientX - at.left, event.clientY - at.top]);
+  };
   const follow = useRef<((what: Dragged, event: { clientX: number; clientY: number; altKey?: boolean }) => void) | null>(null);
   const slot_under = (event: { clientX: number; clientY: number }): SlotPlace | null => {
     const at = svg.current?.getBoundingClientRect();
     if (!at || event.clientX < at.left || event.clientX > at.right || event.clientY < at.top || event.clientY > at.bottom) return null;
-    return near(latest.current.tree, to_picture(view.view, [event.clientX - at.left, event.clientY - at.top]));
+    return near(latest.current.tree, at_picture(event));
   };
   follow.current = (what, event) => {
     const { drag: before } = latest.current;
@@ -165,19 +205,20 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     });
   };
 
-  const begin = (what: Dragged, event: { clientX: number; clientY: number }, at_once: boolean) => {
+  const begin = (what: Dragged, event: { clientX: number; clientY: number }, at_once: boolean, click?: () => void) => {
     follow_pointer(event, {
       from_px: at_once ? 0 : kDragFrom_px,
+      ...(click ? { click } : {}),
       move: (moved) => follow.current?.(what, moved),
       drop: (dropped) => {
         // The text may have changed on the way: by another page, or another editor.
         const slot = slot_under(dropped);
-        const now = "node" in what ? node_now(what.node) : null;
-        if (slot && "node" in what && !now) useDesign.setState({ refused: `${what.node.name || what.node.id} is not there any more` });
+        const now = "nodes" in what ? all_now(what.nodes) : null;
+        if (slot && "nodes" in what && !now) useDesign.setState({ refused: `${named(what.nodes)} ${what.nodes.length === 1 ? "is" : "are"} not there any more` });
         else if (slot) {
           // The next keys are of what was dropped.
           svg.current?.focus({ preventScroll: true });
-          void gesture(gesture_for(now ? { node: now } : what, slot, dropped.altKey));
+          void gesture(gesture_for(now ? { nodes: now } : what, slot, dropped.altKey));
         }
       },
       end: () => set_drag(null),
@@ -187,9 +228,33 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   const press = (element: number, event: PointerEvent) => {
     const node = latest.current.tree.nodes.find((candidate) => candidate.element === element);
     if (!node) return;
-    choose(node);
     svg.current?.focus({ preventScroll: true });
-    begin({ node }, event, false);
+    if (adds(event)) return toggle_chosen(node);
+    // One of several takes the others along; who only clicks on it means it alone.
+    const all = outermost(latest.current.tree, chosen_now());
+    const among = all.length > 1 && chosen_now().includes(node);
+    if (!among) choose(node);
+    begin({ nodes: among ? all : [node] }, event, false, among ? () => choose(node) : undefined);
+  };
+  const draw_band = (event: PointerEvent) => {
+    const from = at_picture(event);
+    const to = (moved: PointerEvent): Rect => {
+      const [x, y] = at_picture(moved);
+      return { x: Math.min(x, from[0]), y: Math.min(y, from[1]), width: Math.abs(x - from[0]), height: Math.abs(y - from[1]) };
+    };
+    follow_pointer(event, {
+      from_px: kDragFrom_px,
+      move: (moved) => set_band(to(moved)),
+      drop: (dropped) => {
+        banded.current = true;
+        svg.current?.focus({ preventScroll: true });
+        const inside = nodes_inside(latest.current.tree, to(dropped));
+        const before = chosen_now().filter((node) => !inside.includes(node));
+        if (inside.length > 0) choose_nodes([...before, ...inside]);
+      },
+      end: () => set_band(null),
+    });
+    return true;
   };
   useImperativeHandle(handle, () => ({ drag: (what, event) => begin(what, event, true), add: (id, subtree) => add(id, subtree), fit: () => view.fit(), focus: () => svg.current?.focus() }));
 
@@ -210,9 +275,9 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     ask_at(node, title, (id, subtree) => void gesture({ what: "insert", id, ...(subtree ? { subtree } : {}), parent: slot.parent, index: slot.index }, version));
   };
 
-  const slot_for_paste = (node: OutlineNode | null, pasted: OutlineNode | null) => {
+  const slot_for_paste = (node: OutlineNode | null, pasted: readonly OutlineNode[]) => {
     const count = node ? children_of(tree.nodes.indexOf(node)).length : 0;
-    const inside = !node || (count < node.children_max && node.element !== pasted?.element);
+    const inside = !node || (count < node.children_max && !pasted.some(({ element }) => element === node.element));
     if (!node) return { parent: tree.element, index: 0 };
     if (inside || node.parent < 0) return { parent: node.element, index: count };
     const { parent, index } = slot_of(node);
@@ -223,13 +288,13 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     const { kept } = useKept.getState();
     const lines = text.replace(/\r\n?/g, "\n");
     const is_kept = kept !== null && (lines.trim() === "" || lines.trim() === kept.text.trim());
-    if (is_xml(lines) && !(is_kept && kept.file === file)) return void gesture({ what: "paste", xml: lines, ...slot_for_paste(node, null) });
+    if (is_xml(lines) && !(is_kept && kept.file === file)) return void gesture({ what: "paste", xml: lines, ...slot_for_paste(node, []) });
     const say = (refused: string) => useDesign.setState({ refused });
     if (!kept || kept.spent) return say(lines.trim() === "" || is_kept ? "nothing is copied yet: Ctrl+C copies the chosen node" : `what is in the clipboard is no node: “${short(lines.trim())}”`);
-    if (kept.file !== file) return say(`${kept.node.name || kept.node.id} was copied in ${kept.file}, and the clipboard cannot be read here: its text can be pasted`);
-    const now = node_now(kept.node);
-    if (!now) return say(`${kept.node.name || kept.node.id} is not there any more`);
-    void gesture({ what: "move", node: now.element, ...slot_for_paste(node, now), ...(kept.cut ? {} : { copy: true }) }).then((done) => done && kept.cut && useKept.setState({ kept: { ...kept, cut: false, spent: true } }));
+    if (kept.file !== file) return say(`${named(kept.nodes)} ${kept.nodes.length === 1 ? "was" : "were"} copied in ${kept.file}, and the clipboard cannot be read here: its text can be pasted`);
+    const now = all_now(kept.nodes);
+    if (!now) return say(`${named(kept.nodes)} ${kept.nodes.length === 1 ? "is" : "are"} not there any more`);
+    void gesture({ what: "move", nodes: elements_of(now), ...slot_for_paste(node, now), ...(kept.cut ? {} : { copy: true }) }).then((done) => done && kept.cut && useKept.setState({ kept: { ...kept, cut: false, spent: true } }));
   };
   const add = (id: string, subtree: boolean) => {
     const node = node_of(chosen);
@@ -240,45 +305,72 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     void gesture(gesture_for({ id, subtree }, slot, false));
   };
   /** Then the nodes around it can be reached by key. */
-  const remove = (node: OutlineNode) => {
-    const siblings = children_of(node.parent);
-    const at = siblings.indexOf(node);
-    const near_it = siblings[at + 1] ?? siblings[at - 1] ?? tree.nodes[node.parent] ?? null;
-    void gesture({ what: "delete", node: node.element }).then((done) => {
+  const remove = (nodes: readonly OutlineNode[]) => {
+    const last = nodes.at(-1)!;
+    const siblings = children_of(last.parent);
+    const near_it = [...siblings.slice(siblings.indexOf(last)), ...siblings.reverse()].find((node) => !nodes.includes(node)) ?? tree.nodes[last.parent] ?? null;
+    void gesture({ what: "delete", nodes: elements_of(nodes) }).then((done) => {
       const now = done && near_it && node_now(near_it);
       if (now) choose(now);
     });
   };
-  const duplicate = (node: OutlineNode) => {
-    if (node.parent < 0) return useDesign.setState({ refused: "the root has no siblings" });
-    const { parent, index } = slot_of(node);
-    void gesture({ what: "move", node: node.element, parent, index: index + 1, copy: true });
+  const duplicate = (nodes: readonly OutlineNode[]) => {
+    const last = nodes.at(-1)!;
+    if (last.parent < 0) return useDesign.setState({ refused: "the root has no siblings" });
+    const { parent, index } = slot_of(last);
+    void gesture({ what: "move", nodes: elements_of(nodes), parent, index: index + 1, copy: true });
+  };
+  /** Among their siblings, or out of their parent. */
+  const shift = (nodes: readonly OutlineNode[], where: "before" | "behind" | "out") => {
+    const span = span_of(tree, nodes);
+    if (!span) return useDesign.setState({ refused: "what is chosen is in different nodes: such nodes are moved by dragging them" });
+    const parent = tree.nodes[nodes[0]!.parent];
+    if (where === "out" && !parent) return;
+    const slot = where === "out" ? { parent: slot_of(parent!).parent, index: slot_of(parent!).index + 1 } : { parent: span.parent, index: where === "before" ? span.first - 1 : span.last + 2 };
+    void gesture({ what: "move", nodes: elements_of(nodes), ...slot }).then(() => svg.current?.focus());
+  };
+  /** Skipped whatever happens, or as others are again. */
+  const toggle_disabled = (nodes: readonly OutlineNode[]) => {
+    const enable = nodes.every(is_disabled);
+    const own = nodes.find(({ attributes }) => attributes.some(([name, value]) => name === "_skipIf" && value !== "true"));
+    if (own) return useDesign.setState({ refused: `${called_of(own)} has a _skipIf of its own, which would be lost` });
+    void gesture({ what: "set", nodes: elements_of(nodes), name: "_skipIf", value: enable ? null : "true" });
   };
 
   const key = (event: React.KeyboardEvent) => {
     if (!in_turn(event)) return;
     const node = node_of(chosen);
+    const all = chosen_now();
+    const nodes = outermost(tree, all);
+    const letter = event.key.toLowerCase();
     if (event.ctrlKey || event.metaKey) {
-      const letter = event.key.toLowerCase();
+      if (letter === "a" && !event.shiftKey) {
+        choose_nodes(tree.nodes, node ?? tree.nodes[0]);
+        event.preventDefault();
+        return;
+      }
       if (["c", "x", "v"].includes(letter) && !event.shiftKey) {
         // What one presses comes with what is in the clipboard, as an event of its own.
         if (letter === "v" && event.nativeEvent.isTrusted) return;
         if (letter === "v") void clipboard_text().then((text) => paste(node, text));
-        else if (node) keep(node, letter === "x");
+        else if (node) keep(nodes, letter === "x");
         else return;
         event.preventDefault();
         event.stopPropagation();
         return;
       }
       if (!node || !["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight"].includes(event.key)) return;
-      const { parent, index } = slot_of(node);
-      void gesture({ what: "move", node: node.element, parent, index: event.key === "ArrowUp" || event.key === "ArrowLeft" ? index - 1 : index + 2 }).then(() => svg.current?.focus());
+      shift(nodes, event.key === "ArrowUp" || event.key === "ArrowLeft" ? "before" : "behind");
     } else if (event.altKey) return;
     else if (event.key.startsWith("Arrow")) {
       const shape = new Map(tree.nodes.map((_, i) => [i, tree.layout.nodes[i]!] as const));
       const at = node ? tree.nodes.indexOf(node) : -1;
       const next = at < 0 ? 0 : neighbour(shape, (i) => tree.nodes[i]?.parent ?? -1, at, event.key as Arrow);
-      if (next !== null && tree.nodes[next]) choose(tree.nodes[next]);
+      const to = next === null ? undefined : tree.nodes[next];
+      if (to && event.shiftKey) choose_nodes([...all.filter((one) => one !== to), to], to);
+      else if (to) choose(to);
+    } else if (all.length > 1 && kNodeCommands.some(({ key, held, alone }) => alone && !held?.ctrlKey && key.toLowerCase() === letter && (held?.shiftKey ?? false) === event.shiftKey)) {
+      useDesign.setState({ refused: `${all.length} nodes are chosen; this is done to one of them alone` });
     } else if (event.key === "Home") choose(tree.nodes[0] ?? null);
     else if (event.key === "Enter") {
       if (!node) insert(null, { parent: tree.element, index: 0 }, "Root of the tree");
@@ -289,22 +381,20 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         else insert(node, { parent, index: index + 1 }, `New node after ${node.name || node.id}`);
       }
     } else if (event.key === "Tab" && node) {
-      if (event.shiftKey) {
-        const parent = node.parent >= 0 ? tree.nodes[node.parent]! : null;
-        if (!parent) return;
-        const out = slot_of(parent);
-        void gesture({ what: "move", node: node.element, parent: out.parent, index: out.index + 1 });
-      } else insert(node, { parent: node.element, index: children_of(tree.nodes.indexOf(node)).length }, `New child of ${node.name || node.id}`);
+      if (!event.shiftKey) insert(node, { parent: node.element, index: children_of(tree.nodes.indexOf(node)).length }, `New child of ${called_of(node)}`);
+      else if (nodes.some(({ parent }) => parent < 0)) return;
+      else shift(nodes, "out");
     } else if (event.key === "Escape") choose(null);
     else if (!node) {
       if (!view.key(event, true)) return;
-    } else if (event.key === "Delete" || event.key === "Backspace") remove(node);
-    else if (event.key === "w" || event.key === "W") ask_at(node, `Wrap ${node.name || node.id} in`, (id) => void gesture({ what: "wrap", node: (node_now(node) ?? node).element, id }), false);
-    else if (event.key === "u" || event.key === "U") void gesture({ what: "unwrap", node: node.element });
-    else if (event.key === "e" || event.key === "E") void extract(node);
-    else if (event.key === "d" || event.key === "D") duplicate(node);
+    } else if (event.key === "Delete" || event.key === "Backspace") remove(nodes);
+    else if (letter === "w") ask_at(node, `Wrap ${named(nodes)} in`, (id) => void gesture({ what: "wrap", nodes: elements_of(all_now(nodes) ?? nodes), id }), false);
+    else if (letter === "u") void gesture({ what: "unwrap", nodes: elements_of(all) });
+    else if (letter === "e") void extract(node);
+    else if (letter === "d") duplicate(nodes);
+    else if (letter === "s") toggle_disabled(all);
     else if (event.key === "F2") focus_field("design-name");
-    else if (event.key === "m" || event.key === "M" || event.key === "ContextMenu") {
+    else if (letter === "m" || event.key === "ContextMenu") {
       const box = svg.current?.querySelector(`[data-element="${node.element}"]`)?.getBoundingClientRect();
       set_menu({ x: box?.left ?? 0, y: box?.bottom ?? 0 });
     }
@@ -326,18 +416,16 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   }, [svg]);
 
   // The same by name, for who does not know the keys.
-  const press_key = (key: string, held: { shiftKey?: boolean; ctrlKey?: boolean } = {}) => {
-    svg.current?.focus();
-    svg.current?.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...held }));
-  };
   const chosen_node = node_of(chosen);
-  const called = chosen_node ? chosen_node.name || chosen_node.id : "";
+  const all_chosen = nodes_of({ chosen: chosen_node && { element: chosen_node.element, key: "" }, also }, tree);
+  const called = all_chosen.length === 0 ? "" : named(all_chosen);
+  const commands = kNodeCommands.filter(({ alone }) => all_chosen.length < 2 || !alone);
   const of_node = kNodeCommands.map((command) => ({
     id: `design.tree.${command.keys}`,
-    title: words_for(command, chosen_node),
+    title: words_for(command, all_chosen),
     group: "Tree",
     keys_there: [command.keys],
-    run: () => (chosen_node ? press_key(command.key, command.held) : useDesign.setState({ refused: "choose a node first" })),
+    run: () => (chosen_node ? press_tree_key(command.key, command.held) : useDesign.setState({ refused: "choose a node first" })),
   }));
   useCommand({ id: "design.tree", title: "Go to the tree", group: "Tree", run: () => svg.current?.focus() }, ...of_node);
 
@@ -348,13 +436,14 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         className={`picture tree-picture design-picture${why_dim ? " dim" : ""}${drag ? " dragging" : ""}`}
         // A tree of the page is never empty.
         role={tree.nodes.length > 0 ? "tree" : "group"}
+        aria-multiselectable={tree.nodes.length > 0 ? true : undefined}
         aria-label={`Tree ${tree.id}`}
         aria-activedescendant={chosen === null ? undefined : `element-${chosen}`}
         tabIndex={0}
         data-testid="design-tree"
         onKeyDown={key}
         onClick={(event) => {
-          if (event.target === svg.current) choose(null);
+          if (event.target === svg.current && !banded.current && !adds(event)) choose(null);
         }}
         onDoubleClick={(event) => {
           const at = event.target instanceof Element ? event.target.closest("[data-element]")?.getAttribute("data-element") : null;
@@ -365,7 +454,8 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         onContextMenu={(event) => {
           event.preventDefault();
           const at = event.target instanceof Element ? event.target.closest("[data-element]")?.getAttribute("data-element") : null;
-          choose(at ? node_of(Number(at)) : null);
+          const under = at ? node_of(Number(at)) : null;
+          if (!under || !chosen_now().includes(under)) choose(under);
           svg.current?.focus({ preventScroll: true });
           set_menu(at ? { x: event.clientX, y: event.clientY } : null);
         }}
@@ -373,7 +463,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
         <g ref={group}>
           <Links layout={tree.layout} />
           {tree.nodes.map((node, i) => (
-            <NodeView key={node.element} said={said.get(node.from) ?? ""} run={run_status(node)} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} near={is_near(i, node.parent, chosen_at, chosen_parent)} never={never.has(node.element)} findings={findings} level={levels[i]!} faded={(drag !== null && "node" in drag.what && drag.what.node.element === node.element && !drag.copy) || node.element === cut} />
+            <NodeView key={node.element} said={said.get(node.from) ?? ""} run={run_status(node)} node={node} drawn={tree.layout.nodes[i]!} chosen={node.element === chosen} also={beside.has(node.element) || in_band.has(node)} near={is_near(i, node.parent, chosen_at, chosen_parent)} never={never.has(node.element)} findings={findings} level={levels[i]!} faded={dragged?.has(node.element) || cut.has(node) || false} disabled={is_disabled(node)} />
           ))}
           {tree.nodes.length === 0 && (
             <>
@@ -384,6 +474,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
             </>
           )}
           <Played tree={tree} />
+          {band && <rect className="band" data-testid="band" {...band} />}
           {drag?.slot && <SlotMark slot={drag.slot} into={rects.get(drag.slot.parent)} refused={drag.why_not !== null} />}
         </g>
       </svg>
@@ -395,12 +486,12 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
           label={called}
           head={<strong>{called}</strong>}
           // Once the menu has given the focus back.
-          entries={kNodeCommands.map((command) => ({ label: words_for(command, chosen_node), hint: command.keys, why_not, run: () => setTimeout(() => press_key(command.key, command.held)) }))}
+          entries={commands.map((command) => ({ label: words_for(command, all_chosen), hint: command.keys, why_not, run: () => setTimeout(() => press_tree_key(command.key, command.held)) }))}
         />
       )}
       {drag && (
         <div className={`drag-label${drag.why_not ? " refused" : ""}`} style={{ left: drag.x + 14, top: drag.y + 12 }} role="status" data-testid="drag-label">
-          {"node" in drag.what ? drag.what.node.name || drag.what.node.id : drag.what.id}
+          {"nodes" in drag.what ? named(drag.what.nodes) : drag.what.id}
           {drag.slot && <small> {slot_words(tree, drag.slot)}</small>}
           {drag.why_not && <span> ✗ {drag.why_not}</span>}
         </div>
@@ -409,23 +500,31 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   );
 }
 
-const words_for = ({ title, of_subtree }: (typeof kNodeCommands)[number], node: OutlineNode | null) => (node?.kind === "subtree" && of_subtree ? of_subtree : title).replace("NODE", node ? node.name || node.id : "the chosen node");
+/** Chooses beside what is chosen. */
+const adds = (event: { shiftKey: boolean; ctrlKey: boolean; metaKey: boolean }) => event.shiftKey || event.ctrlKey || event.metaKey;
 
-/** What is done to the chosen node by key. */
-const kNodeCommands: readonly { title: string; of_subtree?: string; keys: string; key: string; held?: { shiftKey?: boolean; ctrlKey?: boolean } }[] = [
-  { title: "Add a node after NODE", keys: "Enter", key: "Enter" },
-  { title: "Add a child to NODE", keys: "Tab", key: "Tab" },
+export function words_for({ title, of_subtree }: (typeof kNodeCommands)[number], nodes: readonly OutlineNode[]): string {
+  const [node] = nodes;
+  if (nodes.length > 1) return title.replace("NODE", named(nodes)).replace(/\bits place\b/, "their places").replace(/\bits\b/, "their").replace(/\bit\b/, "them");
+  return (node?.kind === "subtree" && of_subtree ? of_subtree : title).replace("NODE", node ? called_of(node) : "the chosen node");
+}
+
+/** What is done to the chosen nodes by key. */
+export const kNodeCommands: readonly { title: string; of_subtree?: string; keys: string; key: string; held?: { shiftKey?: boolean; ctrlKey?: boolean }; alone?: true }[] = [
+  { title: "Add a node after NODE", keys: "Enter", key: "Enter", alone: true },
+  { title: "Add a child to NODE", keys: "Tab", key: "Tab", alone: true },
   { title: "Move NODE out of its parent", keys: "Shift+Tab", key: "Tab", held: { shiftKey: true } },
   { title: "Move NODE before its sibling", keys: "Ctrl+↑", key: "ArrowUp", held: { ctrlKey: true } },
   { title: "Move NODE behind its sibling", keys: "Ctrl+↓", key: "ArrowDown", held: { ctrlKey: true } },
   { title: "Wrap NODE in another node", keys: "W", key: "w" },
   { title: "Put the children of NODE in its place", keys: "U", key: "u" },
-  { title: "Make NODE a tree of its own", of_subtree: "Put the tree NODE in its place", keys: "E", key: "e" },
-  { title: "A second NODE behind it", keys: "D", key: "d" },
+  { title: "Make NODE a tree of its own", of_subtree: "Put the tree NODE in its place", keys: "E", key: "e", alone: true },
+  { title: "Another NODE behind it", keys: "D", key: "d" },
+  { title: "Disable NODE, or enable it", keys: "S", key: "s" },
   { title: "Copy NODE", keys: "Ctrl+C", key: "c", held: { ctrlKey: true } },
   { title: "Cut NODE, to paste it elsewhere", keys: "Ctrl+X", key: "x", held: { ctrlKey: true } },
-  { title: "Paste into NODE, or after it", keys: "Ctrl+V", key: "v", held: { ctrlKey: true } },
-  { title: "Rename NODE", keys: "F2", key: "F2" },
+  { title: "Paste into NODE, or after it", keys: "Ctrl+V", key: "v", held: { ctrlKey: true }, alone: true },
+  { title: "Rename NODE", keys: "F2", key: "F2", alone: true },
   { title: "Delete NODE", keys: "Del", key: "Delete" },
 ];
 
@@ -530,23 +629,26 @@ interface NodeProps {
   node: OutlineNode;
   drawn: OutlineTree["layout"]["nodes"][number];
   chosen: boolean;
+  /** Beside another one. */
+  also: boolean;
   near: boolean;
   never: boolean;
   faded: boolean;
+  disabled: boolean;
   /** How deep it is: the root is at 1. */
   level: number;
   findings: readonly Finding[];
 }
 
 const NodeView = memo(
-  function NodeView({ said: played, run, node, drawn, chosen, near, never, faded, level, findings }: NodeProps) {
+  function NodeView({ said: played, run, node, drawn, chosen, also, near, never, faded, disabled, level, findings }: NodeProps) {
     const wrong = findings_at(findings, node);
     const errors = wrong.filter(({ severity }) => severity === "error").length;
     const called = node.name || node.id;
     // What is read aloud begins with what is to be seen.
     const [status, last] = statuses_of(run);
     const word = played || (status > 0 ? (kStatuses[status] ?? "").toLowerCase() : "");
-    const said = [[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" "), ...(status > 0 ? [word] : last > 0 ? [`last ${(kStatuses[last] ?? "").toLowerCase()}`] : []), ...(never ? ["never reached"] : []), ...wrong.map(({ message }) => message)].join("; ");
+    const said = [[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" "), ...(status > 0 ? [word] : last > 0 ? [`last ${(kStatuses[last] ?? "").toLowerCase()}`] : []), ...(disabled ? ["disabled"] : []), ...(never ? ["never reached"] : []), ...wrong.map(({ message }) => message)].join("; ");
     return (
       <g
         id={`element-${node.element}`}
@@ -554,14 +656,14 @@ const NodeView = memo(
         data-name={called}
         data-errors={errors}
         data-status={run > 0 ? kStatuses[status || last] : undefined}
-        className={["node", word === "failure" && node.kind === "condition" ? "no" : word, chosen ? "chosen" : near ? "near" : "", faded ? "faded" : "", node.known ? "" : "unknown", never ? "never-ticked" : ""].filter(Boolean).join(" ")}
+        className={["node", word === "failure" && node.kind === "condition" ? "no" : word, chosen ? "chosen" : near ? "near" : "", also ? "also" : "", disabled ? "disabled" : "", faded ? "faded" : "", node.known ? "" : "unknown", never ? "never-ticked" : ""].filter(Boolean).join(" ")}
         role="treeitem"
         aria-label={said}
         aria-level={level}
-        aria-selected={chosen}
+        aria-selected={chosen || also}
       >
         <title>{said}</title>
-        {chosen && <rect className="halo" x={drawn.x - 5} y={drawn.y - 5} width={drawn.width + 10} height={drawn.height + 10} rx={7} />}
+        {(chosen || also) && <rect className="halo" x={drawn.x - 5} y={drawn.y - 5} width={drawn.width + 10} height={drawn.height + 10} rx={7} />}
         <Outline drawn={drawn} />
         <Texts drawn={drawn} middle={drawn.x + drawn.width / 2} />
         {run > 0 && wrong.length === 0 && (
@@ -581,5 +683,5 @@ const NodeView = memo(
     );
   },
   (a, b) =>
-    a.said === b.said && a.run === b.run && is_same_node(a.node, b.node) && is_same_drawn(a.drawn, b.drawn) && a.chosen === b.chosen && a.near === b.near && a.never === b.never && a.faded === b.faded && a.level === b.level && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
+    a.said === b.said && a.run === b.run && is_same_node(a.node, b.node) && is_same_drawn(a.drawn, b.drawn) && a.chosen === b.chosen && a.also === b.also && a.disabled === b.disabled && a.near === b.near && a.never === b.never && a.faded === b.faded && a.level === b.level && (a.findings === b.findings || (findings_at(a.findings, a.node).length === 0 && findings_at(b.findings, b.node).length === 0)),
 );

@@ -3,6 +3,7 @@ import { create } from "zustand";
 import { BusyError, LostError } from "../protocol/client";
 import type { Design, DesignDocument, DesignPast, DesignSteps, EditedState, EditedTransition, Finding, Gesture, Operations, OutlineNode, OutlineTree, PaletteNode, StateKind } from "../protocol/types";
 import { useEdit } from "../store/edit";
+import { by_name } from "../widgets/natural";
 import { note, on_design, page_name, request, request_whole, type DesignMessage } from "../store/store";
 import { part_lines } from "./chart_places";
 import { is_in, joined } from "./joining";
@@ -17,6 +18,11 @@ export interface Doc extends DesignDocument {
   shown_trees: OutlineTree[] | null;
   shown_chart: DesignDocument["chart"];
   shown_requirements: DesignDocument["requirements"];
+}
+
+export interface Chosen {
+  element: number;
+  key: string;
 }
 
 export type Look = "both" | "picture" | "text";
@@ -36,7 +42,9 @@ export interface DesignState {
   /** Of a file with several: which tree the picture shows. */
   tree: string | null;
   /** Element that is chosen, and what it is called, so that it is found again after an edit. */
-  chosen: { element: number; key: string } | null;
+  chosen: Chosen | null;
+  /** What is chosen beside it: what is done to several is done to all of them. */
+  also: readonly Chosen[];
   /** Of a chart: the chosen state's id. */
   state: string | null;
   /** Of a chart: the chosen transition, by its place in the document, and its state, so that another is not taken for it. `at_caret`: the text shows it already. */
@@ -80,6 +88,7 @@ export const useDesign = create<DesignState>()(() => ({
   file: null,
   tree: null,
   chosen: null,
+  also: [],
   state: null,
   transition: null,
   requirement: null,
@@ -124,8 +133,10 @@ export function toggle_autosave(): void {
 export const kNoFiles: Design["files"] = [];
 export const kNoNames: readonly string[] = [];
 export const kNoFindings: readonly Finding[] = [];
+const kNoneChosen: readonly Chosen[] = [];
 
 export const key_of = (node: OutlineNode) => `${node.id}|${node.name}`;
+const chosen_of = (node: OutlineNode): Chosen => ({ element: node.element, key: key_of(node) });
 
 export function doc_of({ file, docs }: DesignState): Doc | null {
   return file === null ? null : (docs[file] ?? null);
@@ -141,6 +152,12 @@ export function tree_of(state: DesignState): OutlineTree | null {
 
 export function node_of(state: DesignState): OutlineNode | null {
   return tree_of(state)?.nodes.find(({ element }) => element === state.chosen?.element) ?? null;
+}
+
+/** All that are chosen, in the order of the text. */
+export function nodes_of({ chosen, also }: Pick<DesignState, "chosen" | "also">, tree: OutlineTree | null): OutlineNode[] {
+  const elements = new Set([chosen, ...also].map((one) => one?.element));
+  return tree?.nodes.filter(({ element }) => elements.has(element)) ?? [];
 }
 
 export function findings_of(summary: Design | null, file: string | null): Finding[] {
@@ -178,13 +195,15 @@ function receive(message: DesignMessage): void {
     }
     case "design_gone": {
       const { [message.file]: _gone, ...docs } = useDesign.getState().docs;
-      useDesign.setState((state) => ({ docs, ...(state.file === message.file ? { file: null, chosen: null, gone: message.file } : {}) }));
+      useDesign.setState((state) => ({ docs, ...(state.file === message.file ? { file: null, chosen: null, also: kNoneChosen, gone: message.file } : {}) }));
       break;
     }
   }
 }
 
-function take_design(summary: Design): void {
+const stem = (file: string) => file.replace(/\.\w+$/, "");
+function take_design(told: Design): void {
+  const summary: Design = { ...told, files: [...told.files].sort((a, b) => by_name(stem(a.file), stem(b.file)) || by_name(a.file, b.file)), scenarios: [...told.scenarios].sort(by_name) };
   useDesign.setState({ summary, steps: summary.pages[page_name()] ?? summary.steps });
 }
 
@@ -199,24 +218,26 @@ function take(document: DesignDocument): void {
       shown_requirements: document.requirements ?? before?.shown_requirements ?? null,
     };
     const docs = { ...state.docs, [document.file]: doc };
-    return { docs, ...(state.file === document.file && document.trees ? { chosen: kept(state, document.trees) } : {}) };
+    return { docs, ...(state.file === document.file && document.trees ? kept(state, document.trees) : {}) };
   });
   sessions.get(document.file)?.came();
 }
 
-/** The chosen node in another version of its file: at its place, or by what it is called. */
-function kept({ chosen }: DesignState, trees: readonly OutlineTree[]): DesignState["chosen"] {
-  if (!chosen) return null;
+/** What is chosen in another version of its file: at its place, or by what it is called. */
+function kept({ chosen, also }: DesignState, trees: readonly OutlineTree[]): Pick<DesignState, "chosen" | "also"> {
+  if (!chosen) return { chosen, also };
   const nodes = trees.flatMap((tree) => tree.nodes);
-  const same = nodes.find((node) => node.element === chosen.element && key_of(node) === chosen.key);
-  const called = same ?? nodes.find((node) => key_of(node) === chosen.key) ?? nodes.find((node) => node.element === chosen.element);
-  return called ? { element: called.element, key: key_of(called) } : null;
+  const now = ({ element, key }: Chosen) => nodes.find((node) => node.element === element && key_of(node) === key) ?? nodes.find((node) => key_of(node) === key);
+  const called = now(chosen) ?? nodes.find((node) => node.element === chosen.element);
+  const others = new Set(also.flatMap((one) => now(one) ?? []));
+  if (called) others.delete(called);
+  return { chosen: called ? chosen_of(called) : null, also: called && others.size > 0 ? [...others].map(chosen_of) : kNoneChosen };
 }
 
 async function load_palette(): Promise<void> {
   try {
     const { nodes, places, interfaces, charts } = await request("design_palette", {});
-    useDesign.setState({ palette: nodes, world_places: places, interfaces, charts });
+    useDesign.setState({ palette: [...nodes].sort((a, b) => by_name(a.id, b.id)), world_places: places, interfaces, charts });
   } catch {
     // The next summary asks again.
   }
@@ -326,7 +347,7 @@ export async function open_file(file: string, byte?: number): Promise<void> {
   if (!known) return;
   if (useDesign.getState().file !== file) {
     choices += 1;
-    useDesign.setState({ file, gone: null, tree: null, chosen: null, state: null, transition: null, refused: null });
+    useDesign.setState({ file, gone: null, tree: null, chosen: null, also: kNoneChosen, state: null, transition: null, refused: null });
   }
   if (byte !== undefined) go_to(byte);
 }
@@ -341,8 +362,23 @@ export const useCaret = create<{ wanted: { byte: number; to: number; focus: bool
 
 export function choose(node: OutlineNode | null, show_text = true): void {
   if (node) choices += 1;
-  useDesign.setState({ chosen: node ? { element: node.element, key: key_of(node) } : null, refused: null });
+  useDesign.setState({ chosen: node && chosen_of(node), also: kNoneChosen, refused: null });
   if (node && show_text) useCaret.setState({ wanted: { byte: node.from, to: node.open_end, focus: false } });
+}
+
+/** Several nodes of the tree on show; `first` is the one of them that is shown. */
+export function choose_nodes(nodes: readonly OutlineNode[], first = nodes[0] ?? null): void {
+  choose(first);
+  const also = nodes.filter((node) => node !== first).map(chosen_of);
+  if (also.length > 0) useDesign.setState({ also });
+}
+
+/** Chooses it beside what is chosen, or no more. */
+export function toggle_chosen(node: OutlineNode): void {
+  const state = useDesign.getState();
+  const nodes = nodes_of(state, tree_of(state));
+  if (nodes.includes(node)) choose_nodes(nodes.filter((one) => one !== node));
+  else choose_nodes([...nodes, node], node);
 }
 
 /** Shows a place of the open file in its text, and the node that is there. */
@@ -373,9 +409,8 @@ export function choose_at(byte: number): void {
   for (const tree of doc.trees) {
     if (byte < tree.from || byte >= tree.to) continue;
     const node = tree.nodes.findLast(({ from, to }) => byte >= from && byte < to);
-    const chosen = node ? { element: node.element, key: key_of(node) } : null;
     if (tree.id !== tree_of(state)?.id) useDesign.setState({ tree: tree.id });
-    if (chosen?.element !== state.chosen?.element) useDesign.setState({ chosen });
+    if (node?.element !== state.chosen?.element) useDesign.setState({ chosen: node ? chosen_of(node) : null, also: kNoneChosen });
     return;
   }
 }
@@ -627,13 +662,18 @@ function named_by_number(wanted: Gesture, doc: Doc): string {
     const node = trees.flatMap(({ nodes }) => nodes).find((one) => one.element === element);
     return node ? key_of(node) : (trees.find((tree) => tree.element === element)?.id ?? "");
   };
-  return [...("node" in wanted ? [name(wanted.node)] : []), ...("parent" in wanted ? [name(wanted.parent)] : [])].join("\n");
+  return [...("node" in wanted ? [name(wanted.node)] : []), ...("nodes" in wanted ? wanted.nodes.map(name) : []), ...("parent" in wanted ? [name(wanted.parent)] : [])].join("\n");
 }
 
 /** Of the open file: what a gesture is meant of that is begun now and done later. */
 export const version_now = (): number => doc_of(useDesign.getState())?.version ?? 0;
 
-/** A gesture on the open file; chooses the node that it made or moved. `meant_of`: the version that it was begun with. */
+function chosen_among(elements: readonly number[], tree: OutlineTree | null): Pick<DesignState, "chosen" | "also"> {
+  const [chosen, ...also] = tree?.nodes.filter(({ element }) => elements.includes(element)).map(chosen_of) ?? [];
+  return { chosen: chosen ?? null, also };
+}
+
+/** A gesture on the open file; chooses the node that it made or moved, or all of them. `meant_of`: the version that it was begun with. */
 export async function gesture(wanted: Gesture, meant_of = version_now()): Promise<boolean> {
   const meant = doc_of(useDesign.getState());
   const before = choices;
@@ -646,8 +686,12 @@ export async function gesture(wanted: Gesture, meant_of = version_now()): Promis
     const is_same = meant_of === meant.version && named_by_number(wanted, meant) === named_by_number(wanted, doc);
     return request_whole("design_gesture", { file: doc.file, base: is_same ? doc.version : meant_of, gesture: wanted });
   });
-  if (done?.at !== undefined && choices === before && useDesign.getState().file === meant?.file && !/^(?:delete.*|remove_.*|yaml_remove)$/.test(wanted.what)) go_to(done.at);
-  return done !== null;
+  const state = useDesign.getState();
+  if (done?.at === undefined || choices !== before || state.file !== meant?.file || /^(?:delete.*|remove_.*|yaml_remove)$/.test(wanted.what)) return done !== null;
+  go_to(done.at);
+  const { nodes = [] } = done;
+  if (nodes.length > 0 && doc_of(state)?.version === done.version) useDesign.setState(chosen_among(nodes, tree_of(useDesign.getState())));
+  return true;
 }
 
 /** A gesture, and what is chosen then; who has chosen something else meanwhile keeps that. */

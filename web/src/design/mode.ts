@@ -18,8 +18,10 @@ interface Refusals {
 export const useMode = create<{ mode: "design" | "run"; project: string; file: string | null; /** The monitor whose violation in the shadow run is told. */ happened: string | null; runs: Runs; refused: Refusals | null }>()(() => ({ mode: "design", project: "", file: null, happened: null, runs: { recordings: [], on_show: "", goes_on: null, continues: "", outdated: false, problem: "" }, refused: null }));
 
 export function take_summary({ project, runs }: Pick<Design, "project" | "runs">): void {
-  const before = useMode.getState().runs;
+  const { runs: before, project: known } = useMode.getState();
   useMode.setState({ project, runs });
+  // Whoever begins a run, on whichever page: what of another one was looked at is not on show any more.
+  if (known !== "" && runs.goes_on !== null && runs.goes_on !== before.goes_on) go_live();
   if (before.goes_on === null || runs.goes_on !== null) return;
   if (runs.problem !== "") note("error", `the run: ${runs.problem}`);
   note("info", `recorded: runs/${before.goes_on}`);

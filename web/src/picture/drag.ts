@@ -10,12 +10,14 @@ export interface DragOptions {
   move(event: PointerEvent): void;
   /** It was let go where it is; not after Escape, and not if it never moved so far. */
   drop(event: PointerEvent): void;
+  /** It was let go without having moved so far. */
+  click?(): void;
   /** It is over, whichever way. After `drop`. */
   end?(): void;
 }
 
 /** Follows the pointer from where it was pressed until it is let go, taken away, or Escape is pressed. */
-export function follow_pointer(pressed: Where, { from_px, move, drop, end }: DragOptions): void {
+export function follow_pointer(pressed: Where, { from_px, move, drop, click, end }: DragOptions): void {
   let moving = from_px === 0;
   const moved = (event: PointerEvent) => {
     if (!moving && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < from_px) return;
@@ -31,6 +33,7 @@ export function follow_pointer(pressed: Where, { from_px, move, drop, end }: Dra
   };
   const released = (event: PointerEvent) => {
     if (moving) drop(event);
+    else click?.();
     stop();
   };
   const key = (event: KeyboardEvent) => {

@@ -7,8 +7,8 @@ export interface TextLook {
   /** Between letters where it is enlarged, of its size: as styles/mission.css has it. */
   spacing: number;
 }
-export const kNameText: TextLook = { size_px: 13, weight: 600, spacing: 0 };
-export const kDetailText: TextLook = { size_px: 11, weight: 400, spacing: -0.04 };
+export const kNameText: TextLook = { size_px: 13, weight: 600, spacing: -0.03 };
+export const kDetailText: TextLook = { size_px: 11, weight: 400, spacing: -0.065 };
 
 const kFamily = '"Inter Variable", sans-serif';
 const widths = new Map<string, number>();

@@ -411,6 +411,10 @@ export const Gesture = Type.Union([
   object({ what: Type.Literal("add_tree"), id: string() }),
   object({ what: Type.Literal("delete_tree"), node: Type.Integer({ minimum: 0, description: "Element of the tree" }) }),
   object({ what: Type.Literal("set"), node: index(), name: string(), value: or_null(string()) }),
+  object({ what: one_of("delete", "unwrap"), nodes: list(index()) }),
+  object({ what: Type.Literal("move"), nodes: list(index()), parent: index(), index: index(), copy: optional(boolean()) }),
+  object({ what: Type.Literal("wrap"), nodes: list(index()), id: string() }),
+  object({ what: Type.Literal("set"), nodes: list(index()), name: string(), value: or_null(string()) }),
   object({ what: Type.Literal("rename_state"), state: string(), id: string() }),
   object({ what: Type.Literal("add_state"), inside: string(), id: string(), kind: StateKind }),
   object({ what: Type.Literal("remove_state"), state: string() }),
@@ -568,7 +572,7 @@ export const Operations = {
   design_edit: [object({ file: string(), base: index(), edits: list(TextEdit), cause: string(), join: optional(boolean()) }), object({ version: index() })],
   design_gesture: [
     object({ file: string(), base: index(), gesture: Gesture, try: optional(Type.Boolean({ description: "Only say whether it is possible" })) }),
-    object({ name: string(), version: optional(index()), at: optional(Type.Integer({ description: "Byte where the element stands now" })) }),
+    object({ name: string(), version: optional(index()), at: optional(Type.Integer({ description: "Byte where the element stands now" })), nodes: optional(Type.Array(index(), { description: "Of several: their numbers now, as far as they can be told" })) }),
   ],
   design_complete: [
     object({ file: string(), byte: byte() }),

@@ -87,7 +87,7 @@ export function App() {
       ) : (
         <p className="empty waiting">Waiting for the run …</p>
       )}
-      <Notes over={designs} />
+      {!designs && <Notes />}
       <Palette />
       <Help />
       <WhatIf />

@@ -10,12 +10,14 @@ import { Dialog } from "../widgets/Dialog";
 import { Icon } from "../widgets/Icon";
 import { MenuButton } from "../picture/PictureTools";
 import { open_help } from "./Help";
+import { Notes } from "./Notes";
 import { open_palette } from "./Palette";
 import { Panels } from "./Panels";
 import { useTight } from "./use_tight";
 import { open_what_if } from "./WhatIf";
 import { kSpeeds, next_tick, run_again, stop_run, toggle_running } from "../widgets/run_commands";
 import { toggle_theme, useTheme } from "../widgets/theme";
+import { by_name } from "../widgets/natural";
 import { MissionStatus } from "../panels/mission/MissionStatus";
 import { useViolations } from "../panels/violation/violations";
 
@@ -108,7 +110,7 @@ function RunAgain() {
         { label: "With another seed", run: () => run_again({ seed: Math.floor(Math.random() * 1e6) }) },
         { label: "What if a model had chosen otherwise …", run: open_what_if },
         ...(scenarios && scenarios.length > 0 ? [{ heading: "Scenario" }] : []),
-        ...(scenarios ?? []).map((scenario) => ({ label: scenario, checked: scenario === present, run: () => run_again({ scenario }) })),
+        ...[...(scenarios ?? [])].sort(by_name).map((scenario) => ({ label: scenario, checked: scenario === present, run: () => run_again({ scenario }) })),
       ]}
     />
   );
@@ -267,7 +269,7 @@ export function Header() {
       <Recording />
       {!designs && <MissionStatus />}
       {!designs && <Violations />}
-      <span className="header-space" />
+      {designs && !compares ? <Notes over /> : <span className="header-space" />}
       {!designs && <Presence />}
       {!designs && <Clock />}
       <RunControls />

@@ -6,6 +6,7 @@ import { kPlaces, kSides, type Place, type SideId } from "../widgets/arrangement
 import { Dialog } from "../widgets/Dialog";
 import { forget_arrangement, place_panel, reset_layout, save_arrangement, useArrangements, useLayout } from "../widgets/layout";
 import type { MenuEntry } from "../widgets/Menu";
+import { by_name } from "../widgets/natural";
 
 const kSaid: Record<Place, string> = { side: "in the column", below: "beside the timeline", closed: "closed" };
 
@@ -15,7 +16,7 @@ const title_of = (id: SideId) => panels.find((panel) => panel.id === id)!.title;
 export function Panels() {
   const places = useLayout((layout) => layout.places);
   const saved = useArrangements((state) => state.saved);
-  const names = Object.keys(saved).sort();
+  const names = Object.keys(saved).sort(by_name);
   const entries: MenuEntry[] = [
     ...kSides.flatMap((id): MenuEntry[] => [
       { heading: title_of(id) },

@@ -276,6 +276,8 @@ export function connect(): void {
     ...(given === undefined ? {} : { token: given }),
   });
   client.start();
+  // A page that nobody sees may wait for minutes until it tries again.
+  document.addEventListener("visibilitychange", () => document.hidden || retry());
 }
 
 export function retry(): void {

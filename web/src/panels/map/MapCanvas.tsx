@@ -86,14 +86,16 @@ function PlaceMenu({ asked, world, why_not, close }: { asked: Asked; world: Worl
   if (hit?.kind === "door") {
     entries.push({ label: hit.open ? `Close ${hit.name}` : `Open ${hit.name}`, why_not, run: () => void set_door(hit.name, !hit.open) }, "line");
   }
+  const sends: MenuEntry[] = [];
   for (const robot of world.robots) {
     const heading = useStudio.getState().state?.robots[robot.name]?.pose[2] ?? 0;
     const name = world.robots.length > 1 ? robot.name : "the robot";
-    if (hit?.kind === "location") entries.push({ label: `Send ${name} to ${hit.name}`, why_not: no_goal, run: () => void send_robot_to(robot.name, hit.name) });
-    entries.push({ label: `Send ${name} here`, why_not: no_goal, run: () => void send_robot(robot.name, [...here, heading]) });
     entries.push({ label: `Put ${name} here`, why_not, run: () => void put_robot(robot.name, [...here, heading]) });
+    if (hit?.kind === "location") sends.push({ label: `Send ${name} to ${hit.name}`, why_not: no_goal, run: () => void send_robot_to(robot.name, hit.name) });
+    sends.push({ label: `Send ${name} here`, why_not: no_goal, run: () => void send_robot(robot.name, [...here, heading]) });
   }
   entries.push({ label: "Add an obstacle here", why_not, run: () => void add_obstacle(here, kObstacleRadius_m) });
+  entries.push({ heading: "In place of the goal that the mission has set; it is not told" }, ...sends);
   return <Menu x={x} y={y} close={close} label="Place on the map" head={<><strong>{hit?.name ?? "Floor"}</strong> <span className="muted number">{`${here[0].toFixed(2)}, ${here[1].toFixed(2)} m`}</span></>} entries={entries} />;
 }
 

@@ -11,10 +11,13 @@ type Row = readonly [Time, string];
 /** Rows that are drawn; the file has all that the program gave. */
 const kShownMax = 200;
 
-/** Seconds and statuses, a line each. */
-export function csv_of(rows: readonly Row[]): string {
-  return ["time_s,status", ...rows.map(([time, status]) => `${Number((time / kSecond_ns).toFixed(9))},${status}`)].join("\n") + "\n";
+/** What the table has, a line each; up to `end`, in run time. */
+export function csv_of(rows: readonly Row[], end: Time): string {
+  const seconds = (time: Time) => Number((time / kSecond_ns).toFixed(9));
+  return ["time_s,status,duration_s", ...rows.map(([time, status], i) => `${seconds(time)},${status},${seconds(until(rows, i, end) - time)}`)].join("\n") + "\n";
 }
+
+const until = (rows: readonly Row[], i: number, end: Time): Time => rows[i + 1]?.[0] ?? Math.max(end, rows[i]![0]);
 
 /** What a condition says anew each tick, once where it changes. */
 export function answers_of(rows: readonly Row[]): Row[] {
@@ -48,7 +51,7 @@ export function Transitions({ node }: { node: TreeNode }) {
       <h3>
         {is_condition ? "Answers that changed" : "Transitions"} <span className="muted number">{rows.length + (is_condition ? 0 : left_out)}</span>
         {rows.length > 0 && (
-          <button className="button small" title={`${left_out > 0 ? "The newest" : "All"} ${known.rows.length} transitions`} onClick={() => download(csv_of(known.rows), file_name([node.name, "transitions"], "csv"), "text/csv")}>
+          <button className="button small" title={`${left_out > 0 ? "The newest" : "All"} ${rows.length} rows`} onClick={() => download(csv_of(rows, end), file_name([node.name, "transitions"], "csv"), "text/csv")}>
             Save as CSV
           </button>
         )}
@@ -66,7 +69,7 @@ export function Transitions({ node }: { node: TreeNode }) {
                   </button>
                 </td>
                 <td>{status}</td>
-                <td className="muted number">{duration_text((rows[first + i + 1]?.[0] ?? Math.max(end, since)) - since)}</td>
+                <td className="muted number">{duration_text(until(rows, first + i, end) - since)}</td>
               </tr>
             ))}
           </tbody>

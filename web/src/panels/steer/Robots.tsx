@@ -23,7 +23,7 @@ function Robot({ name, alone }: { name: string; alone: boolean }) {
   return (
     <section className="robot" aria-label={alone ? "Battery" : `Battery of ${name}`}>
       <h3 title={electric}>{alone ? "Battery" : name}</h3>
-      <Charge name={name} charge={charge} disabled={control === null} set={(percent) => void call_service(control!, "setBatteryCharge", { percent })} />
+      <Charge name={name} charge={charge} disabled={control === null} set={(percent) => call_service(control!, "setBatteryCharge", { percent })} />
       <span className={`badge ${charge < 20 ? "failure" : charge < 30 ? "halting" : ""}`}>{charge < 20 ? "very low" : charge < 30 ? "low" : battery.charging ? "charging" : "in use"}</span>
       {!frozen && has_station && <Plug name={name} control={control} />}
     </section>
@@ -55,22 +55,27 @@ function plug({ state, index }: Studio, name: string) {
   return plug_of(robot?.battery ?? { plugged: false }, index?.model.world?.stations ?? [], robot?.pose ?? [NaN, NaN, NaN]);
 }
 
-/** Shows the live charge until somebody takes the slider; sets it when it is let go. */
-function Charge({ name, charge, disabled, set }: { name: string; charge: number; disabled: boolean; set(percent: number): void }) {
+/** Shows the live charge until somebody takes the slider; sets it when it is let go, or the key that moves it. */
+function Charge({ name, charge, disabled, set }: { name: string; charge: number; disabled: boolean; set(percent: number): Promise<unknown> }) {
   const slider = useRef<HTMLInputElement>(null);
   const [held, set_held] = useState<number | null>(null);
-  const latest = useRef(set);
-  latest.current = set;
+  const by_key = useRef(false);
+  const tell = () => {
+    by_key.current = false;
+    const percent = Number(slider.current!.value);
+    // What is pressed before the robot has it goes on from there.
+    void set(percent).then(() => set_held((now) => (now === percent ? null : now)));
+  };
+  const latest = useRef(tell);
+  latest.current = tell;
   useEffect(() => {
     const element = slider.current;
-    // The event of letting go; React's onChange is that of every move.
-    const done = () => {
-      latest.current(Number(element!.value));
-      set_held(null);
-    };
+    // The event of letting go, and of each press of a key; React's onChange is that of every move.
+    const done = () => !by_key.current && latest.current();
     element?.addEventListener("change", done);
     return () => element?.removeEventListener("change", done);
   }, []);
+  const key_done = () => by_key.current && held !== null && tell();
   const shown = held ?? charge;
   return (
     <div className="charge">
@@ -86,7 +91,9 @@ function Charge({ name, charge, disabled, set }: { name: string; charge: number;
         aria-valuetext={`${shown.toFixed(0)} percent`}
         data-testid={`battery-${name}`}
         onChange={(event) => set_held(Number(event.target.value))}
-        onBlur={() => set_held(null)}
+        onKeyDown={() => (by_key.current = true)}
+        onKeyUp={key_done}
+        onBlur={key_done}
       />
       <output className="number charge-value">{held === null ? `${charge.toFixed(1)} %` : `→ ${held} %`}</output>
     </div>

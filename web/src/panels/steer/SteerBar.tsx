@@ -1,6 +1,6 @@
 import "../../styles/steer.css";
 
-import { useEffect } from "react";
+import { useEffect, useRef } from "react";
 
 import { useStudio } from "../../store/store";
 import { useCommand } from "../../widgets/commands";
@@ -36,8 +36,28 @@ export function SteerBar() {
   useCommand({ id: "steer.undo", title: "Take back what was done by hand last", group: "Steer", keys: ["Ctrl+Z"], run: () => void take_back() }, ...kDrawers.map(({ id, title }) => ({ id: `steer.${id}`, title: `Steer: ${title}`, group: "Steer", run: () => toggle(id) })));
 
   const drawer = kDrawers.find(({ id }) => id === open);
+  const bar = useRef<HTMLDivElement>(null);
+  const is_open = drawer !== undefined;
+  useEffect(() => {
+    if (!is_open) return;
+    const close = () => useDrawers.setState({ steer: null });
+    const outside = (event: PointerEvent) => {
+      if (event.target instanceof Node && !bar.current?.contains(event.target)) close();
+    };
+    // Wherever the focus is, unless Escape means something there.
+    const key = (event: KeyboardEvent) => {
+      if (event.key === "Escape" && !event.defaultPrevented) close();
+    };
+    window.addEventListener("pointerdown", outside, true);
+    window.addEventListener("keydown", key);
+    return () => {
+      window.removeEventListener("pointerdown", outside, true);
+      window.removeEventListener("keydown", key);
+    };
+  }, [is_open]);
   return (
     <div
+      ref={bar}
       className="steer"
       id="panel-steer"
       tabIndex={-1}
@@ -45,6 +65,7 @@ export function SteerBar() {
       aria-label="Steer"
       onKeyDown={(event) => {
         if (event.key !== "Escape" || !drawer) return;
+        event.preventDefault();
         toggle(drawer.id);
         document.getElementById(`steer-tab-${drawer.id}`)?.focus();
       }}

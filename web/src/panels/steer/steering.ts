@@ -47,11 +47,28 @@ export const useSteering = create<{
 const made = new Map<number, Intervention>();
 /** Older ones are forgotten. */
 const kUndoMax = 100;
+/** What this page did to the run is known after it is loaded anew, too. */
+const kStored = "sentree.steering";
+interface Stored {
+  boot: string;
+  undo: readonly Undo[];
+  killed: readonly string[];
+  made: readonly [number, Intervention][];
+}
 useStudio.subscribe((studio, before) => {
-  if (studio.hello?.boot === before.hello?.boot) return;
+  const boot = studio.hello?.boot;
+  if (boot === before.hello?.boot) return;
+  const stored = JSON.parse(sessionStorage.getItem(kStored) ?? "null") as Stored | null;
   // Another run has parts of its own.
-  useSteering.setState({ killed: new Set(), undo: [] });
+  const own = stored && stored.boot === boot ? stored : null;
   made.clear();
+  for (const [id, what] of own?.made ?? []) made.set(id, what);
+  useSteering.setState({ killed: new Set(own?.killed), undo: own?.undo ?? [] });
+});
+useSteering.subscribe(({ undo, killed }, before) => {
+  const boot = useStudio.getState().hello?.boot;
+  if (boot === undefined || (undo === before.undo && killed === before.killed)) return;
+  sessionStorage.setItem(kStored, JSON.stringify({ boot, undo, killed: [...killed], made: [...made] } satisfies Stored));
 });
 
 const shown = (what: Said): Standing => ({
