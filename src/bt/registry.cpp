@@ -97,14 +97,21 @@ void Registry::add(Entry entry) {
     }
     if (port.type == &type_of<AnyType>()) port.type = nullptr;
   }
+  entry.plugin = plugin_;
   std::string id = entry.id;
-  const std::string shown = entry.id;
-  if (!entries_.try_emplace(std::move(id), std::move(entry)).second) {
-    problems_.push_back({Severity::kError,
-                         "bt.duplicate-node",
-                         fmt::format("C++ node \"{}\" is registered twice; remove the first", shown),
-                         {}});
-  }
+  const auto [first, is_new] = entries_.try_emplace(std::move(id), std::move(entry));
+  if (is_new) return;
+  const std::string& other = first->second.plugin;
+  const std::string here = plugin_.empty() ? "" : plugin_ + ": ";
+  problems_.push_back(
+      {Severity::kError,
+       "bt.duplicate-node",
+       here + fmt::format("C++ node \"{}\" is registered twice; ", first->first) +
+           (other.empty()
+                ? "remove the first"
+                : other +
+                      ", which was loaded before, has that ID: give one of them another, or load the nodes once only"),
+       {}});
 }
 
 bool Registry::remove(std::string_view id) {
@@ -157,12 +164,17 @@ Result<void> Registry::plugin(const std::filesystem::path& path) {
     return fail("bt.plugin-abi", fmt::format("{} was built for {}; this program needs {}, so build it again", shown,
                                              other, SENTREE_PLUGIN_ABI));
   }
+  Result<void> registered;
+  plugin_ = shown;
   try {
     nodes(*this);
   } catch (const std::exception& thrown) {
-    return fail("bt.plugin-threw", fmt::format("{}: {}", shown, thrown.what()));
+    registered = fail("bt.plugin-threw", fmt::format("{}: {}", shown, thrown.what()));
+  } catch (...) {
+    registered = fail("bt.plugin-threw", shown + ": threw what is no std::exception");
   }
-  return {};
+  plugin_.clear();
+  return registered;
 }
 
 const Registry::Entry* Registry::find(std::string_view id) const {

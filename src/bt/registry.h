@@ -62,7 +62,8 @@ class Registry {
     Ports ports;
     std::string description;
     std::shared_ptr<const Behaviour> behaviour;
-    bool loop = false;  ///< The built-in Loop decorator with ports of other types; see `loop`.
+    bool loop = false;        ///< The built-in Loop decorator with ports of other types; see `loop`.
+    std::string plugin = {};  ///< Whose node it is; empty: this program's.
   };
   using Function = std::function<Status(Context&)>;
 
@@ -146,6 +147,7 @@ class Registry {
   std::vector<std::pair<std::string, std::int64_t>> enums_;
   std::vector<PolymorphicCast> casts_;
   Diagnostics problems_;
+  std::string plugin_;  // that is registering its nodes
 };
 
 namespace detail {
@@ -250,7 +252,7 @@ void Registry::add(std::string id, Node prototype) {
 
 /// What plug-in and program must agree on, since they exchange C++ objects: these headers, and the standard library's
 /// ABI. Raise the version whenever Registry, Behaviour, Context or what they hand over changes.
-#define SENTREE_PLUGIN_VERSION 2
+#define SENTREE_PLUGIN_VERSION 3
 #define SENTREE_PLUGIN_TEXT(number) #number
 #define SENTREE_PLUGIN_EXPANDED(number) SENTREE_PLUGIN_TEXT(number)
 #define SENTREE_PLUGIN_ABI                                                                             \
