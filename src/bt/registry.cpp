@@ -4,11 +4,20 @@
 
 #include <dlfcn.h>
 
+#include <set>
 #include <utility>
 
 #include "sentree/bt/model.h"
 
 namespace sentree::bt {
+
+/// Deletes nothing, and says of which plug-in a node is: Registry has no room for that, since plug-ins know what it
+/// looks like. It has a name of its own because they ask for it too, with their own copy of this file.
+struct OfPlugin {
+  std::string file;
+  std::shared_ptr<const Behaviour> behaviour;
+  void operator()(const Behaviour* /*kept*/) const {}
+};
 
 namespace {
 
@@ -98,13 +107,17 @@ void Registry::add(Entry entry) {
     if (port.type == &type_of<AnyType>()) port.type = nullptr;
   }
   std::string id = entry.id;
-  const std::string shown = entry.id;
-  if (!entries_.try_emplace(std::move(id), std::move(entry)).second) {
-    problems_.push_back({Severity::kError,
-                         "bt.duplicate-node",
-                         fmt::format("C++ node \"{}\" is registered twice; remove the first", shown),
-                         {}});
-  }
+  const auto [first, is_new] = entries_.try_emplace(std::move(id), std::move(entry));
+  if (is_new) return;
+  const auto* const of = std::get_deleter<OfPlugin>(first->second.behaviour);
+  problems_.push_back(
+      {Severity::kError,
+       "bt.duplicate-node",
+       of == nullptr ? fmt::format("C++ node \"{}\" is registered twice; remove the first", first->first)
+                     : fmt::format("C++ node \"{}\" is registered twice; plug-in {}, which was loaded before, has that "
+                                   "ID: give one of them another, or load the nodes once only",
+                                   first->first, of->file),
+       {}});
 }
 
 bool Registry::remove(std::string_view id) {
@@ -157,12 +170,25 @@ Result<void> Registry::plugin(const std::filesystem::path& path) {
     return fail("bt.plugin-abi", fmt::format("{} was built for {}; this program needs {}, so build it again", shown,
                                              other, SENTREE_PLUGIN_ABI));
   }
+  std::set<std::shared_ptr<const Behaviour>> known;
+  for (const auto& [id, entry] : entries_) known.insert(entry.behaviour);
+  const std::size_t problems_before = problems_.size();
+  Result<void> registered;
   try {
     nodes(*this);
   } catch (const std::exception& thrown) {
-    return fail("bt.plugin-threw", fmt::format("{}: {}", shown, thrown.what()));
+    registered = fail("bt.plugin-threw", fmt::format("{}: {}", shown, thrown.what()));
+  } catch (...) {
+    registered = fail("bt.plugin-threw", shown + ": threw something that is no std::exception");
   }
-  return {};
+  for (std::size_t i = problems_before; i < problems_.size(); ++i)
+    problems_[i].message = fmt::format("{}: {}", shown, problems_[i].message);
+  for (auto& [id, entry] : entries_) {
+    if (entry.behaviour == nullptr || known.contains(entry.behaviour)) continue;
+    const Behaviour* const raw = entry.behaviour.get();
+    entry.behaviour = std::shared_ptr<const Behaviour>(raw, OfPlugin{path.string(), std::move(entry.behaviour)});
+  }
+  return registered;
 }
 
 const Registry::Entry* Registry::find(std::string_view id) const {
