@@ -58,12 +58,34 @@ TEST(Plugin, SaysWhyItCannotBeLoaded) {
   EXPECT_THAT(refusal(plugin("throws_plugin")).message, HasSubstr("the robot is not there"));
 }
 
+TEST(Plugin, AnIdOfTwoPluginsIsReportedWithBothFiles) {
+  Registry registry;
+  ASSERT_TRUE(registry.plugin(plugin("nodes_plugin")));
+  ASSERT_TRUE(registry.plugin(plugin("nodes_again_plugin")));
+  ASSERT_EQ(registry.problems().size(), 1U);
+  EXPECT_EQ(registry.problems().front().code, "bt.duplicate-node");
+  EXPECT_EQ(registry.problems().front().message,
+            "plug-in " + plugin("nodes_again_plugin") + ": C++ node \"Double\" is registered twice; plug-in " +
+                plugin("nodes_plugin") +
+                ", which was loaded before, has that ID: give one of them another, or load the nodes once only");
+}
+
+TEST(Plugin, AnIdOfTheProgramAndOfAPluginIsReportedWithItsFile) {
+  Registry registry;
+  registry.action("Double", [](Context&) { return Status::kSuccess; });
+  ASSERT_TRUE(registry.plugin(plugin("nodes_again_plugin")));
+  ASSERT_EQ(registry.problems().size(), 1U);
+  EXPECT_THAT(registry.problems().front().message,
+              HasSubstr("nodes_again_plugin.so: C++ node \"Double\" is registered"));
+}
+
 TEST(Plugin, LoadedTwiceIsReportedByTheTreeThatUsesIt) {
   Registry registry;
   ASSERT_TRUE(registry.plugin(plugin("nodes_plugin")));
   ASSERT_TRUE(registry.plugin(plugin("nodes_plugin")));
   ASSERT_FALSE(registry.problems().empty());
   EXPECT_EQ(registry.problems().front().code, "bt.duplicate-node");
+  EXPECT_THAT(registry.problems().front().message, HasSubstr("or load the nodes once only"));
 }
 
 }  // namespace

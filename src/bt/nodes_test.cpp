@@ -376,6 +376,21 @@ TEST(Context, AFailedNodeGivesTheTickUp) {
   EXPECT_EQ(lying.error()->code, "bt.running-returned");
 }
 
+struct Undecided {
+  Status tick(Context&) { return Status::kRunning; }
+};
+
+TEST(Context, AConditionMayBeUndecidedIfItIsAClass) {
+  Registry registry;
+  registry.condition("Function", [](Context&) { return Status::kRunning; });
+  registry.add<Undecided>("Class", Category::kCondition);
+  Runner function = runner("<Function/>", &registry);
+  EXPECT_EQ(function.tick(), Status::kFailure);
+  EXPECT_EQ(function.error()->code, "bt.running-returned");
+  EXPECT_THAT(function.error()->message, HasSubstr("make it a class"));
+  EXPECT_EQ(runner("<Sequence><Class/></Sequence>", &registry).tick(), Status::kRunning);
+}
+
 TEST(Context, AWakerAsksForATickFromOutside) {
   Registry registry;
   std::function<void()> waker;

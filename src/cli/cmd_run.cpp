@@ -4,11 +4,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdio>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -25,6 +28,7 @@
 #include "sentree/cli/what_if.h"
 #include "sentree/cli/yarp_network.h"
 #include "sentree/processes/elsewhere.h"
+#include "sentree/project/cpp_nodes.h"
 #include "sentree/project/distribute.h"
 #include "sentree/runtime/durable.h"
 #include "sentree/studio/foxglove.h"
@@ -129,7 +133,10 @@ bool show_to_groot(const RunCommand& command, const project::Plan& plan, std::un
       where->insecure = command.insecure;
       where->on_problem = [](const std::string& what) { say("! " + what); };
       auto started = studio::GrootRun::start(plan, std::move(*where));
-      if (!started) return tl::unexpected(started.error());
+      if (!started) {
+        if (!is_asked) started.error().span = project.groot_span;
+        return tl::unexpected(started.error());
+      }
       groot = std::move(*started);
       say(groot->server().told());
     }
@@ -161,6 +168,7 @@ int show_in_foxglove(const RunCommand& command, const project::Plan& plan, std::
     auto started = studio::Foxglove::start(
         {.address = at->address, .port = at->port, .insecure = command.insecure, .version = SENTREE_VERSION});
     if (!started) {
+      if (!is_asked) started.error().span = project.foxglove_span;
       say(to_string(started.error()) + (is_asked ? "" : "; the run is not shown in Foxglove"));
       return is_asked ? kEnvironment : kOk;
     }
@@ -201,6 +209,21 @@ void tell_timeline(const project::Scenario& before, const project::Scenario& aft
       " has none (--project takes a scenario file as well)");
 }
 
+// The threads of plug-ins are waited for when their nodes go, and who works there may not listen.
+void end_in_time(const std::string& nodes, int code) {
+  if (nodes.empty()) return;
+  std::thread([nodes, code] {
+    constexpr std::chrono::seconds kPatience{2};
+    std::this_thread::sleep_for(kPatience);
+    say(fmt::format(
+        "a thread of a node in C++ ({}) works on {} s after the run; the program ends without it. Work in a "
+        "thread comes to an end when job.stop_requested() says so",
+        nodes, kPatience.count()));
+    std::fflush(nullptr);
+    _exit(code);
+  }).detach();
+}
+
 // A run from the files to what came of it. Its steps return kOk, or the exit code of a command that ends with them once
 // they have said why.
 class OneRun {
@@ -217,6 +240,7 @@ class OneRun {
     }
     return execute();
   }
+  [[nodiscard]] std::string cpp_nodes() const { return plan_.ok() ? project::shown_cpp_nodes(*plan_.value) : ""; }
   // The run that the page asked for in its place.
   std::optional<RunCommand> again() {
     const std::lock_guard lock(wanted_.mutex);
@@ -331,6 +355,11 @@ class OneRun {
   }
 
   int narrate() {
+    if (const std::string places = project::shown_places(*plan_.value); !command_.json && !places.empty())
+      say(places);
+    else if (in_processes_ && places.empty())
+      say("--processes: all parts run in this process; a mission without skills has nothing else, and models of "
+          "components serve only skills that run beside them");
     options_.elsewhere = processes::elsewhere({.listen = command_.listen, .insecure = command_.insecure});
     bool live = command_.live && !command_.headless && !command_.json;
     if (live && !wants_colour()) {
@@ -551,6 +580,7 @@ int run(const RunCommand& command) {
     next = one.again();
     if (!next) {
       if (viewers.foxglove) viewers.foxglove->end();
+      end_in_time(one.cpp_nodes(), code);
       return code;
     }
     say("once more, as the page wants it");

@@ -34,7 +34,7 @@ int serve_until_signal(const std::string& listen, std::vector<rpc::NamedService>
   options.on_peer_error = [](const std::string& message) { say(message); };
   auto server = rpc::serve(*address, std::move(services), std::move(options));
   if (!server) {
-    say(to_string(server.error()));
+    say("--listen: " + to_string(server.error()));
     return kEnvironment;
   }
   print(fmt::format("listening on {}\n", (*server)->address()));

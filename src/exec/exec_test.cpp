@@ -430,6 +430,32 @@ TEST(Executor, EndsWhenAnotherThreadHaltsIt) {
   EXPECT_TRUE(halted);
 }
 
+TEST(Executor, SaysWhichNodeHasNotComeBack) {
+  bt::Registry registry;
+  Gate begun;
+  Gate gate;
+  registry.action("Hang", [&](bt::Context&) {
+    begun.open();
+    gate.wait();
+    return Status::kSuccess;
+  });
+  Executor executor(tree("<Sequence><AlwaysSuccess/><Hang name=\"At the door\"/></Sequence>", registry));
+  EXPECT_FALSE(executor.pending());
+  std::thread runs([&] { executor.run(); });
+  begun.wait();
+  executor.halt();
+  const auto call = executor.pending();
+  EXPECT_TRUE(call);
+  if (call) {
+    EXPECT_EQ(call->path, "At the door");
+    EXPECT_EQ(call->id, "Hang");
+    EXPECT_GE(call->lasted, Duration(0));
+  }
+  gate.open();
+  runs.join();
+  EXPECT_FALSE(executor.pending());
+}
+
 TEST(Executor, HaltedBeforeItRunsDoesNotRun) {
   const bt::Registry registry;
   Executor executor(tree("<KeepRunningUntilFailure><AlwaysSuccess/></KeepRunningUntilFailure>", registry));

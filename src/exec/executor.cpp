@@ -50,7 +50,15 @@ Executor::~Executor() = default;
 void Executor::halt() { signals_->set(&Signals::halted); }
 void Executor::wake() { signals_->set(&Signals::woken); }
 
+std::optional<Executor::Call> Executor::pending() const {
+  const auto call = calls_.pending();
+  if (!call) return std::nullopt;
+  const bt::Tree& tree = runner_.tree();
+  return Call{tree.path(call->node), std::string(tree.registration(call->node)), call->lasted};
+}
+
 bt::Status Executor::run() {
+  const bt::WatchCalls watched(calls_);
   TimePoint planned = clock_->now();
   for (;;) {
     {

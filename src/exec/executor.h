@@ -4,7 +4,10 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 
+#include "sentree/base/coarse_clock.h"
+#include "sentree/bt/call_watch.h"
 #include "sentree/bt/runner.h"
 
 namespace sentree::exec {
@@ -36,6 +39,16 @@ class Executor {
   /// Asks for a tick at once.
   void wake();
 
+  /// A node in C++ that has been called and has not come back.
+  struct Call {
+    std::string path;
+    std::string id;
+    Duration lasted{0};  ///< Wall time.
+  };
+  /// Where `run` is at this moment, from any thread: which node holds it up, where it does not return after `halt`, or
+  /// longer than it may. Nothing: in none.
+  [[nodiscard]] std::optional<Call> pending() const;
+
   /// Why the tick was given up.
   [[nodiscard]] const std::optional<Diagnostic>& error() const { return runner_.error(); }
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
@@ -52,6 +65,7 @@ class Executor {
   std::unique_ptr<SteadyClock> clock_;
   bt::Runner runner_;
   ExecutorOptions options_;
+  bt::CallWatch calls_{&coarse_ms};
   /// Shared with the wakers that nodes keep: they may outlive the executor.
   std::shared_ptr<Signals> signals_;
   std::uint64_t ticks_ = 0;

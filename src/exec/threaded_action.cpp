@@ -3,6 +3,8 @@
 #include <exception>
 #include <string_view>
 
+#include "sentree/bt/thread_work.h"
+
 namespace sentree::exec {
 
 void Job::run() {
@@ -16,7 +18,11 @@ void Job::run() {
       error_ = "threw what is no std::exception";
     }
   }
-  done_.store(true, std::memory_order_release);
+  {
+    const std::lock_guard lock(done_mutex_);
+    done_.store(true, std::memory_order_release);
+  }
+  done_changed_.notify_all();
   if (finished_) finished_();
 }
 
@@ -25,6 +31,11 @@ bool Job::sleep_for(Duration duration) {
   std::condition_variable_any wake;
   std::unique_lock lock(mutex);
   return !wake.wait_for(lock, stop_token(), duration, [this] { return stop_requested(); });
+}
+
+bool Job::wait_until(std::chrono::steady_clock::time_point until) {
+  std::unique_lock lock(done_mutex_);
+  return done_changed_.wait_until(lock, until, [this] { return done(); });
 }
 
 bt::Status Job::finish(bt::Context& self) const {
@@ -81,7 +92,7 @@ class Jobs final : public bt::NodeMemory {
   }
 };
 
-class ThreadedAction final : public bt::Behaviour {
+class ThreadedAction final : public bt::Behaviour, public bt::ThreadWork {
  public:
   ThreadedAction(std::shared_ptr<Threads> threads, bt::Ports ports, Job::Work work)
       : threads_(std::move(threads)), ports_(std::move(ports)), work_(std::move(work)) {}
@@ -120,6 +131,13 @@ class ThreadedAction final : public bt::Behaviour {
     jobs.halting = jobs.current->job;
     jobs.halting->request_stop();
     jobs.current.reset();
+  }
+
+  [[nodiscard]] bool works_in_threads() const override { return threads_->max() > 0; }
+  [[nodiscard]] bool wait(const bt::NodeMemory& memory, std::chrono::steady_clock::time_point until) const override {
+    const Jobs& jobs = static_cast<const Jobs&>(memory);
+    const std::shared_ptr<Job> job = jobs.current != nullptr ? jobs.current->job : jobs.halting;
+    return job == nullptr || job->wait_until(until);
   }
 
  private:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <map>
@@ -70,6 +71,8 @@ class Job {
   void run();
   /// The work is over; status, outputs and error can be read.
   [[nodiscard]] bool done() const { return done_.load(std::memory_order_acquire); }
+  /// Waits until it is over, at most until then. False: it is not.
+  [[nodiscard]] bool wait_until(std::chrono::steady_clock::time_point until);
   /// Only when done: writes the outputs, or fails the tick.
   [[nodiscard]] bt::Status finish(bt::Context& self) const;
 
@@ -83,6 +86,8 @@ class Job {
   bt::Status status_ = bt::Status::kIdle;
   std::optional<std::string> error_;
   std::atomic<bool> done_ = false;
+  std::mutex done_mutex_;
+  std::condition_variable done_changed_;
 };
 
 /// Registers an action whose work is done in a thread (BehaviorTree.CPP's ThreadedAction), so that the tree goes on.
@@ -101,8 +106,10 @@ class Job {
 /// fails the tick with its text. SUCCESS, FAILURE and SKIPPED may be returned.
 ///
 /// The job itself is no value: a copy of the state shares it (both get its result, and halting one stops it for both),
-/// and a state in which one works cannot be saved (bt.unsavable). In simulated time its result comes at a tick that
-/// depends on the machine, unless `threads` has no thread at all.
+/// and a state in which one works cannot be saved (bt.unsavable). Simulated time passes no faster than the clock while
+/// it works, where whoever ticks the tree sees to that (`sentree run` does, see bt::wait_for_threads): a job that takes
+/// less than a period gives its result at the next tick, a longer one at a tick that depends on the machine. With a
+/// `threads` that has no thread at all it is done within the tick that starts it.
 void threaded_action(bt::Registry& registry, std::shared_ptr<Threads> threads, std::string id, bt::Ports ports,
                      Job::Work work);
 

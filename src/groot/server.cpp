@@ -64,6 +64,11 @@ constexpr int kTriesMax = 20;
 // Parts that say how an answer finds its way back.
 constexpr std::size_t kWayMax = 8;
 
+constexpr const char* kServer2 = "Groot 2's server";
+constexpr const char* kPublisher2 = "Groot 2's publisher";
+constexpr const char* kPublisher1 = "Groot 1's publisher";
+constexpr const char* kServer1 = "Groot 1's server";
+
 bool is_loopback(const std::string& address) { return address.starts_with("127.") || address == "[::1]"; }
 
 std::uint16_t port_of(const zmq::socket_t& socket) {
@@ -86,24 +91,26 @@ struct Server::Impl {
     if (thread.joinable()) thread.join();
   }
 
-  void bind(zmq::socket_t& socket, std::uint16_t port) const {
+  void bind(zmq::socket_t& socket, std::uint16_t port, const char* of) {
+    binding = port;
+    binding_of = of;
     socket.bind(fmt::format("tcp://{}:{}", options.address, port == 0 ? "*" : std::to_string(port)));
   }
 
   void bind_all() {
     const std::uint16_t port = options.port;
     if (port != 0) {
-      bind(reply2, port);
-      bind(publish2, static_cast<std::uint16_t>(port + 1));
-      bind(publish1, static_cast<std::uint16_t>(port - 1));
-      bind(reply1, static_cast<std::uint16_t>(port + 2));
+      bind(reply2, port, kServer2);
+      bind(publish2, static_cast<std::uint16_t>(port + 1), kPublisher2);
+      bind(publish1, static_cast<std::uint16_t>(port - 1), kPublisher1);
+      bind(reply1, static_cast<std::uint16_t>(port + 2), kServer1);
     } else {
-      bind(publish1, 0);
-      bind(reply1, 0);
+      bind(publish1, 0, kPublisher1);
+      bind(reply1, 0, kServer1);
       for (int left = kTriesMax;; --left) {
-        bind(reply2, 0);
+        bind(reply2, 0, kServer2);
         try {
-          bind(publish2, static_cast<std::uint16_t>(port_of(reply2) + 1));
+          bind(publish2, static_cast<std::uint16_t>(port_of(reply2) + 1), kPublisher2);
           break;
         } catch (const zmq::error_t&) {
           if (left == 0) throw;
@@ -190,6 +197,8 @@ struct Server::Impl {
   zmq::socket_t reply2{context, zmq::socket_type::router};
   zmq::socket_t publish2{context, zmq::socket_type::pub};
   Ports ports;
+  std::uint16_t binding = 0;  // for the message, where that is not to be had
+  const char* binding_of = "";
   SteadyClock::time_point told1{};
   std::minstd_rand random{std::random_device()()};
   std::mutex mutex;
@@ -208,18 +217,24 @@ Result<std::unique_ptr<Server>> Server::start(Scene& scene, Hooks* hooks, Server
                                           " can be reached by other machines, and ZeroMQ asks nobody who he is; "
                                           "--insecure allows it, to look only");
   }
-  const std::string where = fmt::format("{}:{}", options.address, options.port);
+  const std::string address = options.address;
+  std::unique_ptr<Impl> impl;
   try {
-    auto impl = std::make_unique<Impl>(scene, hooks, std::move(options));
+    impl = std::make_unique<Impl>(scene, hooks, std::move(options));
     impl->takes_hooks = hooks != nullptr;
     impl->bind_all();
     impl->thread = std::thread([raw = impl.get()] { raw->serve(); });
     return std::unique_ptr<Server>(new Server(std::move(impl)));
   } catch (const zmq::error_t& error) {
-    if (error.num() == EADDRINUSE)
+    const std::string where =
+        impl != nullptr ? fmt::format("{}:{} ({})", address, impl->binding, impl->binding_of) : address;
+    if (error.num() == EADDRINUSE) {
       return fail("groot.port-taken",
-                  where + " cannot serve Groot: that port, or one of the three around it, is taken");
-    return fail("groot.bad-address", fmt::format("{} cannot serve Groot: {}", where, error.what()));
+                  fmt::format("Groot: {} is taken: another process listens there; stop it or choose another port for "
+                              "Groot 2, which takes the one before and the next two as well (0 takes free ones)",
+                              where));
+    }
+    return fail("groot.bad-address", fmt::format("Groot: cannot listen on {}: {}", where, error.what()));
   }
 }
 

@@ -149,6 +149,10 @@ TEST_F(ServerTest, SaysWhichPortIsTakenAndWhoMayReachIt) {
   const auto second = Server::start(scene, nullptr, {.port = server->ports().groot2});
   ASSERT_FALSE(second.has_value());
   EXPECT_EQ(second.error().code, "groot.port-taken");
+  EXPECT_THAT(second.error().message,
+              ::testing::StartsWith("Groot: 127.0.0.1:" + std::to_string(server->ports().groot2) +
+                                    " (Groot 2's server) is taken: another process listens"));
+  EXPECT_THAT(second.error().message, HasSubstr("(0 takes free ones)"));
   EXPECT_EQ(Server::start(scene, nullptr, {.address = "0.0.0.0"}).error().code, "groot.not-loopback");
   EXPECT_THAT(server->told(), HasSubstr("nobody is authenticated"));
   EXPECT_THAT(server->told(), HasSubstr("takes no breakpoints")) << "there are no hooks";

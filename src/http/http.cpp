@@ -394,9 +394,13 @@ Result<Server> Server::listen(std::string_view address, std::uint16_t port, Hand
   if (!error) impl->acceptor.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) impl->acceptor.bind(endpoint, error);
   if (!error) impl->acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (error)
+  if (error) {
+    const std::string at = impl->address + ":" + std::to_string(port);
+    if (error != asio::error::address_in_use)
+      return fail("http.bad-address", "cannot listen on " + at + ": " + error.message());
     return fail("http.port-taken",
-                "cannot listen on " + std::string(address) + ":" + std::to_string(port) + ": " + error.message());
+                at + " is taken: another process listens there; stop it or choose another port (0 takes a free one)");
+  }
   impl->accept();
   impl->thread = std::thread([raw = impl.get()] { raw->context.run(); });
   return Server(std::move(impl));

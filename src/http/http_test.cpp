@@ -152,6 +152,9 @@ TEST(Http, APortIsTakenOnce) {
   const auto second = Server::listen("127.0.0.1", first->port(), [](const Request&) { return Response(); });
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, "http.port-taken");
+  EXPECT_EQ(second.error().message, "127.0.0.1:" + std::to_string(first->port()) +
+                                        " is taken: another process listens there; stop it or choose another port (0 "
+                                        "takes a free one)");
 }
 
 }  // namespace

@@ -490,7 +490,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
     options.tls = environment_tls();
     auto server =
         rpc::serve(*address, {{"observer", make_observer_service(*interface, run_.publisher)}}, std::move(options));
-    if (!server) return server.error().message;
+    if (!server) return fmt::format("--listen, where skills in other processes publish: {}", server.error().message);
     observer_servers_.push_back(std::move(*server));
     return std::nullopt;
   }

@@ -1,9 +1,12 @@
 #include "sentree/project/distribute.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <utility>
 
 namespace sentree::project {
 
@@ -18,7 +21,66 @@ std::string unused(const std::vector<ProcessEntry>& processes, std::string name)
   return name;
 }
 
+// "skills A, B and 3 more"; empty: there are none.
+std::string list_of(std::string_view what, const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 12;
+  if (names.empty()) return {};
+  const auto end = names.begin() + static_cast<std::ptrdiff_t>(std::min(names.size(), kShown));
+  std::string text = fmt::format("{}{} {}", what, names.size() > 1 ? "s" : "", fmt::join(names.begin(), end, ", "));
+  if (names.size() > kShown) text += fmt::format(" and {} more", names.size() - kShown);
+  return text;
+}
+
+// Of what runs at one place.
+struct PartsAt {
+  std::vector<std::string> others, skills, monitors;
+
+  [[nodiscard]] std::string text() const {
+    std::vector<std::string> all = others;
+    all.push_back(list_of("skill", skills));
+    all.push_back(list_of("monitor", monitors));
+    std::erase(all, "");
+    return fmt::format("{}", fmt::join(all, ", "));
+  }
+};
+
 }  // namespace
+
+std::string shown_places(const Plan& plan) {
+  PartsAt here{{"the mission"}, {}, {}};
+  PartsAt processes;
+  std::map<std::string, PartsAt> addresses;
+  for (const ProcessEntry& entry : plan.scenario.processes) {
+    if (!entry.component.empty()) processes.others.push_back(fmt::format("the simulator ({})", entry.name));
+  }
+  const auto has_process = [&](std::string ProcessEntry::*part, std::string_view name) {
+    return std::any_of(plan.scenario.processes.begin(), plan.scenario.processes.end(),
+                       [&](const ProcessEntry& entry) { return entry.*part == name; });
+  };
+  std::set<std::string> told;
+  for (const LeafPlan& leaf : plan.leaves) {
+    if (!told.insert(leaf.name).second) continue;
+    if (leaf.at.empty())
+      here.skills.push_back(leaf.name);
+    else if (has_process(&ProcessEntry::skill, leaf.name) || has_process(&ProcessEntry::skill, leaf.id))
+      processes.skills.push_back(leaf.name);
+    else
+      addresses[leaf.at].skills.push_back(leaf.name);
+  }
+  for (const monitor::Model& monitor : plan.monitors) here.monitors.push_back(monitor.name());
+  for (const ObserverPlan& observer : plan.observers) {
+    if (has_process(&ProcessEntry::monitor, observer.name))
+      processes.monitors.push_back(observer.name);
+    else
+      (observer.is_monitor ? addresses[observer.at].monitors : addresses[observer.at].others).push_back(observer.name);
+  }
+  if (processes.text().empty() && addresses.empty()) return {};
+  std::vector<std::string> places;
+  if (!processes.text().empty()) places.push_back("in processes of their own: " + processes.text());
+  for (const auto& [at, parts] : addresses) places.push_back(fmt::format("at {}: {}", at, parts.text()));
+  places.push_back("in this one: " + here.text());
+  return fmt::format("{}", fmt::join(places, "; "));
+}
 
 Scenario in_processes(const Plan& plan) {
   Scenario scenario = plan.scenario;

@@ -46,12 +46,21 @@ class MissionLoader {
     library_.serve(options);
     auto loaded = bt::load(std::move(*source), options, project_.shown(project_.mission.path));
     loaded.diagnostics.insert(loaded.diagnostics.begin(), diagnostics_.begin(), diagnostics_.end());
+    for (Diagnostic& found : loaded.diagnostics) place_of_plugin(found);
     if (has_errors(diagnostics_)) loaded.value.reset();
     if (loaded.value) check_plugins(project_, plugins, *loaded.value, skill_names(), loaded.diagnostics);
     return loaded;
   }
 
  private:
+  // What is wrong with nodes of a plug-in stands where that is named.
+  void place_of_plugin(Diagnostic& found) const {
+    if (!found.span.file.empty()) return;
+    for (const FileRef& plugin : project_.plugins) {
+      if (found.message.starts_with(fmt::format("plug-in {}: ", (project_.folder / plugin.path).string())))
+        found.span = plugin.span;
+    }
+  }
   // The message stands where the file is named.
   std::optional<std::string> read(const FileRef& file) {
     auto source = text::read_file(project_.folder / file.path, project_.shown(file.path));

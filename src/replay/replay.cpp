@@ -199,8 +199,7 @@ class Replay {
 
   // The recorded run is one of this plan, and was a value at some of its moments.
   bool can_restore() const {
-    const bool is_whole = recorded_.is_virtual() || recorded_.fact("durable").empty();
-    return (options_.at || options_.go_on_at) && is_whole && recorded_.fact("plan") == std::to_string(plan_.identity);
+    return (options_.at || options_.go_on_at) && recorded_.fact("plan") == std::to_string(plan_.identity);
   }
   [[nodiscard]] TimePoint moment() const {
     return std::min(options_.at.value_or(kNever), options_.go_on_at.value_or(kNever));

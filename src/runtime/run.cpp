@@ -31,7 +31,7 @@ RunReport Run::Impl::execute() {
     return report;
   }
   ready_ = mission_.get();
-  if (interrupted_) steering_.ask_to_stop("interrupt");  // while the parts were started
+  if (interrupted_) interrupt();  // while the parts were started
   // In virtual time nothing goes on without a thread, so a script that never ends has ended the run.
   const auto hung = scheduler_->is_virtual() ? monitors_.hung() : std::nullopt;
   const auto unheard = elsewhere_ ? elsewhere_->subscribe(services_) : std::nullopt;
@@ -205,6 +205,7 @@ void Run::Impl::forget() {
 
 void Run::Impl::interrupt() {
   interrupted_ = true;
+  if (ready_.load() != nullptr && node_watch_) node_watch_->stop_asked();
   const Pace pace = scheduler_->pace();
   if (scheduler_->is_virtual() && !pace.paused && pace.factor <= 0) {
     scheduler_->stop();

@@ -8,6 +8,7 @@
 #include "sentree/base/assert.h"
 #include "sentree/base/diagnostic.h"
 #include "sentree/mission/effect.h"
+#include "sentree/project/cpp_nodes.h"
 
 namespace sentree::runtime {
 
@@ -231,12 +232,37 @@ std::optional<std::string> Run::Impl::make_mission() {
     ended_ = scheduler_->now();
     scheduler_->stop();
   };
+  watch_nodes();
+  const WatchNodes watched(node_watch_.get());
   mission_ = std::make_unique<Mission>(std::move(model), scenario_.factor, *scheduler_, stream_, steering_.faults(),
                                        std::move(drivers), std::move(hooks));
   return std::nullopt;
 }
 
+void Run::Impl::watch_nodes() {
+  if (project::cpp_nodes(plan_).empty()) return;
+  const project::Deadlines& deadlines = scenario_.project.deadlines;
+  const bool stands = scheduler_->is_virtual();
+  NodeWatch::Patience patience{.told = deadlines.unresponsive, .halt = deadlines.halt};
+  if (stands) patience.limit = std::max(scenario_.duration, deadlines.unresponsive);
+  node_watch_ = std::make_unique<NodeWatch>(
+      plan_.tree, stands ? 0.0 : scenario_.factor, patience,
+      NodeWatch::Replies{.now = [this] { return scheduler_->now(); },
+                         .told = [this](const std::string& what) { problem(what); },
+                         .given_up = [this](const std::string& why) { give_up_mission(why); }});
+}
+
+void Run::Impl::give_up_mission(const std::string& why) {
+  keep_for_ever(bt::nodes_of(plan_.tree));
+  given_up(why);
+  scheduler_->abandon(mission_->actor(), why);
+  if (scheduler_->is_virtual()) return;
+  ended_ = scheduler_->now();
+  scheduler_->stop();
+}
+
 void Run::Impl::stop_mission() {
+  if (node_watch_) node_watch_->stop_asked();
   const TimePoint at = options_.stop_arrival ? options_.stop_arrival() : TimePoint{};
   if (at <= scheduler_->now())
     mission_->stop();

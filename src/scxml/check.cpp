@@ -93,12 +93,10 @@ class Checker {
         if (line != place.line && expression.use == ExpressionUse::kScript) place = {line, 1, 0};
         std::string shown = expression.text;
         if (shown.size() > 60) shown.replace(57, std::string::npos, "...");
-        std::string message = *std::move(problem);
-        message = message.substr(0, message.find(" (line "));
         report(syntax, "scxml.expression-syntax",
                (expression.use == ExpressionUse::kScript ? "the script does not parse: "
                                                          : fmt::format("\"{}\" does not parse: ", shown)) +
-                   message + newer_language(expression.text),
+                   *problem + newer_language(expression.text),
                place);
       }
     }

@@ -188,8 +188,9 @@ void Interpreter::run_to_completion() {
 void Interpreter::tell_unhandled(const Event& event) {
   const Value* const message = event.data ? event.data->find("message") : nullptr;
   if (message == nullptr || !event_matches("error", event.name)) return;
-  const auto why = std::find_if(failures_.begin(), failures_.end(),
-                                [&](const Diagnostic& failure) { return failure.message == message->text(); });
+  const auto why = std::find_if(failures_.begin(), failures_.end(), [&](const Diagnostic& failure) {
+    return message->text() == failure.message || message->text() == message_of(failure);
+  });
   if (why == failures_.end()) return;
   observer_->unhandled(chart_, session_.id(), *why);
   failures_.erase(why);

@@ -187,8 +187,10 @@ Result<void> ScriptHeap::error_at_top(ExpressionId id) {
   if (id != kNoExpression) {
     const Place& place = model_.expressions[id].place;
     span = {model_.file, place.line + std::max(0, line - 1), line > 1 ? 1 : place.column, 0};
-    message += fmt::format(" (line {})", span.line);
   }
+  // Duktape counts from the beginning of what it was given.
+  if (const std::size_t own = message.rfind(" (line "); own != std::string::npos && message.starts_with("SyntaxError"))
+    message.resize(own);
   return fail("scxml.script", std::move(message), std::move(span));
 }
 

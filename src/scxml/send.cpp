@@ -42,15 +42,23 @@ void Interpreter::raise(Event event) {
   session_.internal_.push(std::move(event));
 }
 
+// A chart is told the line, whoever observes it the place.
+std::string Interpreter::message_of(const Diagnostic& why) {
+  return why.code == "scxml.script" && why.span.line > 0 ? fmt::format("{} (line {})", why.message, why.span.line)
+                                                         : why.message;
+}
+
 void Interpreter::raise_error(Diagnostic why, std::string sendid, std::string_view name) {
+  std::string message = message_of(why);
   if (observer_ != nullptr && failures_.size() < kFailuresMax) {
-    failures_.push_back(why);
-    if (why.span.file.empty()) failures_.back().span = chart_.span(run_.place);
+    const bool has_place = !why.span.file.empty();
+    failures_.push_back(std::move(why));
+    if (!has_place) failures_.back().span = chart_.span(run_.place);
   }
   raise({.name = std::string(name),
          .type = EventType::kPlatform,
          .sendid = std::move(sendid),
-         .data = Value(Map{{"message", Value(std::move(why.message))}})});
+         .data = Value(Map{{"message", Value(std::move(message))}})});
 }
 
 void Interpreter::raise_communication_error(std::string message, std::string sendid) {

@@ -45,6 +45,7 @@ struct Player : Observer {
     return found;
   }
   void event(const Chart&, std::string_view, const Event& e) override { events.push_back(e.name); }
+  void unhandled(const Chart&, std::string_view, const Diagnostic& why) override { failures.push_back(to_string(why)); }
 
   Chart chart;
   Session session;
@@ -52,6 +53,7 @@ struct Player : Observer {
   Effects effects;
   Host host;
   std::vector<std::string> events;
+  std::vector<std::string> failures;  // that nothing took
 };
 
 TEST(Step, EntersTheFirstStateAndFollowsEvents) {
@@ -133,6 +135,22 @@ TEST(Step, ARefusedSendRaisesErrorExecutionWithSendidAndMessage) {
   p.begin();
   EXPECT_THAT(p.configuration(), ElementsAre("b"));
   EXPECT_TRUE(p.all<OutgoingSend>().empty());
+}
+
+// The interpreter of what `eval` is given has lines of its own.
+TEST(Step, WhereAScriptFailedIsToldOnce) {
+  const std::string failing =
+      R"xml(<state id="a"><transition event="go"><script>eval('x +');</script></transition>)xml";
+  Player untold(failing + "</state>");
+  untold.begin();
+  untold.send("go");
+  EXPECT_THAT(untold.failures, ElementsAre(testing::MatchesRegex("test\\.scxml:1:[0-9]+: SyntaxError: [^(]*")));
+  Player told(failing + R"xml(<transition event="error.execution" target="b"
+    cond="_event.data.message.split('(line ').length === 2 &amp;&amp; /[(]line 1[)]$/.test(_event.data.message)"/>
+    </state><state id="b"/>)xml");
+  told.begin();
+  told.send("go");
+  EXPECT_THAT(told.configuration(), ElementsAre("b"));
 }
 
 TEST(Step, SendOfAnUnknownTypeIsErrorExecution) {

@@ -354,7 +354,10 @@ Result<std::unique_ptr<Foxglove>> Foxglove::start(FoxgloveOptions options) {
       impl->options.address, impl->options.port,
       [](const http::Request&) { return foxglove_refusal(426, "here is a run for Foxglove: a WebSocket, no page"); },
       {.body_bytes_max = 1024}, impl->options.insecure, std::move(sockets));
-  if (!listening) return tl::unexpected(listening.error());
+  if (!listening) {
+    listening.error().message = "Foxglove: " + listening.error().message;
+    return tl::unexpected(std::move(listening.error()));
+  }
   impl->http.emplace(std::move(*listening));
   return std::unique_ptr<Foxglove>(new Foxglove(std::move(impl)));
 }

@@ -189,6 +189,15 @@ TEST(Foxglove, ListensOnLoopbackUnlessToldOtherwise) {
   EXPECT_THAT(foxglove({.address = "0.0.0.0", .insecure = true})->told(), HasSubstr("any machine that reaches it"));
 }
 
+TEST(Foxglove, SaysForWhomAPortIsTaken) {
+  const auto first = foxglove();
+  const auto second = Foxglove::start({.port = first->port()});
+  ASSERT_FALSE(second.has_value());
+  EXPECT_EQ(second.error().message, "Foxglove: 127.0.0.1:" + std::to_string(first->port()) +
+                                        " is taken: another process listens there; stop it or choose another port (0 "
+                                        "takes a free one)");
+}
+
 TEST(Foxglove, TakesSoManyClientsAndNoMore) {
   const auto shown = foxglove();
   std::vector<std::unique_ptr<FoxgloveClient>> clients;

@@ -97,6 +97,8 @@ TEST_F(Attached, OpensOnceAndAgainWhereThePortIsTaken) {
   const auto refused = other.open({.port = taken}, recorder, (folder_.path() / "other.mcap").string());
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error().code, "http.port-taken");
+  EXPECT_THAT(refused.error().message,
+              testing::StartsWith("the page: 127.0.0.1:" + std::to_string(taken) + " is taken: another process"));
   EXPECT_FALSE(other.is_open());
   EXPECT_TRUE(other.open({}, recorder, (folder_.path() / "other.mcap").string()).has_value());
 }

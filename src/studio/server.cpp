@@ -261,7 +261,10 @@ Result<void> Server::Impl::start() {
   auto listening = http::Server::listen(
       options.address, options.port, [this](const http::Request& request) { return answer(request); },
       {.body_bytes_max = 1024}, options.insecure, std::move(sockets));
-  if (!listening) return tl::unexpected(listening.error());
+  if (!listening) {
+    listening.error().message = "the page: " + listening.error().message;
+    return tl::unexpected(std::move(listening.error()));
+  }
   http.emplace(std::move(*listening));
   bound = http->port();
   sigset_t all, before;

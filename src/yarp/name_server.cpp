@@ -209,7 +209,10 @@ class NameServer::Impl {
   Result<void> start() {
     at_ = options_.listen;
     auto listener = listen(at_, options_.insecure);
-    if (!listener) return tl::unexpected(std::move(listener.error()));
+    if (!listener) {
+      listener.error().message = "name server of YARP: " + listener.error().message;
+      return tl::unexpected(std::move(listener.error()));
+    }
     table_ = std::make_unique<NameTable>(at_);
     auto acceptor =
         rpc::Acceptor::start(std::move(*listener), [this](rpc::Visitor& visitor) { attend(visitor); },

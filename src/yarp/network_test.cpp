@@ -92,6 +92,15 @@ TEST(NameServer, TalksToWhoeverDetectsIt) {
   EXPECT_EQ(silent.receive_rest(), "Welcome admin\r\n") << "the carrier text has no answers";
 }
 
+TEST(NameServer, SaysForWhomAPortIsTaken) {
+  const auto first = start_names();
+  const auto second = NameServer::start({.listen = first->at()});
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().message, "name server of YARP: tcp://" + to_string(first->at()) +
+                                        " is taken: another process listens there; stop it or choose another port (0 "
+                                        "takes a free one)");
+}
+
 TEST(NameServer, SurvivesWhoAsksNothingSensible) {
   const auto server = start_names();
   for (const std::string& hello : {std::string("GET / HTTP/1.1\r\n"), std::string(20'000, 'x')}) {

@@ -149,7 +149,10 @@ class Port::Impl {
   Result<void> start() {
     at_ = options_.listen;
     auto listener = listen(at_, options_.insecure);
-    if (!listener) return tl::unexpected(std::move(listener.error()));
+    if (!listener) {
+      listener.error().message = "port " + options_.name + ": " + listener.error().message;
+      return tl::unexpected(std::move(listener.error()));
+    }
     auto acceptor =
         rpc::Acceptor::start(std::move(*listener), [this](rpc::Visitor& visitor) { attend(visitor); },
                              {.connections_max = options_.connections_max, .on_refused = [this] { refuse(); }});

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "sentree/bt/call_watch.h"
 #include "sentree/bt/nodes/node.h"
 
 namespace sentree::bt::nodes {
@@ -34,6 +35,7 @@ struct User : AnyNode {
     const UserNode& user = m.user(n);
     Context self(m, id, m.status(id));
     try {
+      const Watched watched(id);
       if (user.function != nullptr) return (*user.function)(self);
       return user.behaviour->tick_leaf(self, memory(m, user));
     } catch (...) {
@@ -91,10 +93,30 @@ struct User : AnyNode {
   }
 
  private:
+  /// While a function of the node is called.
+  class Watched {
+   public:
+    explicit Watched(NodeId id) : watch_(WatchCalls::present()) {
+      if (watch_ != nullptr) [[unlikely]]
+        before_ = watch_->enter(id);
+    }
+    ~Watched() {
+      if (watch_ != nullptr) [[unlikely]]
+        watch_->leave(before_);
+    }
+    Watched(const Watched&) = delete;
+    Watched& operator=(const Watched&) = delete;
+
+   private:
+    CallWatch* const watch_;
+    std::uint64_t before_ = 0;
+  };
+
   /// Somebody else's code may throw; that gives the tick up, as `Context::fail` does.
   template <class Call>
   static Next guarded(Machine& m, NodeId id, const Call& call) {
     try {
+      const Watched watched(id);
       return call();
     } catch (...) {
       return threw(m, id);
@@ -126,7 +148,9 @@ struct User : AnyNode {
     if (next.child == kNoNode) {
       if (next.status == Status::kIdle) return m.fail(id, "bt.idle-returned", "returned IDLE, which no tick may");
       if (next.status == Status::kRunning && (n.flags & Node::kSynchronous) != 0) {
-        return m.fail(id, "bt.running-returned", "is synchronous and returned RUNNING");
+        return m.fail(id, "bt.running-returned",
+                      "returned RUNNING, which a function may not: make it a class, of an action with on_start() and "
+                      "on_running(), of a condition with tick()");
       }
       return next;
     }

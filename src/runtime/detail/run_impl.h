@@ -12,6 +12,7 @@
 
 #include "sentree/mission/subscriptions.h"
 #include "sentree/runtime/detail/model_actor.h"
+#include "sentree/runtime/detail/node_watch.h"
 #include "sentree/runtime/detail/run_steering.h"
 #include "sentree/runtime/detail/stream_publisher.h"
 #include "sentree/runtime/detail/telemetry.h"
@@ -102,6 +103,9 @@ class Run::Impl final : public RunView, private RunInside {
   [[nodiscard]] Result<std::unique_ptr<LeafDriver>> make_remote(std::size_t index);
   ModelActor* model_of(const std::string& service) const;
   std::optional<std::uint64_t> chosen(const mission::Choice& choice);
+  void watch_nodes();
+  // A node in C++ never comes back.
+  void give_up_mission(const std::string& why);
   // In a replay when the recording was.
   void stop_mission();
   // What the scenario decides and the run never came to.
@@ -189,6 +193,7 @@ class Run::Impl final : public RunView, private RunInside {
   std::vector<std::unique_ptr<ModelActor>> models_;  // as in the plan
   std::vector<SkillActor*> skills_;                  // by leaf; null: it runs elsewhere
   mission::Subscriptions subscriptions_{plan_};      // of parts in this process, once they are made
+  std::unique_ptr<NodeWatch> node_watch_;            // null: the mission has no nodes in C++
   std::unique_ptr<Mission> mission_;
   std::atomic<Mission*> ready_ = nullptr;  // the mission, once it can be interrupted
   std::mutex problems_mutex_;

@@ -148,6 +148,7 @@ class Interpreter {
   void send_to_session(Session& target, Event&& event);
   void send_outside(OutgoingSend&& send);
   void raise(Event event);
+  static std::string message_of(const Diagnostic& why);
   void raise_error(Diagnostic why, std::string sendid = {}, std::string_view name = kErrorExecution);
   void raise_communication_error(std::string message, std::string sendid = {});
   // Nothing is enabled by it.
