@@ -23,6 +23,18 @@ for (const [width, height] of [[1440, 900], [1366, 768], [1024, 700]]) test(`the
   await page.getByTestId("presence").getByText("Paused").waitFor();
   await fits("it is paused");
   await view("Design");
+  // What is noted lies over nothing.
+  await page.getByTestId("autosave").click();
+  await page.getByTestId("autosave").click();
+  await page.locator(".header .note", { hasText: "saved by Ctrl+S" }).waitFor();
+  await fits("something is noted");
+  const covered = await page.evaluate(() => {
+    const notes = [...document.querySelectorAll(".note")].map((note) => note.getBoundingClientRect());
+    const others = [...document.querySelectorAll("button, select")].filter((one) => one.checkVisibility() && !one.closest(".note"));
+    const lies_over = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+    return others.filter((one) => notes.some((note) => lies_over(note, one.getBoundingClientRect()))).map(({ textContent }) => textContent);
+  });
+  assert.deepEqual(covered, []);
   await node(page, "BatteryLevelAbove30").click();
   await page.locator("#design-port-threshold").fill("35");
   await page.keyboard.press("Enter");

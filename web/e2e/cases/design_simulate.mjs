@@ -50,8 +50,19 @@ test("a chart alone: an event with a form from the interface, back, an edit, and
   const file = join(folder, "skills/BatteryLevelAbove.scxml");
   writeFileSync(file, readFileSync(file, "utf8").replace('event="battery.getBatteryState.error error" target="failure"', 'event="battery.getBatteryState.error error" target="success"'));
   await in_states(page, ["success"]);
+  // What becomes active comes into view.
+  const in_view = () =>
+    page.locator('[data-testid=design-chart] [data-id="asking"]').evaluate((state) => {
+      const [inner, outer] = [state.getBoundingClientRect(), state.closest("svg").getBoundingClientRect()];
+      return inner.left >= outer.left - 1 && inner.right <= outer.right + 1 && inner.top >= outer.top - 1 && inner.bottom <= outer.bottom + 1;
+    });
+  const picture = await page.getByTestId("design-chart").boundingBox();
+  await page.mouse.move(picture.x + 4, picture.y + picture.height - 4);
+  for (let i = 0; i < 20 && (await in_view()); i += 1) await page.mouse.wheel(0, -100);
+  assert.equal(await in_view(), false);
   await page.getByRole("button", { name: "Begin again" }).click();
   await in_states(page, ["asking"]);
+  await until(in_view, "the state is in view");
   await close();
   await program.stop();
 });

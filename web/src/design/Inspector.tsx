@@ -19,7 +19,7 @@ export function Inspector() {
   if (tree && nodes.length > 1) return <NodesForm nodes={nodes} tree={tree} />;
   if (!node || !tree) {
     return (
-      <div className="inspector-empty muted">
+      <div className="inspector-empty muted scroll" tabIndex={0}>
         {tree && <TreeForm key={tree.id} tree={tree} />}
         <p>Choose a node to see its ports.</p>
         <dl className="keys">
@@ -31,7 +31,7 @@ export function Inspector() {
           <Key keys="E" what="as a tree of its own / back" />
           <Key keys="D" what="another one behind it" />
           <Key keys="S" what="disable / enable" />
-          <Key keys="Shift" what="with a click, arrow, or a band on the floor: several" />
+          <Key keys="Shift" what="several: click, arrow, band" />
           <Key keys="Ctrl A" what="choose all" />
           <Key keys="Ctrl C X V" what="copy, cut, paste" />
           <Key keys="F2" what="rename" />
