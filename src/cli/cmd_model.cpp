@@ -41,6 +41,7 @@ std::optional<project::Project> project_of(const ModelCommand& command) {
       return std::move(project.value);
   }
   say(problems);
+  if (has_errors(problems)) return std::nullopt;
   project::Project alone;
   alone.folder = is_folder ? file : folder;
   alone.file = (alone.folder / "sentree.yaml").lexically_normal().string();

@@ -262,8 +262,8 @@ class RealTime : public ::testing::Test {
     return "";
   }
 
-  // The same from the last moment before `moment` at which the run was at rest. Nothing: there is none.
-  std::optional<std::string> judge_at(TimePoint moment, const std::vector<Message>& messages) {
+  // The same from the last moment before `moment` at which the run was at rest, or from the beginning.
+  std::string judge_at(TimePoint moment, const std::vector<Message>& messages) {
     Deliveries then;
     Deliveries now;
     std::uint64_t first = 0;
@@ -275,7 +275,7 @@ class RealTime : public ::testing::Test {
     });
     const auto report = replay_again(std::move(options));
     if (!report) return to_string(report.error());
-    if (!report->restored) return std::nullopt;
+    restored_ += report->restored.has_value();
     EXPECT_TRUE(report->moment.has_value());
     // What the machine has done by then takes no time in a replay.
     for (const Message& message : messages) {
@@ -287,7 +287,6 @@ class RealTime : public ::testing::Test {
 
   void judge_moments(bool durable) {
     NoisyProject project;
-    std::size_t restored = 0;
     std::size_t moments = 0;
     for (const std::uint64_t seed : seeds(kScenarios / 2)) {
       std::vector<Message> messages;
@@ -297,21 +296,24 @@ class RealTime : public ::testing::Test {
       if (durable && error.find("answer each other for ever") != std::string::npos) continue;
       ASSERT_EQ(error, "");
       Rng rng(seed);
-      for (int i = 0; i < 4; ++i, ++moments) {
-        const TimePoint moment(std::chrono::milliseconds(6000 + rng.below(6800)));
-        const auto found = judge_at(moment, messages);
-        if (!found) continue;
-        ++restored;
-        EXPECT_EQ(*found, "") << "seed " << seed << ", at " << moment.time_since_epoch().count() << " ns";
-      }
+      const auto expect_same = [&](std::uint64_t from_ms, std::uint64_t ms) {
+        const TimePoint moment(std::chrono::milliseconds(from_ms + rng.below(ms)));
+        EXPECT_EQ(judge_at(moment, messages), "")
+            << "seed " << seed << ", at " << moment.time_since_epoch().count() << " ns";
+      };
+      for (int i = 0; i < 4; ++i, ++moments) expect_same(6000, 6800);
+      const std::size_t later = restored_;
+      expect_same(500, 3000);
+      EXPECT_EQ(restored_, later) << "there is a snapshot before";
     }
     // Of some something is always on its way.
-    EXPECT_GT(restored, moments / 2);
+    EXPECT_GT(restored_, moments / 2);
   }
 
   const TemporaryFolder folder_{"real-time"};
   const std::string recording_ = (folder_.path() / "run.mcap").string();
   std::vector<Difference> differences_;  // in the replay that was judged last
+  std::size_t restored_ = 0;             // moments that were gone to from a snapshot
 };
 
 TEST_F(RealTime, ALeafThatNeverAnswersAgainIsPastItsBudgetInAReplayToo) {

@@ -144,12 +144,14 @@ Result<void> RecordedRun::each_of(std::string_view topic, const std::function<bo
   return read;
 }
 
-Result<std::vector<Message>> RecordedRun::observations() {
+Result<std::vector<Message>> RecordedRun::observations(TimePoint to) {
   std::vector<Message> all;
-  auto read = each([&](Message message) {
-    all.push_back(std::move(message));
-    return true;
-  });
+  auto read = each(
+      [&](Message message) {
+        all.push_back(std::move(message));
+        return true;
+      },
+      TimePoint{}, to);
   if (!read) return tl::unexpected(read.error());
   return all;
 }

@@ -41,7 +41,7 @@ class RecordedRun {
   /// All observations in order, until `take` returns false. Errors: record.*, json.*.
   [[nodiscard]] Result<void> each(const std::function<bool(Message)>& take, TimePoint from = TimePoint{},
                                   TimePoint to = kNever);
-  [[nodiscard]] Result<std::vector<Message>> observations();
+  [[nodiscard]] Result<std::vector<Message>> observations(TimePoint to = kNever);
 
   /// The last snapshot that was taken at `time` or before it, with its time; nothing if there is none.
   struct Snapshot {

@@ -96,7 +96,7 @@ class Replay {
         return fail("replay.after-end", fmt::format("at that moment the run was over: it ended at {} s",
                                                     shortest_decimal(seconds(recorded_.ended()))));
     }
-    if (!can_restore()) return run_recorded(std::nullopt);
+    if (!can_restore()) return run_recorded(std::nullopt, kNever);
     return recorded_.is_virtual() ? run_restored() : run_from_rest();
   }
 
@@ -105,11 +105,11 @@ class Replay {
     const TimePoint known = add_saturating(moment(), options_.go_on_at ? longest_answer() : kSnapshotPeriod);
     auto from = at_rest_before(recorded_, plan_, moment(), known);
     if (!from) return tl::unexpected(from.error());
-    return run_recorded(std::move(*from));
+    return run_recorded(std::move(*from), known);
   }
 
-  // The recorded messages are executed again: from there on, or from the beginning.
-  Result<ReplayReport> run_recorded(std::optional<AtRest> at_rest) {
+  // The recorded messages are executed again: from there on, or from the beginning; and those until `known` are.
+  Result<ReplayReport> run_recorded(std::optional<AtRest> at_rest, TimePoint known) {
     if (options_.go_on_at && !plan_.world) {
       return fail("replay.no-simulator",
                   "from a moment on it is the simulated robot that answers, and the project has none: what its models "
@@ -117,7 +117,8 @@ class Replay {
                   "virtual time gone on with from any moment if its project is unchanged");
     }
     if (auto adapted = adapt(); !adapted) return tl::unexpected(adapted.error());
-    auto messages = at_rest ? Result<std::vector<Message>>(std::move(at_rest->messages)) : recorded_.observations();
+    auto messages =
+        at_rest ? Result<std::vector<Message>>(std::move(at_rest->messages)) : recorded_.observations(known);
     if (!messages) return tl::unexpected(messages.error());
     for (Message& message : *messages) restore_numbers(plan_, message);
     remember(*messages, at_rest ? Arrivals::From::kMiddle : Arrivals::From::kBeginning);

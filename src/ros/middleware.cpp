@@ -611,7 +611,8 @@ class Watching final : public rpc::Opened {
       if (!kind.empty()) return listen(kind);
       lock.lock();
       if (!std::exchange(told, told || SteadyClock::now() > patience) && told && problem_)
-        problem_(fmt::format("nobody publishes on {} yet, in domain {}", address_.name, node_->domain()));
+        problem_(fmt::format("nobody publishes on {} yet, in domain {}{}", address_.name, node_->domain(),
+                             near_names(*node_, address_.name, "topic", "")));
       changed_.wait_for(lock, kLook, [&] { return stopped_; });
     }
   }
