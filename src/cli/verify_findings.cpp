@@ -285,6 +285,9 @@ class Telling {
     if (judgement.can_stay_open) out += told_open(judgement);
     if (judgement.least)
       out += "\n  violated with probability " + verify::to_string(*judgement.least, *judgement.greatest);
+    else if (judgement.improbable_states && judgement.finding == verify::Finding::kRefuted)
+      out += fmt::format("\n  with what probability was not worked out, of more than {} states; --runs estimates it",
+                         *judgement.improbable_states);
     return out;
   }
 

@@ -50,7 +50,7 @@ class Judge {
       constexpr std::uint32_t kLooksOften = 1024;
       if (at % kLooksOften != kLooksOften - 1) continue;
       if (options_.interrupted && options_.interrupted())
-        out_.limit = "given up while it was judged";
+        out_.limit = "interrupted, or out of time (--time), while it was judged";
       else if (takes_too_much())
         out_.limit = too_much();
       all = out_.limit.empty();
@@ -112,7 +112,11 @@ class Judge {
         model_.origin() != nullptr ? "number" : "fewer values in its chart");
   }
 
-  [[nodiscard]] bool wants_all() const { return options_.probabilities && graph_.probabilistic && graph_.complete; }
+  [[nodiscard]] bool wants_all() {
+    if (!options_.probabilities || !graph_.probabilistic || !graph_.complete) return false;
+    if (pairs_.size() > options_.probable_states) out_.improbable_states = options_.probable_states;
+    return !out_.improbable_states;
+  }
 
   std::pair<std::uint32_t, bool> add(Pair pair) {
     const std::uint64_t key = (std::uint64_t{pair.node} << 32U) | pair.core;

@@ -53,9 +53,11 @@ struct Judgement {
     double high = 1;
   };
   /// That it is ever violated, over all ways in which what is left open without a probability may be chosen; alike if
-  /// nothing is. Nothing: nothing is drawn, or not everything was explored.
+  /// nothing is. Nothing: nothing is drawn, not everything was explored, or `improbable_states` says why.
   std::optional<Probability> least;
   std::optional<Probability> greatest;
+  /// So many states together with the mission's were too many for a probability (`JudgeOptions::probable_states`).
+  std::optional<std::uint64_t> improbable_states;
   std::string error;  ///< It could not be judged.
   std::string limit;  ///< Why judging ended before it was known; empty: it did not.
 };
@@ -73,6 +75,9 @@ struct JudgeOptions {
   std::vector<std::string> fair;
   bool all_fair = false;  ///< Also those without a name, each by where it stands.
   bool probabilities = true;
+  /// Of a requirement with more states than these, together with the mission's, no probability is worked out: it takes
+  /// a multiple of the time in which it is refuted.
+  std::uint64_t probable_states = 1'000'000;
   bool vacuity = true;                ///< Of what holds, whether anything puts it to the test.
   std::function<bool()> interrupted;  ///< What is not decided then stays unknown; may be empty.
   /// Bytes that all requirements that are judged at a time may take together, about; likewise.

@@ -248,6 +248,15 @@ TEST_F(Verify, GivesWhatIsRareAsPrecisely) {
   ASSERT_TRUE(found.judgements.front().least);
   EXPECT_NEAR(found.judgements.front().least->low, 1e-10, 1e-19);
   EXPECT_NEAR(found.judgements.front().greatest->high, 1e-10, 1e-19);
+  EXPECT_FALSE(found.judgements.front().improbable_states);
+  // Of more states than one wants to wait for it is told that it was left out; the verdict is as before.
+  Asked hurried;
+  hurried.judge.probable_states = 3;
+  const Verification known = verify(plan(), hurried);
+  EXPECT_EQ(known.judgements.front().finding, Finding::kRefuted);
+  EXPECT_EQ(known.judgements.front().at, found.judgements.front().at);
+  EXPECT_FALSE(known.judgements.front().least);
+  EXPECT_EQ(known.judgements.front().improbable_states, 3U);
 }
 
 // Nobody has to come to a choice that is said to be fair.
