@@ -63,8 +63,8 @@ class ChartReader {
         const auto written = written_.find(id);
         type = written == written_.end() ? ExpressionType() : written->second;
         if (!is_text(id)) continue;
-        const ExpressionType text = of(DataType{.kind = TypeKind::kText, .name = "text"});
-        written == written_.end() ? type = text : join(type, text);
+        if (written == written_.end()) type.open = false;
+        join(type, of(DataType{.kind = TypeKind::kText, .name = "text"}));
       }
     }
     visit_all(&out_);
