@@ -265,7 +265,7 @@ Result<Settings> read_settings(const std::filesystem::path& folder) {
   for (const auto& [key, name] : {std::pair(kProjectFrom, &out.project), std::pair(kVaryFrom, &out.vary)}) {
     std::error_code error;
     const Value from = member(key);
-    if (from.text().empty()) continue;
+    if (from.text().empty() || (std::filesystem::path(*name).is_absolute() && is_project(*name))) continue;
     const std::filesystem::path there = (folder / from.text()).lexically_normal();
     if (is_project(there)) *name = std::filesystem::proximate(there, error).string();
   }

@@ -226,10 +226,14 @@ TEST_F(Campaign, SettingsAreReadFromAnyFolder) {
   std::filesystem::create_directories("else/where");
   std::filesystem::current_path("else/where");
   const auto read = read_settings("../../there");
+  const Settings absolute = settings(*one, 1);
+  const bool ran_again = run_campaign(*one, absolute, {.jobs = 1, .folder = out("again")}).has_value();
+  const auto again = read_settings("../../again");
   std::filesystem::rename("../../there", "moved");
   const auto moved = read_settings("moved");
   std::filesystem::current_path(before);
-  ASSERT_TRUE(ran && read && moved);
+  ASSERT_TRUE(ran && read && moved && ran_again && again);
+  EXPECT_EQ(again->vary, absolute.vary);
   EXPECT_THAT((std::vector{read->project, read->vary}), ElementsAre("../..", "../../campaign.yaml"));
   EXPECT_THAT((std::vector{moved->project, moved->vary}), ElementsAre(".", "campaign.yaml"));
 }
