@@ -856,6 +856,7 @@ cp -r "$source/examples/minimal" "$work/nobody" && sed -i '/^world:/d; s|at: sim
 expect 0 'any reply   battery.getBatteryState.percentage: 0, 0.2, 1' "$sentree" verify "$work/nobody"
 sed -i 's|, *at: tcp[^}]*||' "$work/nobody/sentree.yaml"
 expect 0 'any reply   battery.getBatteryState.percentage: 0, 0.2, 1' "$sentree" verify "$work/nobody"
+expect 4 'cannot be written' "$sentree" verify "$work/nobody" --out "$work/nobody/sentree.yaml"
 # Without a model anything may be answered, and another order than that of virtual time is run again.
 cp -r "$source/examples/minimal" "$work/unmodelled"
 expect 0 'leaves_charged +holds ' "$sentree" verify "$work/unmodelled"
@@ -902,6 +903,25 @@ cmp "$work/whole.csv" "$work/merged/runs.csv" && cmp "$work/whole.json" "$work/m
   failures=$((failures + 1))
 expect 1 'never_empty +violated' "$sentree" campaign merge "$work"/parts/shard-* --no-shrink --out "$work/unshrunk"
 cmp "$work/whole.csv" "$work/unshrunk/runs.csv" && [[ ! -e $work/unshrunk/never_empty.yaml ]] || failures=$((failures + 1))
+# The least scenario of an earlier campaign goes with its report; a shard is not written over; the project is found from elsewhere.
+[[ -e $work/merged/never_empty.yaml ]] || failures=$((failures + 1))
+expect 1 'never_empty +violated' "$sentree" campaign merge "$work"/parts/shard-* --no-shrink --out "$work/merged"
+[[ ! -e $work/merged/never_empty.yaml ]] || failures=$((failures + 1))
+shard=$(echo "$work"/parts/shard-1*)
+cp "$shard/runs.csv" "$work/shard.csv"
+expect 3 'is one of the shards.*--out names another folder' "$sentree" campaign merge "$work"/parts/shard-* --out "$shard"
+cmp "$work/shard.csv" "$shard/runs.csv" || failures=$((failures + 1))
+expect 0 'shard 1 of 2' bash -c "cd '$work/varied' && '$sentree' campaign . -n 2 --shard 1/2"
+expect 1 'of this campaign|runs' bash -c "cd / && '$sentree' campaign merge '$work/varied/campaign/shard-1-of-2' --no-shrink --out '$work/from-elsewhere'"
+cp -r "$work/varied/campaign/shard-1-of-2" "$work/moved-away"
+expect 3 'its project "." is not there.*beside its project' bash -c "cd / && '$sentree' campaign merge '$work/moved-away'"
+# One campaign at a time, and room for it.
+exec 9>"$work/unshrunk/.lock" && flock 9 && echo 'somebody (process 1)' >&9
+expect 4 'somebody .process 1. is at work there' "$sentree" campaign "$work/varied" -n 2 --out "$work/unshrunk"
+expect 4 'somebody .process 1. is at work there' "$sentree" campaign "$work/varied" --resume --out "$work/unshrunk"
+exec 9>&-
+mkdir -p "$work/full" && ln -sf /dev/full "$work/full/runs.csv"
+expect 4 'runs.csv: cannot be written: No space left on device; .*--resume goes on' "$sentree" campaign "$work/varied" -n 2 --out "$work/full"
 expect 1 'mission SUCCESS < 1 %: REFUTED after [0-9]+ runs' "$sentree" campaign "$work/varied" --no-shrink --out "$work/expected" \
   --confidence '90 %' --expect 'mission SUCCESS < 1 %'
 expect 2 'did you mean "never_empty"' "$sentree" campaign "$work/varied" --expect 'never_emty violated < 1e-3'

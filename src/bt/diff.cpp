@@ -49,11 +49,17 @@ text::XmlMeaning meaning() {
   };
 }
 
+/// Another of one name.
+void add_part(std::map<std::string, XmlElement>& found, std::string name, const XmlElement& element) {
+  std::string own = name;
+  for (std::size_t number = 2; !found.emplace(own, element).second; ++number) own = fmt::format("{} #{}", name, number);
+}
+
 /// Children of the root that have an ID of their own: trees by ID, models together.
 std::map<std::string, XmlElement> parts(const XmlElement& root, std::string_view tag) {
   std::map<std::string, XmlElement> found;
   for (XmlElement e = root.first_child(); e; e = e.next_sibling()) {
-    if (e.name() == tag) found.emplace(std::string(e.attribute("ID").value_or(e.attribute("path").value_or(""))), e);
+    if (e.name() == tag) add_part(found, std::string(e.attribute("ID").value_or(e.attribute("path").value_or(""))), e);
   }
   return found;
 }
@@ -62,7 +68,7 @@ std::map<std::string, XmlElement> model_parts(const XmlElement& root) {
   std::map<std::string, XmlElement> found;
   const XmlElement models = root.child("TreeNodesModel");
   for (XmlElement e = models ? models.first_child() : XmlElement(); e; e = e.next_sibling()) {
-    found.emplace(std::string(e.attribute("ID").value_or("")), e);
+    add_part(found, std::string(e.attribute("ID").value_or("")), e);
   }
   return found;
 }

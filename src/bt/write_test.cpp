@@ -100,6 +100,16 @@ TEST(Diff, CountsEachCopyOnce) {
                   "added M/Sequence/A: A added", "moved M/Sequence/Inverter/A: moved here from M/Sequence/Fallback/A"));
 }
 
+TEST(Diff, SeesASecondTreeOfTheSameName) {
+  const std::string one = R"(<BehaviorTree ID="A"><AlwaysSuccess/></BehaviorTree>)";
+  const std::string other = R"(<BehaviorTree ID="A"><AlwaysFailure/></BehaviorTree>)";
+  const auto found = diff("<root>" + one + "</root>", "<root>" + one + other + "</root>");
+  ASSERT_TRUE(found);
+  ASSERT_EQ(found->size(), 1U);
+  EXPECT_EQ(found->front().path, "A #2");
+  EXPECT_EQ(diff("<root>" + one + other + "</root>", "<root>" + one + one + "</root>")->size(), 2U);
+}
+
 TEST(Diff, RefusesWhatIsNoTree) { EXPECT_EQ(diff("<root/>", "<scxml/>").error().code, "bt.not-a-tree"); }
 
 TEST(WithAttribute, ChangesOnePlaceOfTheFile) {
@@ -119,6 +129,14 @@ TEST(WithModels, AddsAndReplacesModelsAndKeepsTheRest) {
   EXPECT_THAT(changed, HasSubstr("<!-- first -->"));
   EXPECT_THAT(changed, HasSubstr("<Action ID=\"GoTo\">"));
   EXPECT_TRUE(load(changed).ok());
+}
+
+TEST(WithModels, EndsLinesAsTheFileDoes) {
+  const NodeModel model{"Go", Category::kAction, {input("to")}, {}};
+  const auto made = with_models("<root BTCPP_format=\"4\">\r\n</root>\r\n", {model});
+  ASSERT_TRUE(made);
+  for (std::size_t at = made->find('\n'); at != std::string::npos; at = made->find('\n', at + 1))
+    EXPECT_EQ((*made)[at - 1], '\r') << *made;
 }
 
 TEST(WithModels, LeavesWhatSaysTheSameByteForByte) {

@@ -1,11 +1,16 @@
 #include "sentree/campaign/campaign.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
+#include <system_error>
 #include <utility>
 
+#include "sentree/base/write_all.h"
 #include "sentree/campaign/detail/pool.h"
 #include "sentree/campaign/detail/shrink.h"
 #include "sentree/text/file.h"
@@ -17,6 +22,8 @@ namespace {
 
 // Runs that may be done before an earlier one is.
 constexpr std::uint64_t kRowsAheadMax = 4096;
+// In the description of a least scenario.
+constexpr const char* kLeastOf = ": the least of run ";
 
 Diagnostic changed(const std::filesystem::path& folder, const std::string& what) {
   return {Severity::kError,
@@ -52,9 +59,12 @@ class Table {
     if (!std::getline(in_, line) || in_.eof()) return std::nullopt;
     auto row = parse_csv_line(line, requirements_);
     if (!row) {
-      row.error().message = fmt::format("{}: {}", file_.string(), row.error().message);
+      row.error().message +=
+          "; leave out the rows from there on, and --resume runs them again (a merge tells them as lost)";
+      row.error().span = {file_.string(), line_};
       return tl::unexpected(row.error());
     }
+    ++line_;
     size_ += line.size() + 1;
     return std::optional(std::move(*row));
   }
@@ -65,6 +75,57 @@ class Table {
   std::ifstream in_;
   bool good_ = false;
   std::uint64_t size_ = 0;
+  int line_ = 2;  // of the next row
+};
+
+// The table as it is written. What is told of the first failure is why.
+class TableFile {
+ public:
+  TableFile(std::filesystem::path path, bool begins) : path_(std::move(path)) {
+    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (begins ? O_TRUNC : O_APPEND), 0666);
+    if (descriptor_ < 0) errno_ = errno;
+  }
+  ~TableFile() { close(); }
+  TableFile(const TableFile&) = delete;
+  TableFile& operator=(const TableFile&) = delete;
+
+  void write(std::string_view text) {
+    rows_ += text;
+    if (rows_.size() >= kRowsMax) flush();
+  }
+  void flush() {
+    if (is_good() && !write_all(descriptor_, rows_)) errno_ = errno;
+    rows_.clear();
+  }
+  /// On NFS a full disk may show only now.
+  void close() {
+    if (descriptor_ >= 0 && ::close(std::exchange(descriptor_, -1)) != 0 && errno_ == 0) errno_ = errno;
+  }
+  void rename(const std::filesystem::path& as) {
+    if (std::rename(path_.c_str(), as.c_str()) != 0) errno_ = errno;
+  }
+  [[nodiscard]] bool is_good() const { return errno_ == 0; }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] tl::unexpected<Diagnostic> failure(const std::string& what_now) const {
+    return fail("file.unwritable",
+                fmt::format("cannot be written: {}; {}", std::generic_category().message(errno_), what_now),
+                SourceSpan{path_.string()});
+  }
+
+ private:
+  static constexpr std::size_t kRowsMax = 1U << 16U;
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  int errno_ = 0;
+  std::string rows_;
+};
+
+struct Removed {
+  std::filesystem::path path;
+  ~Removed() {
+    std::error_code error;
+    std::filesystem::remove(path, error);
+  }
 };
 
 std::string header_of(const Runner& runner) { return csv_header(runner.requirements(), runner.factor_names()); }
@@ -161,6 +222,32 @@ Value to_value(const Settings& settings) {
       {"files", fmt::format("{:016x}", settings.identity)}};
 }
 
+namespace {
+
+constexpr const char* kProjectFrom = "project_from_here";
+constexpr const char* kVaryFrom = "vary_from_here";
+
+// A project, or what is varied, may be a file or a folder.
+bool is_project(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error) || std::filesystem::exists(path / "sentree.yaml", error);
+}
+
+// Beside the names as they were given, those that hold wherever somebody works: from the folder on.
+Result<void> write_settings(const Settings& settings, const std::filesystem::path& folder) {
+  Value value = to_value(settings);
+  const auto note = [&](const char* key, const std::string& name) {
+    std::error_code error;
+    const auto from = std::filesystem::relative(name, folder, error);
+    if (!name.empty() && !error && !from.empty()) (*value.as_map())[key] = from.generic_string();
+  };
+  note(kProjectFrom, settings.project);
+  note(kVaryFrom, settings.vary);
+  return text::write_file(folder / kSettingsName, to_json(value) + "\n");
+}
+
+}  // namespace
+
 Result<Settings> read_settings(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / kSettingsName;
   const auto source = text::read_file(file);
@@ -174,6 +261,14 @@ Result<Settings> read_settings(const std::filesystem::path& folder) {
   Settings out;
   out.project = std::string(member("project").text());
   out.vary = std::string(member("vary").text());
+  // The folder may have been moved away from its project, and then the names are as good as the present folder.
+  for (const auto& [key, name] : {std::pair(kProjectFrom, &out.project), std::pair(kVaryFrom, &out.vary)}) {
+    std::error_code error;
+    const Value from = member(key);
+    if (from.text().empty() || (std::filesystem::path(*name).is_absolute() && is_project(*name))) continue;
+    const std::filesystem::path there = (folder / from.text()).lexically_normal();
+    if (is_project(there)) *name = std::filesystem::proximate(there, error).string();
+  }
   out.asked.seed = static_cast<std::uint64_t>(member("seed").number());
   out.asked.runs = static_cast<std::uint64_t>(member("runs").number());
   out.asked.confidence = member("confidence").number();
@@ -216,10 +311,9 @@ class CampaignRun {
     } else if (auto free = look_for_other_shard(); !free) {
       return tl::unexpected(free.error());
     }
-    if (auto written = text::write_file(options_.folder / kSettingsName, to_json(to_value(settings_)) + "\n"); !written)
-      return tl::unexpected(written.error());
-    out_.open(file_, begins_ ? std::ios::binary | std::ios::trunc : std::ios::binary | std::ios::app);
-    if (begins_) out_ << header_;
+    if (auto written = write_settings(settings_, options_.folder); !written) return tl::unexpected(written.error());
+    out_.emplace(file_, begins_);
+    if (begins_) out_->write(header_);
     next_run_ = next_row_;
     generation_end_ = settings_.asked.runs + 1;
     Search* const search = options_.search;
@@ -228,9 +322,13 @@ class CampaignRun {
       if (search != nullptr) generation_end_ = std::min(next_row_ + Search::kGeneration, settings_.asked.runs + 1);
       if (auto ran = run_pool(task); !ran) return tl::unexpected(ran.error());
       if (search != nullptr) search->end_generation();
-    } while (search != nullptr && out_ && !finished() && !is_interrupted());
-    out_.flush();
-    if (!out_) return fail("file.unwritable", file_.string() + " cannot be written; the runs before are kept");
+    } while (search != nullptr && out_->is_good() && !finished() && !is_interrupted());
+    out_->flush();
+    out_->close();
+    if (!out_->is_good()) {
+      return out_->failure(search != nullptr ? "the runs before are kept"
+                                             : "the runs before are kept, and --resume goes on behind them");
+    }
     if (options_.on_progress) options_.on_progress(progress_);
     return std::move(summary_);
   }
@@ -313,9 +411,9 @@ class CampaignRun {
       put(run, {csv_line(row, texts(runner_.drawing().levels(seeds_of(run, row.seed)))), {}});
     };
     task.goes_on = [this] {
-      out_.flush();
+      out_->flush();
       if (options_.on_progress) options_.on_progress(progress_);
-      return static_cast<bool>(out_) && !finished() && !is_interrupted();
+      return out_->is_good() && !finished() && !is_interrupted();
     };
     return task;
   }
@@ -327,7 +425,7 @@ class CampaignRun {
       std::string_view text = next.line;
       text.remove_suffix(1);
       const auto row = parse_csv_line(text, runner_.requirements().size());
-      out_ << next.line;
+      out_->write(next.line);
       ++progress_.fresh;
       take(row ? *row : Row{.run = at->first, .seed = seed_of(settings_.asked.seed, at->first)});
       if (options_.coverage != nullptr) options_.coverage->reach(next.reached);
@@ -365,7 +463,7 @@ class CampaignRun {
   const bool judges_ = settings_.shard.count == 1;
   Summary summary_;
   Progress progress_;
-  std::ofstream out_;
+  std::optional<TableFile> out_;
   bool begins_ = true;                    // the table
   std::map<std::uint64_t, Early> early_;  // by run
   std::uint64_t next_row_;
@@ -397,7 +495,13 @@ Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
     source.row = std::move(*row);
     return {};
   };
+  std::error_code error;
   for (const auto& shard : shards) {
+    if (std::filesystem::equivalent(shard, folder, error)) {
+      return fail("campaign.other-shard",
+                  fmt::format("{} is one of the shards, whose runs would be written over; --out names another folder",
+                              shard.string()));
+    }
     const auto other = read_settings(shard);
     if (!other) return tl::unexpected(other.error());
     if (!same_campaign(*other, settings))
@@ -414,8 +518,10 @@ Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
     if (auto first = advance(sources.back()); !first) return tl::unexpected(first.error());
   }
   Summary summary = empty_summary(runner, merged.asked);
-  std::ofstream out(folder / kTableName, std::ios::binary | std::ios::trunc);
-  out << header;
+  // What is there stays until the table is whole.
+  TableFile out(folder / (std::string(kTableName) + ".part"), true);
+  const Removed unless_whole{out.path()};
+  out.write(header);
   for (std::uint64_t run = 1; run <= merged.asked.runs && !summary.done(); ++run) {
     Row row;
     row.run = run;
@@ -433,13 +539,14 @@ Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
         row.reason = fmt::format("{} was asked for {} runs only", source.folder.string(), of.asked.runs);
     }
     const auto levels = runner.drawing().levels(row.seed);
-    out << csv_line(row, texts(levels));
+    out.write(csv_line(row, texts(levels)));
     summary.add(row, levels);
   }
   out.flush();
-  if (!out) return fail("file.unwritable", (folder / kTableName).string() + " cannot be written");
-  if (auto written = text::write_file(folder / kSettingsName, to_json(to_value(merged)) + "\n"); !written)
-    return tl::unexpected(written.error());
+  out.close();
+  if (out.is_good()) out.rename(folder / kTableName);
+  if (!out.is_good()) return out.failure("the shards are as they were");
+  if (auto written = write_settings(merged, folder); !written) return tl::unexpected(written.error());
   return summary;
 }
 
@@ -469,8 +576,8 @@ Result<std::map<std::string, std::string>> write_least(Runner& runner, const Sum
         runner, seeds != nullptr ? runner.drawing().draw(*seeds) : runner.drawing().draw(of.first_seed), of.name);
     if (!least) return std::string();
     const std::string about =
-        fmt::format("{}: the least of run {} (seed {})",
-                    of.name == "mission" ? "the mission fails" : of.name + " is violated", of.first_run, of.first_seed);
+        fmt::format("{}{}{} (seed {})", of.name == "mission" ? "the mission fails" : of.name + " is violated", kLeastOf,
+                    of.first_run, of.first_seed);
     return least_text(runner, *least, about, error ? std::string() : project.generic_string());
   };
   task.spoilt = [&] { return runner.spoilt(); };
@@ -487,6 +594,27 @@ Result<std::map<std::string, std::string>> write_least(Runner& runner, const Sum
   if (auto ran = run_pool(task); !ran) return tl::unexpected(ran.error());
   if (unwritten) return tl::unexpected(*unwritten);
   return files;
+}
+
+Result<void> take_away_least(const std::filesystem::path& folder, const std::map<std::string, std::string>& kept) {
+  std::error_code error;
+  const auto result = text::read_file(folder / kResultName);
+  const auto before = result ? text::parse_json(*result) : Result<Value>(Value());
+  const Value* const least = before ? before->find("least") : nullptr;
+  const Map* const files = least != nullptr ? least->as_map() : nullptr;
+  if (files == nullptr) return {};
+  const auto written = std::filesystem::last_write_time(folder / kResultName, error);
+  for (const auto& [name, file] : *files) {
+    const std::filesystem::path path = folder / file.text();
+    // Nobody else's: named as one of a requirement, worded as one, and not edited since.
+    if (kept.contains(name) || file.text() != name + ".yaml" || name.find('/') != std::string::npos ||
+        std::filesystem::last_write_time(path, error) > written || error ||
+        text::read_file(path).value_or("").find(kLeastOf) == std::string::npos)
+      continue;
+    if (!std::filesystem::remove(path, error) && error)
+      return fail("file.unwritable", "cannot be taken away: " + error.message(), SourceSpan{path.string()});
+  }
+  return {};
 }
 
 }  // namespace sentree::campaign

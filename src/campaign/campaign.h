@@ -29,7 +29,8 @@ struct Settings {
   std::uint64_t identity = 0;  ///< Of the files.
 };
 [[nodiscard]] Value to_value(const Settings& settings);
-/// Error: campaign.settings.
+/// Of the folder that a campaign wrote them into: the project and what is varied are named so that they are found from
+/// the present folder, if they are still where they were beside it. Error: campaign.settings.
 [[nodiscard]] Result<Settings> read_settings(const std::filesystem::path& folder);
 
 /// What is asked of a campaign that is gone on with; nothing: what was asked before.
@@ -47,6 +48,7 @@ struct AskedAgain {
 
 inline constexpr const char* kTableName = "runs.csv";
 inline constexpr const char* kSettingsName = "campaign.json";
+inline constexpr const char* kResultName = "result.json";
 
 struct Progress {
   std::uint64_t done = 0;   ///< Runs, those of a table that is gone on with among them.
@@ -72,9 +74,9 @@ struct CampaignOptions {
 /// Errors: campaign.process, campaign.table, campaign.settings, campaign.changed, file.*.
 [[nodiscard]] Result<Summary> run_campaign(Runner& runner, const Settings& settings, const CampaignOptions& options);
 
-/// The result of tables in several folders, shards of one campaign, and one table of all into `folder`. Runs that none
-/// of them has are lost; there are as many as most were asked for.
-/// Errors: as `run_campaign`.
+/// The result of tables in several folders, shards of one campaign, and one table of all into `folder`, which is none
+/// of them and keeps what it has until the table is whole. Runs that no shard has are lost; there are as many as most
+/// were asked for. Errors: as `run_campaign`; campaign.other-shard, if `folder` is one of them.
 [[nodiscard]] Result<Summary> merge_campaign(const Runner& runner, const Settings& settings,
                                              const std::vector<std::filesystem::path>& shards,
                                              const std::filesystem::path& folder);
@@ -84,5 +86,11 @@ struct CampaignOptions {
 /// Errors: campaign.process, file.*.
 [[nodiscard]] Result<std::map<std::string, std::string>> write_least(Runner& runner, const Summary& summary,
                                                                      const CampaignOptions& options);
+
+/// Takes away the least scenarios that the `kResultName` of the folder names, but for those `kept` by their names and
+/// those that somebody has edited.
+/// Error: file.unwritable.
+[[nodiscard]] Result<void> take_away_least(const std::filesystem::path& folder,
+                                           const std::map<std::string, std::string>& kept);
 
 }  // namespace sentree::campaign

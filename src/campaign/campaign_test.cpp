@@ -202,6 +202,20 @@ TEST_F(Campaign, OfShardsThatAreMergedIsTheSameAsInOne) {
   EXPECT_EQ(to_json(merged->to_value()), to_json(whole->to_value()));
   EXPECT_EQ(read(folder_.path() / "merged" / kTableName), read(folder_.path() / "whole" / kTableName));
 
+  // A shard's folder is not written over, nor is a table that was there before all shards are read.
+  const std::string shard = read(parts.front() / kTableName);
+  const auto into = merge_campaign(*one, asked, parts, parts.front() / ".");
+  ASSERT_FALSE(into);
+  EXPECT_THAT(into.error().message, HasSubstr("--out names another folder"));
+  EXPECT_EQ(read(parts.front() / kTableName), shard);
+  ASSERT_TRUE(text::write_file(parts.front() / kTableName, shard.substr(0, shard.size() / 2) + "\n1,2\n"));
+  const auto half = merge_campaign(*one, asked, parts, out("merged"));
+  ASSERT_FALSE(half);
+  EXPECT_THAT(to_string(half.error()), testing::MatchesRegex(".*part1/runs.csv:[0-9]+: .*leave out the rows.*"));
+  EXPECT_EQ(read(folder_.path() / "merged" / kTableName), read(folder_.path() / "whole" / kTableName));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "merged" / "runs.csv.part"));
+  ASSERT_TRUE(text::write_file(parts.front() / kTableName, shard));
+
   // Without one part its runs are lost, and told, and no others.
   parts.pop_back();
   const auto less = merge_campaign(*one, asked, parts, out("less"));
@@ -216,6 +230,67 @@ TEST_F(Campaign, OfShardsThatAreMergedIsTheSameAsInOne) {
     ASSERT_TRUE(torn) << to_string(torn.error());
     EXPECT_EQ(to_json(torn->to_value()), to_json(less->to_value()));
   }
+}
+
+TEST_F(Campaign, SettingsAreReadFromAnyFolder) {
+  usual();
+  const auto one = runner();
+  ASSERT_TRUE(one);
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder_.path());
+  Settings asked = settings(*one, 1);
+  asked.project = ".";
+  asked.vary = "campaign.yaml";
+  const bool ran = run_campaign(*one, asked, {.jobs = 1, .folder = out("there")}).has_value();
+  std::filesystem::create_directories("else/where");
+  std::filesystem::current_path("else/where");
+  const auto read = read_settings("../../there");
+  const Settings absolute = settings(*one, 1);
+  const bool ran_again = run_campaign(*one, absolute, {.jobs = 1, .folder = out("again")}).has_value();
+  const auto again = read_settings("../../again");
+  std::filesystem::rename("../../there", "moved");
+  const auto moved = read_settings("moved");
+  std::filesystem::current_path(before);
+  ASSERT_TRUE(ran && read && moved && ran_again && again);
+  EXPECT_EQ(again->vary, absolute.vary);
+  EXPECT_THAT((std::vector{read->project, read->vary}), ElementsAre("../..", "../../campaign.yaml"));
+  EXPECT_THAT((std::vector{moved->project, moved->vary}), ElementsAre(".", "campaign.yaml"));
+}
+
+TEST_F(Campaign, TakesAwayLeastScenariosOfAnEarlierOneOnly) {
+  const auto folder = out("campaign");
+  const auto path = [&](const char* name) { return folder / name; };
+  for (const char* name : {"gone.yaml", "kept.yaml", "edited.yaml", "unlisted.yaml"})
+    ASSERT_TRUE(text::write_file(path(name), "description: \"x is violated: the least of run 3 (seed 4)\"\n"));
+  ASSERT_TRUE(text::write_file(path("mine.yaml"), "description: mine\n"));
+  ASSERT_TRUE(text::write_file(path(kResultName),
+                               R"({"least": {"gone": "gone.yaml", "kept": "kept.yaml", "edited": "edited.yaml",
+                                   "mine": "mine.yaml", "unlisted": "../campaign/unlisted.yaml"}})"));
+  std::filesystem::last_write_time(path("edited.yaml"),
+                                   std::filesystem::last_write_time(path(kResultName)) + std::chrono::seconds(1));
+  ASSERT_TRUE(take_away_least(folder, {{"kept", "kept.yaml"}}));
+  for (const char* name : {"kept.yaml", "edited.yaml", "unlisted.yaml", "mine.yaml"})
+    EXPECT_TRUE(std::filesystem::exists(path(name))) << name;
+  EXPECT_FALSE(std::filesystem::exists(path("gone.yaml")));
+}
+
+TEST_F(Campaign, ThatLastsNoTimeIsRefused) {
+  vary("duration: 0 s\n");
+  EXPECT_THAT(problem(), HasSubstr("campaign.yaml:1:11: "));
+  EXPECT_THAT(problem(), HasSubstr("give more than 0 s"));
+}
+
+TEST_F(Campaign, OfAFullDiskSaysWhyAndHowToGoOn) {
+  usual();
+  const auto one = runner();
+  ASSERT_TRUE(one);
+  const auto folder = out("full");
+  std::filesystem::create_symlink("/dev/full", folder / kTableName);
+  const auto full = run_campaign(*one, settings(*one, 3), {.jobs = 1, .folder = folder});
+  ASSERT_FALSE(full);
+  EXPECT_EQ(full.error().code, "file.unwritable");
+  EXPECT_THAT(full.error().message, HasSubstr("No space left on device"));
+  EXPECT_THAT(full.error().message, HasSubstr("--resume goes on"));
 }
 
 TEST_F(Campaign, GoesOnFromATableThatEndsAnywhere) {
@@ -697,6 +772,27 @@ TEST(Pool, LosesOnlyWhatAChildDiedOf) {
   ASSERT_EQ(lost.size(), 12U);
   for (const auto& [what, why] : lost)
     EXPECT_THAT(why, HasSubstr(what % 10 == 7 ? "ended with signal 9 (Killed)" : "ended with exit code 5"));
+}
+
+TEST(Pool, EndsAChildThatIsStoppedAndThatNobodyLetsGoOn) {
+  std::uint64_t next = 0;
+  std::vector<std::uint64_t> done;
+  std::map<std::uint64_t, std::string> lost;
+  PoolTask task;
+  task.jobs = 2;
+  task.stopped_max = std::chrono::milliseconds(1);
+  task.next = [&]() -> std::optional<std::uint64_t> { return next < 9 ? std::optional(next++) : std::nullopt; };
+  task.work = [](std::uint64_t what) {
+    if (what == 4) raise(SIGSTOP);
+    return std::string();
+  };
+  task.done = [&](std::uint64_t what, const std::string&) { done.push_back(what); };
+  task.lost = [&](std::uint64_t what, std::string why) { lost[what] = std::move(why); };
+  task.goes_on = [] { return true; };
+  ASSERT_TRUE(run_pool(task));
+  EXPECT_THAT(done, testing::UnorderedElementsAre(0, 1, 2, 3, 5, 6, 7, 8));
+  ASSERT_THAT(lost, SizeIs(1));
+  EXPECT_THAT(lost[4], HasSubstr("was stopped for 0.001 s"));
 }
 
 TEST(Pool, GivesTheRestToAnotherWhenAChildIsSpoilt) {

@@ -10,7 +10,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <cstring>
 #include <deque>
+#include <optional>
+#include <string>
 #include <system_error>
 #include <vector>
 
@@ -64,6 +68,8 @@ bool read_all(int file, void* data, std::size_t size) {
 }
 
 class Pool {
+  using Clock = std::chrono::steady_clock;
+
  public:
   explicit Pool(const PoolTask& task) : task_(task) {}
   Pool(const Pool&) = delete;
@@ -85,10 +91,10 @@ class Pool {
       std::vector<pollfd> waiting;
       for (const Child& child : children_) waiting.push_back({child.out, POLLIN, 0});
       const int ready = poll(waiting.data(), waiting.size(), kWakeMs);
-      if (ready <= 0) continue;
-      for (std::size_t i = waiting.size(); i-- > 0;) {
+      for (std::size_t i = waiting.size(); ready > 0 && i-- > 0;) {
         if (waiting[i].revents != 0) take(i);
       }
+      end_stopped();
     }
   }
 
@@ -98,6 +104,8 @@ class Pool {
     int in = -1;   // what it is given
     int out = -1;  // what it answers
     std::deque<std::uint64_t> given;
+    std::string answers;  // not yet whole
+    std::optional<Clock::time_point> stopped_since;
   };
 
   std::optional<std::uint64_t> next() {
@@ -146,38 +154,65 @@ class Pool {
       serve(task_, to[0], from[1]);
     }
     ::close(to[0]), ::close(from[1]);
-    children_.push_back({.pid = pid, .in = to[1], .out = from[0], .given = {}});
+    children_.push_back({.pid = pid, .in = to[1], .out = from[0], .given = {}, .answers = {}, .stopped_since = {}});
     return {};
   }
 
+  // What a child has answered so far: it may be stopped in the midst of an answer.
   void take(std::size_t index) {
     Child& child = children_[index];
+    char octets[1 << 16];
+    const ssize_t got = ::read(child.out, octets, sizeof octets);
+    if (got < 0 && errno == EINTR) return;
+    if (got <= 0) return end(index, "its process ended with ");
+    child.answers.append(octets, static_cast<std::size_t>(got));
+    std::size_t at = 0;
     Answer answer{};
-    std::string text;
-    bool whole = read_all(child.out, &answer, sizeof answer);
-    if (whole) {
-      text.resize(answer.length);
-      whole = read_all(child.out, text.data(), text.size());
-    }
-    if (whole && !child.given.empty() && child.given.front() == answer.what) {
+    while (child.answers.size() - at >= sizeof answer) {
+      std::memcpy(&answer, child.answers.data() + at, sizeof answer);
+      if (child.answers.size() - at - sizeof answer < answer.length) break;
+      if (child.given.empty() || child.given.front() != answer.what) return end(index, "its process ended with ");
       child.given.pop_front();
-      task_.done(answer.what, std::move(text));
-      if (answer.is_last == 0) return;
-      end(index, false);
-    } else {
-      end(index, true);
+      task_.done(answer.what, child.answers.substr(at + sizeof answer, answer.length));
+      if (answer.is_last != 0) {
+        kill(child.pid, SIGKILL);
+        return end(index);
+      }
+      at += sizeof answer + answer.length;
+    }
+    child.answers.erase(0, at);
+  }
+
+  // Where all are stopped together (Ctrl-Z) this process is too, and sees them go on.
+  void end_stopped() {
+    const auto now = Clock::now();
+    if (now < next_look_) return;
+    next_look_ = now + std::chrono::milliseconds(kWakeMs);
+    for (std::size_t i = children_.size(); i-- > 0;) {
+      Child& child = children_[i];
+      siginfo_t change{};
+      if (waitid(P_PID, static_cast<id_t>(child.pid), &change, WSTOPPED | WNOHANG | WNOWAIT) != 0 ||
+          change.si_pid == 0) {
+        child.stopped_since.reset();
+        continue;
+      }
+      if (!child.stopped_since) child.stopped_since = now;
+      if (now - *child.stopped_since < task_.stopped_max) continue;
+      kill(child.pid, SIGKILL);
+      end(i, fmt::format("its process was stopped for {} s, and then ended with ",
+                         std::chrono::duration<double>(task_.stopped_max).count()));
     }
   }
 
-  // The child is gone: what it was at is lost, if it died of it.
-  void end(std::size_t index, bool died) {
+  // The child is gone, or going: what it was at is lost, if it died of it, as `how` begins to say.
+  void end(std::size_t index, const std::string& how = {}) {
     Child child = std::move(children_[index]);
     children_.erase(children_.begin() + static_cast<std::ptrdiff_t>(index));
     const int status = close(child);
-    if (died && !child.given.empty()) {
+    if (!how.empty() && !child.given.empty()) {
       const std::uint64_t what = child.given.front();
       child.given.pop_front();
-      task_.lost(what, "its process ended with " + describe_exit(status));
+      task_.lost(what, how + describe_exit(status));
     }
     again_.insert(again_.begin(), child.given.begin(), child.given.end());
   }
@@ -194,6 +229,7 @@ class Pool {
   const PoolTask& task_;
   std::vector<Child> children_;
   std::deque<std::uint64_t> again_;
+  Clock::time_point next_look_{};  // for those that are stopped
 };
 
 }  // namespace

@@ -108,7 +108,9 @@ Result<Row> parse_csv_line(std::string_view line, std::size_t requirements) {
     return fail("campaign.table", fmt::format("\"{}\" in column {} is not what a table of runs has there",
                                               column < cells.size() ? cells[column] : std::string(), column + 1));
   };
-  if (cells.size() < kFixed + 2 * requirements) return wrong(cells.size());
+  if (cells.size() < kFixed + 2 * requirements)
+    return fail("campaign.table",
+                fmt::format("the row ends after {} of at least {} columns", cells.size(), kFixed + 2 * requirements));
   Row row;
   const auto run = parse<std::uint64_t>(cells[0]);
   const auto seed = parse<std::uint64_t>(cells[1]);

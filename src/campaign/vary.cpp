@@ -492,6 +492,8 @@ Loaded<Vary> load_vary(const std::filesystem::path& file, const project::Project
         vary.runs = static_cast<std::uint64_t>(*runs);
     }
     vary.duration = reader.duration("duration");
+    if (vary.duration && *vary.duration <= Duration::zero())
+      values.error(reader.span("duration"), "duration", "a run that lasts no time shows nothing; give more than 0 s");
     if (const YamlNode* changes = reader.mapping("override")) vary.changes = *changes;
     if (const YamlNode* parameters = reader.mapping("parameters")) read_parameters(*parameters, values, vary);
     EventNames names;

@@ -13,6 +13,7 @@
 #include <string>
 #include <thread>
 
+#include "sentree/base/lock_file.h"
 #include "sentree/campaign/campaign.h"
 #include "sentree/cli/campaign_command.h"
 #include "sentree/cli/interrupts.h"
@@ -44,6 +45,12 @@ std::string default_vary(const std::string& project) {
   return fs::exists(file, error) ? file.string() : std::string();
 }
 
+std::string host_name() {
+  char name[256] = {};
+  (void)gethostname(name, sizeof name - 1);
+  return name;
+}
+
 std::optional<fs::path> made_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
@@ -52,6 +59,31 @@ std::optional<fs::path> made_folder(const fs::path& folder) {
     return std::nullopt;
   }
   return folder;
+}
+
+// Two campaigns at a time would mix their rows. The processes of one that was killed have the lock until they are gone
+// too. Where a file system has no locks nobody is kept out.
+std::optional<LockFile> held_folder(const fs::path& folder) {
+  constexpr std::chrono::milliseconds kWaitMax{2'000};
+  constexpr std::chrono::milliseconds kLookAgain{20};
+  const auto until = std::chrono::steady_clock::now() + kWaitMax;
+  LockFile lock = LockFile::take(folder / ".lock");
+  while (lock.state() == LockFile::State::kTaken && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(kLookAgain);
+    lock = LockFile::take(folder / ".lock");
+  }
+  if (lock.state() == LockFile::State::kTaken) {
+    say(fmt::format("{}: {} is at work there; wait for it, or name another folder with --out", folder.string(),
+                    lock.other()));
+    return std::nullopt;
+  }
+  if (lock.descriptor())
+    tell_holder(*lock.descriptor(), fmt::format("sentree campaign (process {} on {})", getpid(), host_name()));
+  return lock;
+}
+
+int code_of(const Diagnostic& error) {
+  return error.code == "campaign.process" || error.code == "file.unwritable" ? kEnvironment : kInvalidInput;
 }
 
 // 30 s, 5 min, 2 h: as one says it.
@@ -177,12 +209,6 @@ Result<std::optional<campaign::Settings>> settings_before(const fs::path& folder
 
 constexpr const char* kRankFile = "rank.json";
 
-std::string host_name() {
-  char name[256] = {};
-  (void)gethostname(name, sizeof name - 1);
-  return name;
-}
-
 void note_rank(const Rank& rank, const fs::path& folder, bool has_ended) {
   const Value note =
       Map{{"job", rank.job}, {"host", host_name()}, {"pid", static_cast<std::int64_t>(getpid())}, {"ended", has_ended}};
@@ -237,11 +263,18 @@ std::vector<fs::path> await_ranks(const Rank& rank, const fs::path& folder) {
   return folders;
 }
 
+// Over the result of an earlier campaign, whose least scenarios go with it.
+Result<void> write_result(const fs::path& folder, const Value& result,
+                          const std::map<std::string, std::string>& least) {
+  if (auto taken = campaign::take_away_least(folder, least); !taken) return taken;
+  return text::write_file(folder / campaign::kResultName, to_json(result) + "\n");
+}
+
 int tell_search(const campaign::Runner& runner, const campaign::Summary& summary,
                 const campaign::CampaignOptions& options, const Value& result,
                 const std::map<std::string, std::string>& least, bool json) {
   const auto corpus = campaign::write_corpus(runner, *options.search, options.folder / "corpus");
-  const auto data = text::write_file(options.folder / "result.json", to_json(result) + "\n");
+  const auto data = write_result(options.folder, result, least);
   for (const auto* written : {&corpus, &data}) {
     if (*written) continue;
     say(to_string(written->error()));
@@ -285,7 +318,7 @@ int tell(campaign::Runner& runner, const campaign::Settings& settings, const cam
   if (options.search != nullptr) return tell_search(runner, summary, options, result, least, json);
   const std::string title = fmt::format("Campaign of {}", runner.plan().tree.id());
   const auto page = text::write_file(options.folder / "report.html", campaign::to_page(summary, title, again, shown));
-  const auto data = text::write_file(options.folder / "result.json", to_json(result) + "\n");
+  const auto data = write_result(options.folder, result, least);
   for (const auto* written : {&page, &data}) {
     if (*written) continue;
     say(to_string(written->error()));
@@ -368,6 +401,8 @@ class CampaignSession {
     if (const int code = settle(); code != kOk) return code;
     const auto folder = made_folder(where_);
     if (!folder) return kEnvironment;
+    const auto held = held_folder(*folder);
+    if (!held) return kEnvironment;
     const Interrupts interruptible;
     if (given_.rank) {
       std::error_code error;
@@ -380,7 +415,7 @@ class CampaignSession {
     show_status("");
     if (!summary) {
       say(to_string(summary.error()));
-      return summary.error().code == "campaign.process" ? kEnvironment : kInvalidInput;
+      return code_of(summary.error());
     }
     was_interrupted_ = take_interrupt();
     say(fmt::format("{} runs in {}, {:.1f} runs/s with {} process{}{}", last_.fresh, about(meter_.wall_s()),
@@ -459,12 +494,14 @@ class CampaignSession {
     note_rank(rank, folder, true);
     if (rank.index != 0) return was_interrupted_ ? kInterrupted : kOk;
     options_.folder = where_.parent_path();
+    const auto held = held_folder(options_.folder);
+    if (!held) return kEnvironment;
     const auto folders = await_ranks(rank, options_.folder);
     settings_.shard = {};
     const auto merged = campaign::merge_campaign(*runner_, settings_, folders, options_.folder);
     if (merged) return tell_of(*merged);
     say(to_string(merged.error()));
-    return kInvalidInput;
+    return code_of(merged.error());
   }
 
   int tell_of(const campaign::Summary& summary) {
@@ -501,6 +538,15 @@ int campaign_merge(const CampaignCommand& command) {
   }
   campaign::Settings settings = *first;
   settings.shard = {};
+  std::error_code error;
+  if (!fs::is_regular_file(settings.project, error) &&
+      !fs::exists(fs::path(settings.project) / "sentree.yaml", error)) {
+    say(
+        fmt::format("{}: its project \"{}\" is not there, seen from there or from here; merge where the campaign was "
+                    "started, or beside its project",
+                    (fs::path(command.merged.front()) / campaign::kSettingsName).string(), settings.project));
+    return kInvalidInput;
+  }
   const auto runner = load_runner(settings.project, settings.vary);
   if (!runner) return kInvalidInput;
   if (runner->identity() != settings.identity) {
@@ -518,11 +564,13 @@ int campaign_merge(const CampaignCommand& command) {
   const auto folder =
       made_folder(command.out.empty() ? folder_of(settings.project) / "campaign" : fs::path(command.out));
   if (!folder) return kEnvironment;
+  const auto held = held_folder(*folder);
+  if (!held) return kEnvironment;
   const std::vector<fs::path> shards(command.merged.begin(), command.merged.end());
   const auto summary = campaign::merge_campaign(*runner, settings, shards, *folder);
   if (!summary) {
     say(to_string(summary.error()));
-    return kInvalidInput;
+    return code_of(summary.error());
   }
   const Interrupts interruptible;
   campaign::CampaignOptions options;

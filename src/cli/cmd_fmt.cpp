@@ -9,6 +9,7 @@
 #include "sentree/scxml/diff.h"
 #include "sentree/scxml/format.h"
 #include "sentree/text/file.h"
+#include "sentree/text/rewrite.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::cli {
@@ -84,16 +85,11 @@ class FileFormatter {
   }
 
   bool replace(const path& file, const std::string& content) {
-    // What a link points at is written, and keeps its permissions.
-    std::error_code error;
-    const path target = std::filesystem::canonical(file, error);
-    const auto permissions = std::filesystem::status(target, error).permissions();
-    if (const auto written = text::write_file(target, content); !written) {
+    if (const auto written = text::rewrite_file(file, content); !written) {
       unwritable_ = true;
       complain(written.error());
       return false;
     }
-    std::filesystem::permissions(target, permissions, error);
     return true;
   }
 

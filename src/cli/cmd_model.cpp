@@ -9,6 +9,7 @@
 #include "sentree/project/mission_tree.h"
 #include "sentree/project/skill_models.h"
 #include "sentree/text/file.h"
+#include "sentree/text/rewrite.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::cli {
@@ -102,7 +103,12 @@ int insert_into(const path& file, const std::vector<bt::NodeModel>& models) {
     say(to_string(changed.error()));
     return kInvalidInput;
   }
-  return *changed == *source ? kOk : write_to(file, *changed);
+  if (*changed == *source) return kOk;
+  if (const auto written = text::rewrite_file(file, *changed); !written) {
+    say(to_string(written.error()));
+    return kEnvironment;
+  }
+  return kOk;
 }
 
 }  // namespace

@@ -256,7 +256,9 @@ void add_campaign(CLI::App& app, Commands& commands) {
       "  sentree run . --vary campaign.yaml --seed 1000042        one of its runs again\n"
       "Exit code: 0 nothing is violated, or what is expected holds; 1 something is, or does not; 124 an expectation "
       "is\n"
-      "undecided; 3 invalid input; 130 interrupted. See docs/campaigns.md.");
+      "undecided; 3 invalid input; 4 something cannot be written, or another campaign has the folder; 130 interrupted. "
+      "See\n"
+      "docs/campaigns.md.");
   sub->add_option("project", command.project, "Folder with a sentree.yaml")->capture_default_str();
   sub->add_option("--vary", command.vary, "What is varied (default: campaign.yaml in the project, if it is there)");
   sub->add_option("--runs,-n", command.runs,

@@ -88,7 +88,8 @@ void add_skill(CLI::App& app, Commands& commands) {
       "navigation=tcp://127.0.0.1:9090");
   sub->add_option("project", command.project)->required();
   sub->add_option("leaf", command.leaf, "ID or name of the leaves that it runs")->required();
-  sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any), yarp:/PORT")->required();
+  sub->add_option("--listen", command.listen, "unix:PATH, tcp:// or tls://HOST:PORT (port 0: any), yarp:/PORT")
+      ->required();
   sub->add_option("--of-run", command.of_run, "Given by durable runs: end when that run is not resumed in time")
       ->group("");
   sub->add_option("--observer", command.observer, "Where the run listens for what is observed here");
@@ -160,7 +161,8 @@ void add_component(CLI::App& app, Commands& commands) {
   sub->add_option("name", command.name, "sim: the simulated robot")->required();
   sub->add_option("--project", command.project, "Project or scenario whose simulated services to serve");
   sub->add_option("--world", command.world, "World file; all services are served");
-  sub->add_option("--listen", command.listen, "unix:PATH, tcp://HOST:PORT (port 0: any), yarp:/PREFIX/, ros:/PREFIX/")
+  sub->add_option("--listen", command.listen,
+                  "unix:PATH, tcp:// or tls://HOST:PORT (port 0: any), yarp:/PREFIX/, ros:/PREFIX/")
       ->required();
   sub->add_option("--of-run", command.of_run, "Given by durable runs: end when that run is not resumed in time")
       ->group("");

@@ -73,12 +73,15 @@ Map given_options(const VerifyCommand& command, const project::Plan& plan,
 
 int refuse(const VerifyCommand& command, const Diagnostics& what) {
   say(what);
-  if (!command.json) return kInvalidInput;
+  const bool is_unwritten =
+      std::any_of(what.begin(), what.end(), [](const Diagnostic& one) { return one.code == "file.unwritable"; });
+  const int code = is_unwritten ? kEnvironment : kInvalidInput;
+  if (!command.json) return code;
   Diagnostics errors;
   std::copy_if(what.begin(), what.end(), std::back_inserter(errors),
                [](const Diagnostic& one) { return one.severity == Severity::kError; });
   print(to_json(Value(Map{{"errors", to_value(errors)}})) + "\n");
-  return kInvalidInput;
+  return code;
 }
 
 List to_list(const std::vector<std::string>& texts) {

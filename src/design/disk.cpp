@@ -14,6 +14,7 @@
 #include "sentree/base/write_all.h"
 #include "sentree/text/encoding.h"
 #include "sentree/text/file.h"
+#include "sentree/text/rewrite.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::design {
@@ -107,7 +108,7 @@ Result<void> write_safely(const fs::path& path, const std::string& file, std::st
   const bool is_there = stat(path.c_str(), &before) == 0;
   const mode_t mode = is_there ? before.st_mode & kPermissions : kNewFile;
   // A file beside it could take its place all the same, against the will of who protected it.
-  if (is_there && ((mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0 || access(path.c_str(), W_OK) != 0))
+  if (text::is_read_only(path))
     return fail("file.read-only",
                 fmt::format("{} is read-only; what is edited is kept: make it writable (chmod u+w {}), and save again",
                             file, file),

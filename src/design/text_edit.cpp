@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sentree/design/detail/soundness.h"
+#include "sentree/text/encoding.h"
 
 namespace sentree::design {
 
@@ -184,14 +185,7 @@ TextEdits edits_between(std::string_view before, std::string_view after) {
 }
 
 void end_lines_alike(std::string_view text, TextEdits& edits) {
-  const std::size_t first = text.find('\n');
-  if (first == std::string_view::npos || first == 0 || text[first - 1] != '\r') return;
-  for (TextEdit& edit : edits) {
-    for (std::size_t at = edit.text.find('\n'); at != std::string::npos; at = edit.text.find('\n', at + 2)) {
-      if (at > 0 && edit.text[at - 1] == '\r') continue;
-      edit.text.insert(at, 1, '\r');
-    }
-  }
+  for (TextEdit& edit : edits) edit.text = text::with_line_ends_of(text, std::move(edit.text));
 }
 
 std::optional<std::string> merge(std::string_view base, std::string_view mine, std::string_view theirs) {

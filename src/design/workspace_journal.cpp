@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <span>
@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "sentree/base/json.h"
+#include "sentree/base/lock_file.h"
 #include "sentree/base/value.h"
 #include "sentree/base/write_all.h"
 #include "sentree/design/workspace.h"
@@ -174,36 +175,25 @@ void Workspace::begin_journal() {
 // False: another has it, or may have it. True without `lock_`: none can be made here, and no journal is to be written,
 // as `journal_problem_` says.
 bool Workspace::take_lock() {
-  constexpr mode_t kAnybody = 0666;  // less the umask
-  const fs::path path = folder_ / kJournalFolder / kLock;
   lock_.reset();
   held_by_.clear();
-  int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kAnybody);
-  // Another user's can be locked all the same.
-  if (descriptor < 0 && errno == EACCES) descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-  const auto why = [] { return std::generic_category().message(errno); };
-  if (descriptor < 0 && (errno == EROFS || errno == ENOENT || errno == ENOTDIR)) {
-    journal_problem_ = "cannot be written: " + why();
-    return true;
+  LockFile lock = LockFile::take(folder_ / kJournalFolder / kLock);
+  const auto why = [&] { return std::generic_category().message(lock.why()); };
+  switch (lock.state()) {
+    case LockFile::State::kHeld:
+      lock_ = lock.descriptor();
+      tell_address(address_);
+      return true;
+    case LockFile::State::kTaken: held_by_ = lock.other(); return false;
+    case LockFile::State::kNoAccess: break;
   }
-  if (descriptor < 0) {
+  constexpr std::array kNeverThere{EROFS, ENOENT, ENOTDIR, ENOLCK, EOPNOTSUPP};
+  if (std::find(kNeverThere.begin(), kNeverThere.end(), lock.why()) == kNeverThere.end()) {
     held_by_ = fmt::format("somebody whose {}/{} cannot be opened ({})", kJournalFolder, kLock, why());
     return false;
   }
-  auto lock = owned(descriptor);
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
-    lock_ = std::move(lock);
-    tell_address(address_);
-    return true;
-  }
-  if (errno != EWOULDBLOCK) {
-    journal_problem_ = "cannot be locked: " + why();
-    return true;
-  }
-  held_by_ = text::read_file(path).value_or("");
-  held_by_ = held_by_.substr(0, held_by_.find('\n'));
-  if (held_by_.empty()) held_by_ = "another program";
-  return false;
+  journal_problem_ = "cannot be written: " + why();
+  return true;
 }
 
 // It may have been removed, as by `git clean`, and made by another.
@@ -217,9 +207,7 @@ bool Workspace::has_lock() const {
 void Workspace::tell_address(const std::string& address) {
   address_ = address;
   if (!lock_) return;
-  const std::string line =
-      fmt::format("sentree studio (process {}{}{})\n", getpid(), address.empty() ? "" : ", ", address);
-  if (ftruncate(*lock_, 0) == 0) (void)!pwrite(*lock_, line.data(), line.size(), 0);
+  tell_holder(*lock_, fmt::format("sentree studio (process {}{}{})", getpid(), address.empty() ? "" : ", ", address));
 }
 
 bool Workspace::take_over() {

@@ -39,6 +39,9 @@ bool is_any_name(std::string_view name) {
                                        [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; });
 }
 
+// What stands for something else in the paths and patterns by which nodes are named.
+constexpr std::string_view kOfPaths = ".*/{}";
+
 // In the quotes of the attribute that it becomes the value of.
 std::string in_attribute(const std::string& name, char quote) {
   std::string out;
@@ -210,6 +213,10 @@ Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::str
     return fail("lsp.rename", fmt::format("\"{}\" is no name for it", name));
   Renaming renaming;
   if (name == old) return renaming;
+  if (const std::size_t sign = name.find_first_of(kOfPaths); !is_plain && sign != std::string::npos)
+    return fail(
+        "lsp.rename",
+        fmt::format("\"{}\" is no name for it: \"{}\" has a meaning in paths, patterns or entries", name, name[sign]));
   const bool is_own = symbol.kind == SymbolKind::kDefinition || symbol.kind == SymbolKind::kEvent;
   if ((is_own || symbol.kind == SymbolKind::kRequirement) && is_word_of_requirements(name))
     return fail("lsp.rename", fmt::format("\"{}\" is a word of the language; choose another name", name));
@@ -237,7 +244,7 @@ Result<Renaming> rename(const Index& index, const Symbol& symbol, const std::str
         continue;
       const bool is_value = content.kind == FileKind::kTree && occurrence.from > 0;
       // What stands for any other sign there is written nowhere else.
-      if (!is_plain && !is_value && (!occurrence.in_message || name.find('.') != std::string::npos))
+      if (!is_plain && !is_value && !occurrence.in_message)
         return fail("lsp.rename",
                     fmt::format("{} names it, where it cannot be called \"{}\"", shown(index, file), name));
       const std::string written = occurrence.in_message ? bt::event_name(name)

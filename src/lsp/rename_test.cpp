@@ -306,7 +306,8 @@ TEST(RenamingOfNodes, TakesNamesOfAllKindsWhereTheyCanStand) {
   const std::string file = "requirements/named.req";
   project.write(file, "a: never request(battery.getBatteryState from BatteryLevelAbove30).\n");
   const Symbol node{SymbolKind::kNode, "BatteryLevelAbove30"};
-  EXPECT_THAT(project.rename(node, "a.b"), HasSubstr("names it, where it cannot be called \"a.b\""));
+  for (const char* name : {"a.b", "a/b", "{x}", "*"})
+    EXPECT_THAT(project.rename(node, name), HasSubstr("has a meaning in paths")) << name;
   EXPECT_THAT(project.rename(node, "a\nb"), HasSubstr("is no name for it"));
   EXPECT_EQ(project.rename(node, "a \"b\" <c> & 'd'"), "");
   EXPECT_THAT(project.text("mission.xml"), HasSubstr("name=\"a &quot;b&quot; &lt;c&gt; &amp; 'd'\""));

@@ -207,7 +207,9 @@ Value Server::Impl::renamed(const Value& params) {
   List changes;
   for (const auto& [file, edits] : renaming->edits) {
     const IndexedFile& indexed = *at.index.find(file);
-    changes.push_back(Map{{"textDocument", Map{{"uri", uri_at(file)}, {"version", nullptr}}},
+    const Text* const open = text_at(file);
+    const Value counted = open != nullptr ? open->version : Value();
+    changes.push_back(Map{{"textDocument", Map{{"uri", uri_at(file)}, {"version", counted}}},
                           {"edits", edits_value(indexed.text, indexed.lines, edits)}});
   }
   for (const auto& [from, to] : renaming->files)
@@ -235,6 +237,7 @@ Value Server::Impl::symbols(const Value& params) {
 }
 
 Value Server::Impl::all_symbols(const Value& params) {
+  find_projects();
   const std::string query = text_of(params, "query");
   List list;
   for (auto& [folder, project] : projects) {

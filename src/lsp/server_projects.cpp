@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "sentree/bt/load.h"
 #include "sentree/design/findings.h"
@@ -58,6 +59,28 @@ Server::Impl::Project& Server::Impl::project_at(const fs::path& folder) {
   }
   found->second.used = ++uses;
   return found->second;
+}
+
+void Server::Impl::find_projects() {
+  constexpr std::size_t kEntriesMax = 20'000;
+  constexpr int kDepthMax = 4;
+  if (std::exchange(is_looked_through, true)) return;
+  std::size_t seen = 0;
+  for (const fs::path& root : roots) {
+    std::error_code error;
+    const auto look_at = [&](const fs::path& folder) {
+      if (projects.size() < kProjectsMax && !projects.contains(folder) && fs::exists(folder / "sentree.yaml", error))
+        project_at(folder).is_unchecked = false;
+    };
+    look_at(root);
+    for (fs::recursive_directory_iterator at(root, fs::directory_options::skip_permission_denied, error), end;
+         !error && at != end && ++seen < kEntriesMax; at.increment(error)) {
+      if (!at->is_directory(error)) continue;
+      if (at->path().filename().string().starts_with('.') || at.depth() + 1 >= kDepthMax)
+        at.disable_recursion_pending();
+      look_at(at->path());
+    }
+  }
 }
 
 void Server::Impl::changed(const fs::path& path) {
@@ -229,6 +252,10 @@ Value Server::Impl::initialize(const Value& params) {
   if (operations != nullptr && flag_at(params, {"capabilities", "workspace", "workspaceEdit", "documentChanges"})) {
     for (const Value& operation : list_of(*operations)) renames_files = renames_files || operation.text() == "rename";
   }
+  for (const Value& folder : list_of(member(params, "workspaceFolders"))) {
+    if (const auto path = path_of(text_of(folder, "uri"))) roots.push_back(*path);
+  }
+  if (const auto path = path_of(text_of(params, "rootUri")); roots.empty() && path) roots.push_back(*path);
   List triggers;
   for (const char* trigger : {"<", "\"", " ", ".", "'", "(", "{", "/"}) triggers.emplace_back(trigger);
   return Map{{"capabilities",
@@ -271,6 +298,7 @@ void Server::Impl::opened(const Value& params) {
   text.text = text_of(document, "text");
   text.lines = Lines(text.text);
   text.path = path_of(text.uri).value_or(fs::path());
+  text.version = member(document, "version");
   changed(text.path);
   texts[text.uri] = std::move(text);
 }
@@ -279,6 +307,7 @@ void Server::Impl::edited(const Value& params) {
   const auto found = texts.find(text_of(member(params, "textDocument"), "uri"));
   if (found == texts.end()) return;
   Text& text = found->second;
+  text.version = member(member(params, "textDocument"), "version");
   for (const Value& change : list_of(member(params, "contentChanges"))) {
     const Value& place = member(change, "range");
     std::string with = text_of(change, "text");
@@ -309,6 +338,7 @@ void Server::Impl::files_changed(const Value& params) {
   for (const Value& change : list_of(member(params, "changes"))) {
     const auto path = path_of(text_of(change, "uri"));
     if (!path) continue;
+    if (path->filename() == "sentree.yaml") is_looked_through = false;
     // Only of what somebody looks at.
     const auto project = projects.find(project_of(*path));
     if (project != projects.end() && design::is_project_text(*path))

@@ -707,7 +707,28 @@ TEST_F(Renaming, IsRefusedWhereItWouldBreakSomething) {
   EXPECT_TRUE(refused("requirements/recharge.req", "from BatteryLevel", "Enough")) << "mission.xml cannot be read";
 }
 
+TEST_F(Renaming, IsOfTheVersionThatItWasMadeFor) {
+  editor.open("mission.xml");
+  editor.replace("mission.xml", "</root>", " </root>");
+  const Value changes =
+      *editor.ask("rename", "mission.xml", "name=\"BatteryLevelAbove30\"", 8, Map{{"newName", "EnoughCharge"}})
+           .find("documentChanges");
+  std::map<std::string, Value> versions;
+  for (const Value& change : *changes.as_list())
+    versions[std::string(change.at({"textDocument", "uri"})->text())] = *change.at({"textDocument", "version"});
+  EXPECT_EQ(versions.at(editor.uri("mission.xml")), Value(2));
+  EXPECT_TRUE(versions.at(editor.uri("requirements/recharge.req")).is_null());
+}
+
 // ---- The rest ----
+
+TEST(WorkspaceSymbols, AreThereBeforeAnythingIsOpen) {
+  Editor editor;
+  const Value answer = editor.request("workspace/symbol", Map{{"query", "GoToKitchen"}});
+  ASSERT_FALSE(answer.find("result")->as_list()->empty());
+  EXPECT_EQ(answer.find("result")->as_list()->front().at({"location", "uri"})->text(), editor.uri("mission.xml"));
+  EXPECT_TRUE(editor.diagnostics.empty());
+}
 
 TEST(Outline, HasNodesStatesAndRequirements) {
   Editor editor;

@@ -185,6 +185,13 @@ const Broken kBroken[] = {
     {"PlaceThatIsAssigned", "monitors/recharge.scxml", "expr=\"'station'\"", "expr=\"'statoin'\"",
      "monitors/recharge.scxml:37:41: warning: nothing else in this project makes target 'statoin'; did you mean "
      "\"station\"?"},
+    {"NodeWhoseNameHasADot", "mission.xml", "name=\"GoToKitchen\"", "name=\"Go.To\"",
+     "mission.xml:27:23: warning: name=\"Go.To\": a '.' is between the parts of a path; give the node another "
+     "name\nsentree.yaml:19:33: nothing of this run that can be killed is called \"GoToKitchen\""},
+    {"NodeThatIsNamedAsAnEntry", "mission.xml", "name=\"GoToKitchen\"", "name=\"{Go}\"",
+     "mission.xml:27:23: warning: name=\"{Go}\": a name is text, and no entry of the blackboard takes its place; give "
+     "the node another "
+     "name\nsentree.yaml:19:33: nothing of this run that can be killed is called \"GoToKitchen\""},
     {"NoEntry", "mission.xml", "reason=\"{reason}\"", "reason=\"{}\"",
      "mission.xml:27:64: warning: \"{}\" names no entry of the blackboard, so it is a text of two brackets; write "
      "reason=\"{name}\""},

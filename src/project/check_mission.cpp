@@ -143,10 +143,24 @@ class SubTreeInputs {
       }
     }
     if (is_subtree(element)) check_names(element, diagnostics);
+    check_own_name(element, diagnostics);
     for (text::XmlElement child = element.first_child(); child; child = child.next_sibling()) check(child, diagnostics);
   }
 
  private:
+  // Other signs have a meaning nowhere that names of nodes are written, or stand for '_' there.
+  static void check_own_name(const text::XmlElement& element, Diagnostics& diagnostics) {
+    const std::string name(element.attribute("name").value_or(""));
+    const char* const why = name.find('.') != std::string::npos   ? "a '.' is between the parts of a path"
+                            : name.find('*') != std::string::npos ? "a '*' stands for any text where nodes are named"
+                            : name.starts_with('{') && name.ends_with('}')
+                                ? "a name is text, and no entry of the blackboard takes its place"
+                                : nullptr;
+    if (why == nullptr || element.name() == "BehaviorTree") return;
+    warn(diagnostics, "check.node-name", fmt::format("name=\"{}\": {}; give the node another name", name, why),
+         element.attribute_span("name"));
+  }
+
   void check_names(const text::XmlElement& element, Diagnostics& diagnostics) const {
     const auto inside = words_.find(std::string(element.attribute("ID").value_or("")));
     if (inside == words_.end()) return;  // elsewhere

@@ -146,7 +146,19 @@ class Collection {
       const std::string id(tree.value->registration(node));
       used_.insert(id);
       if (leaf) names_.insert(std::string(tree.value->name(node)));
-      known_.try_emplace(id, bt::NodeModel{id, category, {}, {}});
+      if (known_.try_emplace(id, bt::NodeModel{id, category, {}, {}}).second) undeclared_.insert(id);
+      if (undeclared_.contains(id)) add_used_ports(*tree.value, node, known_[id].ports);
+    }
+  }
+
+  // What nobody declares may be read and written where an entry stands.
+  static void add_used_ports(const bt::Tree& tree, bt::NodeId node, bt::Ports& ports) {
+    for (const bt::PortFact& fact : tree.ports(node)) {
+      if (fact.name.starts_with('_')) continue;
+      auto port = std::find_if(ports.begin(), ports.end(), [&](const bt::PortInfo& p) { return p.name == fact.name; });
+      if (port == ports.end())
+        port = ports.insert(port, {std::string(fact.name), bt::PortDirection::kInput, nullptr, {}, {}, {}});
+      if (fact.output) port->direction = bt::PortDirection::kInOut;
     }
   }
 
@@ -198,6 +210,7 @@ class Collection {
     }
     if (known == known_.end()) return model;
     model.category = known->second.category;
+    if (undeclared_.contains(id)) return model;
     // In the order and the words of the mission; what the chart no longer has is left out, what is new comes last.
     bt::Ports ports;
     for (const bt::PortInfo& old : known->second.ports) {
@@ -218,8 +231,9 @@ class Collection {
   const Project& project_;
   Diagnostics diagnostics_;
   std::map<std::string, bt::NodeModel> known_;
-  std::set<std::string> used_;   ///< IDs of the mission's leaves.
-  std::set<std::string> names_;  ///< And their names.
+  std::set<std::string> undeclared_;  ///< Of them, those that no TreeNodesModel has.
+  std::set<std::string> used_;        ///< IDs of the mission's leaves.
+  std::set<std::string> names_;       ///< And their names.
   std::map<std::string, std::string> files_;
   std::map<std::string, const SkillEntry*> entries_;
   std::map<std::string, scxml::Chart> charts_;

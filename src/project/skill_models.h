@@ -19,8 +19,9 @@ namespace sentree::project {
 ///   which is the port's default; outputs are the params of <donedata> in top-level <final>s; a name that is both is
 ///   both, unless it has a value of its own.
 /// - type and description are those of the mission's TreeNodesModel where it has the port; else a constant tells the
-/// type. A skill without a chart here (one in another language) is as the TreeNodesModel has it. Sorted by ID. Codes:
-/// those of the files that cannot be read, as errors; the mission may be missing.
+/// type. A skill without a chart here (one in another language) is as the TreeNodesModel has it; without that its ports
+/// are the attributes that the mission gives it, inout where one is an entry anywhere. Sorted by ID. Codes: those of
+/// the files that cannot be read, as errors; the mission may be missing.
 [[nodiscard]] Loaded<std::vector<bt::NodeModel>> skill_models(const Project& project);
 
 }  // namespace sentree::project

@@ -89,6 +89,17 @@ TEST(SkillModels, HaveASkillInAnotherLanguageAsTheMissionDeclaresIt) {
               ElementsAre("Action Far: inout_port x int"));
 }
 
+TEST(SkillModels, HaveThePortsThatTheTreeUsesWhereNobodyDeclaresThem) {
+  EXPECT_THAT(
+      described(project({{"mission.xml",
+                          R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><Own a="1" b="{x}" _skipIf="true"><Sequence>
+<Action ID="Count" name="one" topic="/t" n="3"/><Action ID="Count" n="{n}"/><Action ID="Go" to="home"/>
+</Sequence></Own></BehaviorTree></root>)"},
+                         {"skills/Go.scxml", chart("Go", "<data id=\"to\" expr=\"'x'\"/>", "<state id=\"s\"/>")}})),
+      ElementsAre("Action Count: input_port topic inout_port n", "Action Go: input_port to std::string=x",
+                  "Decorator Own: input_port a inout_port b"));
+}
+
 TEST(SkillModels, SayWhichChartCannotBeRead) {
   EXPECT_THAT(described(project({{"skills/Ask.scxml", "<scxml"}})).front(), HasSubstr("skills/Ask.scxml:1:"));
 }

@@ -175,7 +175,7 @@ TEST(TheEnd, HaltsALeafThatHasNotAnsweredYet) {
   project::Scenario cut = scenario("normal");
   cut.delays.push_back({.message = "GoToKitchen.tick", .by = std::chrono::milliseconds(250), .span = {}});
   cut.duration = std::chrono::seconds(2);
-  cut.expectations = {};
+  cut.expect_nothing();
   const Ran ran = run(std::move(cut));
   const auto asked = of(ran.messages, "GoToKitchen.tick.request", "mission");
   const auto answered = of(ran.messages, "GoToKitchen.tick.reply", "GoToKitchen");

@@ -256,6 +256,18 @@ TEST(Diff, TellsStatesTransitionsContentAndData) {
                   "~ chart/a/transition go: cond: \"n\" added", "- chart/b: state removed", "+ chart/c: final added"));
 }
 
+TEST(Diff, APrefixIsAnyWordForItsNamespace) {
+  const auto chart = [](const std::string& scxml, const std::string& other) {
+    return "<" + scxml + "scxml xmlns" + (scxml.empty() ? "" : ":s") +
+           "=\"http://www.w3.org/2005/07/scxml\" xmlns:" + other + "=\"urn:other\" version=\"1.0\"><" + scxml +
+           "state id=\"a\" " + other + ":at=\"1\"><" + other + ":note/></" + scxml + "state></" + scxml + "scxml>";
+  };
+  EXPECT_THAT(*diff(chart("", "x"), chart("s:", "y")), testing::IsEmpty());
+  std::string elsewhere = chart("s:", "x");
+  elsewhere.replace(elsewhere.find("urn:other"), 9, "urn:third");
+  EXPECT_THAT(*diff(chart("", "x"), elsewhere), testing::SizeIs(4));  // the note and the attribute, gone and come
+}
+
 TEST(Diff, AStateIsTheSameWhereverItStandsAndWhateverKindItIs) {
   EXPECT_THAT(differences(R"(<state id="a"><state id="c"/></state><state id="b"/>)",
                           R"(<state id="a"/><parallel id="b"><state id="c"/></parallel>)"),

@@ -16,7 +16,16 @@ std::string value(const XmlElement& element, const char* attribute) {
   return std::string(element.attribute(attribute).value_or(""));
 }
 
-std::string kind(const XmlElement& element) { return is_chart(element) ? "chart" : std::string(element.name()); }
+// A prefix is any word for its namespace; those of the chart's own go by their names alone.
+std::string kind(const XmlElement& element) {
+  if (is_chart(element)) return "chart";
+  const std::string_view uri = element.namespace_uri();
+  if (uri.empty()) return std::string(element.name());
+  XmlElement root = element;
+  while (root.parent()) root = root.parent();
+  return uri == root.namespace_uri() ? std::string(element.local_name())
+                                     : fmt::format("{} ({})", element.local_name(), uri);
+}
 
 bool is_state(std::string_view name) {
   return name == "state" || name == "parallel" || name == "final" || name == "history";

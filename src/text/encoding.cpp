@@ -165,6 +165,18 @@ bool append_as(std::string& out, std::uint32_t character, Form form) {
 
 }  // namespace
 
+std::string with_line_ends_of(std::string_view source, std::string text) {
+  const std::size_t first = source.find('\n');
+  if (first == std::string_view::npos || first == 0 || source[first - 1] != '\r') return text;
+  std::string out;
+  out.reserve(text.size() + text.size() / 16);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\n' && (i == 0 || text[i - 1] != '\r')) out += '\r';
+    out += text[i];
+  }
+  return out;
+}
+
 std::optional<std::string> xml_as_utf8(std::string_view source) {
   const Encoding encoding = encoding_of(source);
   if (encoding.form == Form::kUtf8) return std::nullopt;

@@ -24,4 +24,7 @@ namespace sentree::text {
 /// not know that, or it cannot hold the text.
 [[nodiscard]] std::optional<std::string> xml_as_declared(std::string_view text);
 
+/// `text` with lines that end as the first one of `source` does, with CR LF or LF. One CR LF too many is not made.
+[[nodiscard]] std::string with_line_ends_of(std::string_view source, std::string text);
+
 }  // namespace sentree::text

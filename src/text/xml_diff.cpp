@@ -68,6 +68,15 @@ std::string first_difference(std::string_view text, std::string_view other) {
   return std::string(shown.substr(0, end)) + "…";
 }
 
+// What a prefix stands for; empty: nothing.
+std::string_view namespace_of(const XmlElement& element, std::string_view prefix) {
+  const std::string declaration = "xmlns:" + std::string(prefix);
+  for (XmlElement e = element; e; e = e.parent()) {
+    if (const auto uri = e.attribute(declaration)) return *uri;
+  }
+  return {};
+}
+
 }  // namespace
 
 XmlComparison::Elements XmlComparison::children_of(const XmlElement& element) const {
@@ -79,7 +88,13 @@ XmlComparison::Elements XmlComparison::children_of(const XmlElement& element) co
 XmlComparison::Attributes XmlComparison::attributes_of(const XmlElement& element) const {
   Attributes all;
   element.for_each_attribute([&](std::string_view name, std::string_view value) {
-    if (!meaning_.passes_over_attribute(element, name)) all.emplace(name, value);
+    if (meaning_.passes_over_attribute(element, name)) return;
+    // A prefix is any word for its namespace.
+    const std::size_t colon = name.find(':');
+    const std::string_view uri =
+        colon != std::string_view::npos ? namespace_of(element, name.substr(0, colon)) : std::string_view();
+    all.emplace(uri.empty() ? std::string(name) : std::string(name.substr(colon + 1)) + " (" + std::string(uri) + ")",
+                value);
   });
   return all;
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "sentree/text/encoding.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::text {
@@ -104,7 +105,7 @@ Result<std::string> XmlEdit::apply() const {
     if (patch.begin < at)
       return fail("xml.overlapping-edits", "two edits touch the same place", document_.span_at(patch.begin));
     out.append(source, at, patch.begin - at);
-    out += patch.text;
+    out += with_line_ends_of(source, patch.text);
     at = patch.end;
   }
   out.append(source, at);

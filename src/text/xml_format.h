@@ -24,7 +24,7 @@ struct XmlStyle {
 /// parent's, if it did), double quotes, `/>` without a blank, at most one blank line between elements. Attributes that
 /// begin a line do so again, under the first. Comments stay with what they stand beside: behind an element on its line,
 /// or above the next. Values, texts and everything unknown are kept as written; elements that hold text are not touched
-/// inside. Formatting twice changes nothing. Line ends become '\n', a byte order mark goes.
+/// inside. Formatting twice changes nothing. All lines end as the first one does; a byte order mark stays.
 /// Errors: those of `XmlDocument::parse`. Cost: O(size).
 [[nodiscard]] Result<std::string> format_xml(std::string_view source, std::string file, const XmlStyle& style = {},
                                              const XmlOptions& options = {});

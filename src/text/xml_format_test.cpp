@@ -20,8 +20,14 @@ std::string formatted(std::string_view source, const XmlStyle& style = {}) {
 }
 
 TEST(FormatXml, IndentsAndQuotesAlike) {
-  EXPECT_EQ(formatted("<?xml version='1.0'?><a  x = '1'><b></b>\r\n\t<c y=\"2\" ></c ></a>"),
+  EXPECT_EQ(formatted("<?xml version='1.0'?><a  x = '1'><b></b>\n\t<c y=\"2\" ></c ></a>"),
             "<?xml version='1.0'?>\n<a x=\"1\">\n  <b/>\n  <c y=\"2\"/>\n</a>\n");
+}
+
+TEST(FormatXml, KeepsLineEndsAndTheMarkOfAFile) {
+  EXPECT_EQ(formatted("\xEF\xBB\xBF<a>\r\n<b/>\n<!-- 1\r\n 2 --></a>"),
+            "\xEF\xBB\xBF<a>\r\n  <b/>\r\n  <!-- 1\r\n   2 -->\r\n</a>\r\n");
+  EXPECT_EQ(formatted("<a>\n<b/>\r\n</a>"), "<a>\n  <b/>\n</a>\n");
 }
 
 TEST(FormatXml, KeepsCommentsWhereTheyBelong) {

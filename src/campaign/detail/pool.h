@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -19,7 +20,9 @@ struct PoolTask {
   /// There, after each piece: true if another child had better do the rest.
   std::function<bool()> spoilt;
   std::function<void(std::uint64_t, std::string)> done;
-  /// The child that did it died; what it was given besides is given to another.
+  /// A child that is stopped for so long (SIGSTOP) is ended: nobody may ever let it go on.
+  std::chrono::milliseconds stopped_max{10'000};
+  /// The child that did it died, or was ended; what it was given besides is given to another.
   std::function<void(std::uint64_t, std::string why)> lost;
   /// Asked several times a second; false: the children are killed, and what they have not done is not done.
   std::function<bool()> goes_on;

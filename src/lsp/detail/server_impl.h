@@ -84,6 +84,7 @@ struct Server::Impl {
     fs::path path;    // empty: no file
     std::string text;
     Lines lines;
+    Value version;  // as the editor counts; null: it does not
   };
   struct Project {
     explicit Project(const fs::path& folder) : index(folder) {}
@@ -104,6 +105,8 @@ struct Server::Impl {
   bool watches = false;
   std::map<std::string, Text> texts;     // by URI
   std::map<fs::path, Project> projects;  // by folder; "": texts of no project
+  std::vector<fs::path> roots;           // the folders that the editor works in
+  bool is_looked_through = false;        // they have been, for projects
   std::uint64_t uses = 0;
   Recorded recorded;
   std::vector<std::string> notes;
@@ -117,6 +120,8 @@ struct Server::Impl {
   // What the editor has open of a project, by file.
   [[nodiscard]] text::Overlay overlay(const fs::path& folder) const;
   Project& project_at(const fs::path& folder);
+  // Those below the folders of the editor too, of which nothing need be open.
+  void find_projects();
   void changed(const fs::path& path);
   const Index& fresh(Project& project);
 
