@@ -75,13 +75,19 @@ std::optional<int> watch_once(const WatchCommand& command, const sigset_t& signa
     over = true;
   });
   bool is_asked_to_end = false;
+  bool is_interrupted = false;
   while (!over) {
     const timespec turn{.tv_sec = 0, .tv_nsec = 50'000'000};
-    const bool ends = sigtimedwait(&signals, nullptr, &turn) > 0 || SteadyClock::now() >= until;
+    is_interrupted = sigtimedwait(&signals, nullptr, &turn) > 0 || is_interrupted;
+    const bool ends = is_interrupted || SteadyClock::now() >= until;
     if (ends && !is_asked_to_end) (*watch)->stop();
     is_asked_to_end = is_asked_to_end || ends;
   }
   follower.join();
+  if (is_asked_to_end && !is_interrupted) {
+    report.interrupted = false;
+    report.timed_out = true;  // --duration
+  }
   if (page) page->steer_by(nullptr);
   if (recording) recording->finish(report);
   if (page) page->ended(report);
