@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sentree/bt/call_watch.h"
 #include "sentree/bt/context.h"
 #include "sentree/bt/detail/blackboard.h"
 #include "sentree/bt/detail/script_numbers.h"
@@ -42,6 +43,7 @@ class Machine {
         blackboard_(model_, state, now),
         state_(state),
         effects_(effects),
+        watch_(WatchCalls::present()),
         called_(effects.hooks == nullptr),
         unusual_(effects.observer != nullptr) {}
 
@@ -65,6 +67,8 @@ class Machine {
   [[nodiscard]] const Model& model() const { return model_; }
   [[nodiscard]] const Tree& tree() const { return tree_; }
   [[nodiscard]] Effects& effects() { return effects_; }
+  /// Who sees which node is called; null: nobody.
+  [[nodiscard]] CallWatch* watch() const { return watch_; }
   [[nodiscard]] const UserNode& user(const Node& n) const { return users_[n.data]; }
   [[nodiscard]] NodeMemory* object(std::uint32_t index) { return objects_[index].get(); }
   [[nodiscard]] bool failed() const { return failed_; }
@@ -287,6 +291,7 @@ class Machine {
   Blackboard blackboard_;
   State& state_;
   Effects& effects_;
+  CallWatch* const watch_;
   bool called_;  ///< Nodes that answer at once are called: nobody has hooked into ticks.
   bool failed_ = false;
   bool unusual_;

@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "sentree/bt/call_watch.h"
 #include "sentree/bt/nodes/node.h"
 
 namespace sentree::bt::nodes {
@@ -32,15 +31,26 @@ struct User : AnyNode {
   }
   /// What a leaf says, unchecked: see `said`.
   [[gnu::always_inline]] static Status ask_leaf(Machine& m, const Node& n, NodeId id) {
+    if (m.watch() != nullptr) [[unlikely]]
+      return ask_watched(m, n, id);
     const UserNode& user = m.user(n);
     Context self(m, id, m.status(id));
     try {
-      const Watched watched(id);
       if (user.function != nullptr) return (*user.function)(self);
       return user.behaviour->tick_leaf(self, memory(m, user));
     } catch (...) {
       return threw(m, id).status;
     }
+  }
+  [[gnu::noinline]] static Status ask_watched(Machine& m, const Node& n, NodeId id) {
+    const UserNode& user = m.user(n);
+    Context self(m, id, m.status(id));
+    return guarded(m, id,
+                   [&] {
+                     return Next::done(user.function != nullptr ? (*user.function)(self)
+                                                                : user.behaviour->tick_leaf(self, memory(m, user)));
+                   })
+        .status;
   }
   /// The whole tick of a leaf without conditions.
   template <Status kUsual>
@@ -96,27 +106,23 @@ struct User : AnyNode {
   /// While a function of the node is called.
   class Watched {
    public:
-    explicit Watched(NodeId id) : watch_(WatchCalls::present()) {
-      if (watch_ != nullptr) [[unlikely]]
-        before_ = watch_->enter(id);
-    }
+    Watched(CallWatch* watch, NodeId id) : watch_(watch), before_(watch != nullptr ? watch->enter(id) : 0) {}
     ~Watched() {
-      if (watch_ != nullptr) [[unlikely]]
-        watch_->leave(before_);
+      if (watch_ != nullptr) watch_->leave(before_);
     }
     Watched(const Watched&) = delete;
     Watched& operator=(const Watched&) = delete;
 
    private:
     CallWatch* const watch_;
-    std::uint64_t before_ = 0;
+    const std::uint64_t before_;
   };
 
   /// Somebody else's code may throw; that gives the tick up, as `Context::fail` does.
   template <class Call>
   static Next guarded(Machine& m, NodeId id, const Call& call) {
     try {
-      const Watched watched(id);
+      const Watched watched(m.watch(), id);
       return call();
     } catch (...) {
       return threw(m, id);
