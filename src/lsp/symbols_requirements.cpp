@@ -9,6 +9,7 @@
 #include "sentree/lsp/symbols.h"
 #include "sentree/monitor/requirement.h"
 #include "sentree/monitor/requirement_lexer.h"
+#include "sentree/text/encoding.h"
 
 namespace sentree::lsp {
 
@@ -21,8 +22,8 @@ class RequirementCollector : public Collector {
 
   RequirementCollector(std::string_view text, const std::string& file, const Names& names)
       : Collector(text, names), file_(file) {
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    const std::size_t begin = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
+    const std::size_t begin =
+        text.starts_with(sentree::text::kByteOrderMark) ? sentree::text::kByteOrderMark.size() : 0;
     Diagnostics ignored;
     tokens_ = monitor::lex_requirements(text.substr(begin), file, ignored);
     const Offsets offsets(text.substr(begin));

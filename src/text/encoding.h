@@ -6,6 +6,9 @@
 
 namespace sentree::text {
 
+/// With which a text in UTF-8 may begin.
+inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
 /// XML that is not in UTF-8 as UTF-8, its declaration included: UTF-16 with or without a byte order mark, and what
 /// declares itself as ISO-8859-1 or Windows-1252. A declaration of UTF-16 that is itself written in bytes is wrong, and
 /// mended. Nothing: it is nothing of that, or no XML.

@@ -10,8 +10,6 @@ namespace sentree::text {
 
 namespace {
 
-constexpr std::string_view kMark = "\xEF\xBB\xBF";
-
 /// A comment, processing instruction or document type between elements.
 struct Aside {
   std::size_t begin;
@@ -52,7 +50,7 @@ class Formatter {
   Formatter(const XmlDocument& document, const XmlStyle& style) : source_(document.source()), style_(style) {}
 
   std::string run(const XmlElement& root) {
-    const std::size_t begin = source_.starts_with(kMark) ? kMark.size() : 0;
+    const std::size_t begin = source_.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
     const std::size_t breaks = asides(begin, root.offset(), 0);
     element(root, 0, breaks);
     asides(root.end_offset(), source_.size(), 0);
@@ -262,7 +260,7 @@ Result<std::string> format_xml(std::string_view source, std::string file, const 
   auto document = XmlDocument::parse(std::move(lines), std::move(file), options);
   if (!document) return tl::unexpected(std::move(document.error()));
   std::string formatted = with_line_ends_of(source, Formatter(*document, style).run(document->root()));
-  return source.starts_with(kMark) ? std::string(kMark) + formatted : formatted;
+  return source.starts_with(kByteOrderMark) ? std::string(kByteOrderMark) + formatted : formatted;
 }
 
 }  // namespace sentree::text

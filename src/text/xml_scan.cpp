@@ -10,6 +10,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "sentree/text/encoding.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::text {
@@ -145,7 +146,7 @@ class Scanner {
     constexpr std::size_t kTagBytes = 32;  // A usual one's; fewer reallocations of a long list.
     scan_.elements.reserve(source_.size() / kTagBytes);
     scan_.attributes.reserve(source_.size() / kTagBytes);
-    if (source_.starts_with("\xEF\xBB\xBF")) at_ = 3;
+    if (source_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
     if (starts("<?xml") && at_ + 5 < source_.size() && is_space(source_[at_ + 5])) xml_declaration();
     while (!scan_.error && misc()) {
     }

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "sentree/base/ascii.h"
+#include "sentree/text/encoding.h"
 #include "sentree/text/yaml.h"
 
 namespace sentree::text {
@@ -77,8 +78,7 @@ Value& made(Value& root, const YamlPath& path, std::size_t steps) {
 class Editor {
  public:
   Editor(std::string_view source, std::string file) : file_(std::move(file)) {
-    constexpr std::string_view kMark = "\xEF\xBB\xBF";
-    if (source.starts_with(kMark)) mark_ = source.substr(0, kMark.size());
+    if (source.starts_with(kByteOrderMark)) mark_ = source.substr(0, kByteOrderMark.size());
     source_ = source.substr(mark_.size());
     for (std::size_t at = source_.find('\n'); at != std::string_view::npos; at = source_.find('\n', at + 1))
       lines_.push_back(at + 1);
