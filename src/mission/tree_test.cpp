@@ -260,6 +260,7 @@ TEST(Tree, AnythingInAnyOrderFollowsTheTable) {
       "<Timeout msec=\"150\"><Parallel><Action ID=\"A\"/><Sleep msec=\"500\" _onHalted=\"tries += "
       "1\"/></Parallel></Timeout>",
       "<Action ID=\"A\"/>",
+      "<ReactiveSequence><Condition ID=\"A\"/><Action ID=\"B\"/></ReactiveSequence>",
       "<AlwaysSuccess/>"};
   for (int run = 0; run < 1500; ++run) {
     TreePlayer p(trees[rng.below(trees.size())], rng.below(4) == 0);

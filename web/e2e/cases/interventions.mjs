@@ -164,6 +164,7 @@ test("what was done by hand goes into a scenario that is there, and into the pag
   await page.locator("[data-node]", { hasText: "BatteryLevelAbove30" }).click({ button: "right" });
   await page.getByRole("menuitemcheckbox", { name: "failure" }).last().click();
   await page.locator("[data-node] .forced").waitFor();
+  await open_tab(page, "Save");  // a press on the tree has closed it
   await page.getByTestId("add-to-scenario").click();
   await page.getByTestId("saved-file").waitFor();
   const after = readFileSync(file, "utf8");
