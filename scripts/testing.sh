@@ -1,5 +1,5 @@
 # Sourced after common.sh by ./test and the nightly builds: how tests are run.
-# shellcheck shell=bash
+# shellcheck shell=bash disable=SC2154  # root is of common.sh
 
 # What fails beside other tests runs once more, alone: then the machine's load is not the cause. Both results are said.
 # Where CI is set, what passes only alone has failed: nobody would look into it. Except for what has deadlines of the wall

@@ -16,9 +16,9 @@ ConditionPtr made_of(Kind kind, std::vector<ConditionPtr> operands) {
   made->operands = std::move(operands);
   return made;
 }
-ConditionPtr negated(ConditionPtr condition) { return made_of(Kind::kNot, {std::move(condition)}); }
+ConditionPtr negation_of(ConditionPtr condition) { return made_of(Kind::kNot, {std::move(condition)}); }
 // In Kleene's logic: true if it is known whether it holds, else unknown. Of an event that is always known.
-ConditionPtr known(const ConditionPtr& condition) { return made_of(Kind::kOr, {condition, negated(condition)}); }
+ConditionPtr known(const ConditionPtr& condition) { return made_of(Kind::kOr, {condition, negation_of(condition)}); }
 
 bool speaks_of_events(const Condition& condition) {
   if (condition.kind == Kind::kEvent) return true;
@@ -75,7 +75,7 @@ std::optional<Requirement> test_of(const Requirement& requirement) {
   // Of what is asked for while something lasts: the same, of whether that is known.
   const auto keep = [&](Pattern pattern, bool wanted) {
     test.pattern = pattern;
-    test.q = negated(could_be(wanted, requirement.q));
+    test.q = negation_of(could_be(wanted, requirement.q));
   };
   const auto never = [&](ConditionPtr condition) {
     test.pattern = Pattern::kNever;

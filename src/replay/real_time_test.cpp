@@ -302,6 +302,8 @@ class RealTime : public ::testing::Test {
             << "seed " << seed << ", at " << moment.time_since_epoch().count() << " ns";
       };
       for (int i = 0; i < 4; ++i, ++moments) expect_same(6000, 6800);
+      // From the beginning: of durable runs it is not recorded when a leaf took what a fault has held back.
+      if (durable) continue;
       const std::size_t later = restored_;
       expect_same(500, 3000);
       EXPECT_EQ(restored_, later) << "there is a snapshot before";
