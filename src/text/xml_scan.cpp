@@ -10,6 +10,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "sentree/base/ascii.h"
 #include "sentree/text/encoding.h"
 #include "sentree/text/xml.h"
 
@@ -200,7 +201,7 @@ class Scanner {
     return !unreadable;
   }
 
-  // XML 2.8. Its version does not matter.
+  // XML 2.8. Which version it is does not matter.
   void xml_declaration() {
     const std::size_t begin = at_;
     const std::size_t end = source_.find("?>", at_);
@@ -215,7 +216,9 @@ class Scanner {
                    "of encodings UTF-8, UTF-16, ISO-8859-1 and Windows-1252 are read; convert the file (iconv -f " +
                        std::string(*encoding) + " -t UTF-8) and write encoding=\"UTF-8\" here");
     }
-    const bool other = standalone && *standalone != "yes" && *standalone != "no";
+    const auto is_odd = [](char c) { return !is_word(c) && c != '.' && c != '-'; };
+    const bool other = (standalone && *standalone != "yes" && *standalone != "no") ||
+                       (version && std::any_of(version->begin(), version->end(), is_odd));
     if (!version || other || std::any_of(rest.begin(), rest.end(), [](char c) { return !is_space(c); }))
       lenient(begin, "the XML declaration is not of the form <?xml version=\"1.0\" encoding=\"UTF-8\"?>");
   }

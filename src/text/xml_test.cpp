@@ -227,6 +227,7 @@ TEST(XmlDocument, ChecksDeclarationAndInstructions) {
   const std::string form =
       "a.xml:1:1: the XML declaration is not of the form <?xml version=\"1.0\" encoding=\"UTF-8\"?>";
   EXPECT_EQ(refusal("<?xml encoding='utf-8'?><a/>"), form);
+  EXPECT_EQ(refusal("<?xml version='1.\xC3\xA9'?><a/>"), form);
   EXPECT_EQ(refusal("<?xml version='1.0' standalone='maybe'?><a/>"), form);
   EXPECT_EQ(parse("<?xml encoding='utf-8'?><a/>", {.lenient = true}).warnings().size(), 1U);
   EXPECT_EQ(refusal("<?go+?><a/>"), "a.xml:1:5: white space is missing behind the name of the processing instruction");
