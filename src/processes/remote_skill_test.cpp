@@ -32,13 +32,28 @@ int listener(const std::string& path) {
   return made;
 }
 
-TEST(SkillServer, ConnectsToComponentsBeforeItsFirstTick) {
-  const TemporaryFolder folder("skill");
-  const std::string socket = (folder.path() / "door.sock").string();
-  const auto put = [&](const char* name, const std::string& text) {
-    std::filesystem::create_directories((folder.path() / name).parent_path());
-    ASSERT_TRUE(text::write_file(folder.path() / name, text));
-  };
+class SkillServer : public testing::Test {
+ protected:
+  [[nodiscard]] std::string at(const char* name) const { return (folder_.path() / name).string(); }
+  void put(const char* name, const std::string& text) const {
+    std::filesystem::create_directories(std::filesystem::path(at(name)).parent_path());
+    ASSERT_TRUE(text::write_file(at(name), text));
+  }
+  /// Of the project that has been put there; what is wrong with it is a failure.
+  [[nodiscard]] project::SkillPlan plan_of(const std::string& leaf) const {
+    const auto project = project::load_project(folder_.path());
+    EXPECT_TRUE(project.ok());
+    auto plan = project::prepare_skill(*project.value, leaf);
+    EXPECT_TRUE(plan.ok());
+    return std::move(*plan.value);
+  }
+
+ private:
+  const TemporaryFolder folder_{"skill"};
+};
+
+TEST_F(SkillServer, ConnectsToComponentsBeforeItsFirstTick) {
+  const std::string socket = at("door.sock");
   put("interfaces/door.thrift", "service Door { bool open() }\n");
   put("skills/Open.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="asking">
   <state id="asking"><onentry><send type="thrift" target="door" event="open"/></onentry>
@@ -48,25 +63,17 @@ TEST(SkillServer, ConnectsToComponentsBeforeItsFirstTick) {
   put("sentree.yaml",
       "mission: {file: mission.xml}\nservices: {door: {interface: door.thrift/Door, at: \"unix:" + socket + "\"}}\n");
   const int listening = listener(socket);
-  const auto project = project::load_project(folder.path());
-  ASSERT_TRUE(project.ok());
-  const auto plan = project::prepare_skill(*project.value, "Open");
-  ASSERT_TRUE(plan.ok());
+  const project::SkillPlan plan = plan_of("Open");
   const auto publisher = make_silent_publisher();
   const auto scheduler = runtime::make_real_scheduler();
-  const auto service = make_skill_service(*plan.value, *served_skill_interface(), *publisher, *scheduler, {});
+  const auto service = make_skill_service(plan, *served_skill_interface(), *publisher, *scheduler, {});
   pollfd somebody{listening, POLLIN, 0};
   EXPECT_EQ(::poll(&somebody, 1, 10'000), 1) << "nobody has connected";
   ::close(listening);
 }
 
 // Who knows neither leaves nor ports ticks it with what the tree says of the leaf.
-TEST(SkillServer, GivesTheConstantsOfItsLeafToWhoGivesNone) {
-  const TemporaryFolder folder("skill");
-  const auto put = [&](const char* name, const std::string& text) {
-    std::filesystem::create_directories((folder.path() / name).parent_path());
-    ASSERT_TRUE(text::write_file(folder.path() / name, text));
-  };
+TEST_F(SkillServer, GivesTheConstantsOfItsLeafToWhoGivesNone) {
   put("skills/Above.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
   <datamodel><data id="limit"/><data id="unit"/></datamodel>
   <state id="asked"><transition event="tick" cond="limit === 30" target="success"/>
@@ -78,16 +85,13 @@ TEST(SkillServer, GivesTheConstantsOfItsLeafToWhoGivesNone) {
   <TreeNodesModel><Condition ID="Above"><input_port name="limit" type="double"/><input_port name="unit"/></Condition>
   </TreeNodesModel></root>)");
   put("sentree.yaml", "mission: {file: mission.xml}\n");
-  const auto project = project::load_project(folder.path());
-  ASSERT_TRUE(project.ok());
   const auto tick = [&](const std::string& leaf, std::vector<std::string>& told) {
-    const auto plan = project::prepare_skill(*project.value, leaf);
-    EXPECT_TRUE(plan.ok());
+    const project::SkillPlan plan = plan_of(leaf);
     const auto publisher = make_silent_publisher();
     const auto scheduler = runtime::make_real_scheduler();
     SkillServerOptions options;
     options.problem = [&](const std::string& what) { told.push_back(what); };
-    const auto service = make_skill_service(*plan.value, *served_skill_interface(), *publisher, *scheduler, options);
+    const auto service = make_skill_service(plan, *served_skill_interface(), *publisher, *scheduler, options);
     std::thread actors([&] { static_cast<void>(scheduler->run()); });
     std::promise<rpc::Outcome> answered;
     service->serve(*service->interface().find("request_tick"), Value(Map{}),
@@ -110,25 +114,17 @@ TEST(SkillServer, GivesTheConstantsOfItsLeafToWhoGivesNone) {
 }
 
 // A skill's process outlives missions, each of which counts the runs of its leaf for itself.
-TEST(SkillServer, BeginsAnewInEachMission) {
-  const TemporaryFolder folder("skill");
-  const auto put = [&](const char* name, const std::string& text) {
-    std::filesystem::create_directories((folder.path() / name).parent_path());
-    ASSERT_TRUE(text::write_file(folder.path() / name, text));
-  };
+TEST_F(SkillServer, BeginsAnewInEachMission) {
   put("skills/Once.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">
   <state id="asked"><transition event="tick" target="success"/></state>
   <final id="success"/></scxml>)");
   put("mission.xml", R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><Action ID="Once"/></BehaviorTree></root>)");
   put("sentree.yaml", "mission: {file: mission.xml}\n");
-  const auto project = project::load_project(folder.path());
-  ASSERT_TRUE(project.ok());
-  const auto plan = project::prepare_skill(*project.value, "Once");
-  ASSERT_TRUE(plan.ok());
+  const project::SkillPlan plan = plan_of("Once");
   const auto publisher = make_silent_publisher();
   const auto scheduler = runtime::make_real_scheduler();
-  const auto service = make_skill_service(*plan.value, *served_skill_interface(), *publisher, *scheduler, {});
-  const rpc::Address address = *rpc::Address::parse("unix:" + (folder.path() / "once.sock").string());
+  const auto service = make_skill_service(plan, *served_skill_interface(), *publisher, *scheduler, {});
+  const rpc::Address address = *rpc::Address::parse("unix:" + at("once.sock"));
   const auto server = rpc::Server::start(address, {{"skill", service}});
   ASSERT_TRUE(server) << server.error().message;
   std::thread actors([&] { static_cast<void>(scheduler->run()); });
