@@ -27,7 +27,7 @@ struct Tick {
 }
 
 struct TickReply {
-  1: Status status,
+  1: Status status,        // IDLE: a halt or a cancellation has come before the answer, which nobody waits for
   2: string outputs = "{}" // values of output ports; read when the status is SUCCESS or FAILURE
 }
 
