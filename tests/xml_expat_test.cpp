@@ -287,7 +287,8 @@ class Generator {
   }
   void misc(std::string& source) {
     for (std::uint64_t i = rng_.below(3); i > 0; --i)
-      source += pick({" ", "\n", "\r\n", "<!-- c -->", "<!---->", "<?go on?>", "<?go?>", "<!-- - -->", "<?x:y z?>"});
+      source += pick({" ", "\n", "\r\n", "<!-- c -->", "<!---->", "<?go on?>", "<?go?>", "<!-- - -->", "<?x:y z?>",
+                      "<![CDATA[x]]>"});
   }
   std::string name() { return pick({"a", "b", "c1", "_", "d-e.f", "p:a", "q:b", "xml:c", "\xC3\xA9", "xmlx"}); }
   void attributes(std::string& source) {

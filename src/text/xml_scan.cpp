@@ -329,6 +329,7 @@ class Scanner {
 
   void element_tree() {
     if (source_[at_] != '<') return error(at_, "expected an element, found text");
+    if (starts("<![CDATA[")) return error(at_, "expected an element, found a CDATA section");
     do {
       if (source_[at_] == '<')
         markup();
@@ -456,6 +457,7 @@ class Scanner {
     const std::size_t begin = at_;
     const std::string_view name = read_name();
     if (name.empty()) return error(at_, "<" + std::string(element) + ">: expected an attribute or \">\""), false;
+    prefixed_ = prefixed_ || name == "xmlns";
     skip_space();
     if (at_ >= source_.size() || source_[at_] != '=')
       return error(begin, "attribute \"" + std::string(name) + "\" has no value"), false;
@@ -525,7 +527,12 @@ class Scanner {
   void check_prefixes(std::size_t begin, std::string_view element, std::size_t first_attribute) {
     const std::size_t end = scan_.attributes.size();
     for (std::size_t i = first_attribute; i < end; ++i) {
-      if (name_of(scan_.attributes[i]).starts_with("xmlns:")) declare_prefix(i);
+      const std::string_view name = name_of(scan_.attributes[i]);
+      if (name.starts_with("xmlns:")) declare_prefix(i);
+      if (const std::string_view uri = value_of(scan_.attributes[i]);
+          name == "xmlns" && (uri == kXmlUri || uri == kXmlnsUri))
+        lenient(scan_.attributes[i].name_begin, "\"" + std::string(uri) + "\" cannot be the default namespace",
+                "xml.namespace");
     }
     const auto check = [&](std::string_view name, std::size_t offset) {
       const auto colon = name.find(':');
@@ -612,7 +619,7 @@ class Scanner {
   std::unordered_map<std::string_view, std::size_t> bound_;  ///< Of each name, the innermost.
   std::unordered_set<std::string_view> names_;               ///< Attributes of the present tag, where they are many.
   bool has_doctype_ = false;
-  bool prefixed_ = false;  ///< A name of the present tag has a colon.
+  bool prefixed_ = false;  ///< A name of the present tag has a colon, or is xmlns.
 };
 
 }  // namespace

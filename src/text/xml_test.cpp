@@ -210,12 +210,22 @@ TEST(XmlDocument, BoundsTheAttributesOfAnElement) {
   EXPECT_EQ(refusal(with(20) + " a7=''/>"), "a.xml:1:134: attribute \"a7\" stands twice");
 }
 
+TEST(XmlDocument, IsNoneWithoutARootElement) {
+  EXPECT_EQ(refusal(""), "a.xml:1:1: there is no root element");
+  EXPECT_EQ(refusal("<!-- c -->"), "a.xml:1:11: there is no root element");
+  EXPECT_EQ(refusal("x<a/>"), "a.xml:1:1: expected an element, found text");
+  EXPECT_EQ(refusal("\n<![CDATA[x]]>"), "a.xml:2:1: expected an element, found a CDATA section");
+  EXPECT_EQ(refusal("<![CDATA[x]]><a/>"), "a.xml:1:1: expected an element, found a CDATA section");
+}
+
 TEST(XmlDocument, ChecksPrefixes) {
   EXPECT_EQ(refusal("<a xmlns:p='u' xmlns:q='u' p:x='' q:x=''/>"),
             "a.xml:1:35: attribute \"q:x\" stands twice, under another prefix");
   EXPECT_EQ(refusal("<a xmlns:p='u'><b xmlns:p='v'/><p:c/></a>"), "accepted");
   EXPECT_EQ(refusal("<a><b xmlns:p='v'/><p:c/></a>"), "a.xml:1:21: prefix \"p\" is not declared; add xmlns:p=\"…\"");
   EXPECT_EQ(refusal("<a xmlns:p=''/>"), "a.xml:1:4: prefix \"p\" cannot be declared as \"\"");
+  EXPECT_EQ(refusal("<a xmlns='http://www.w3.org/XML/1998/namespace'/>"),
+            "a.xml:1:4: \"http://www.w3.org/XML/1998/namespace\" cannot be the default namespace");
   EXPECT_EQ(refusal("<a xmlns:p='u' p:b:c=''/>"), "a.xml:1:16: \"p:b:c\" is no name with a prefix");
 }
 
