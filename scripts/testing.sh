@@ -1,4 +1,4 @@
-# Sourced after common.sh by ./test and the nightly builds: how tests are run.
+# Sourced after common.sh by ./test and the builds with sanitizers: how tests are run.
 # shellcheck shell=bash disable=SC2154  # root is of common.sh
 
 # What fails beside other tests runs once more, alone: then the machine's load is not the cause. Both results are said.

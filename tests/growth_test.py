@@ -76,6 +76,8 @@ FILES = {
     "requirements.req": lambda n: many("r{i}: always reply(a.b) >= {i}.\n", n // 8),
     "definitions.req": lambda n: many("let l{i} = reply(a.b)\n", n // 8) + "r: always l0 >= 1.\n",
     "keys/sentree.yaml": lambda n: many("k{i}: 1\n", n),
+    "no_project/k.yaml": lambda n: many("k{i}: 1\n", n),
+    "override/scenarios/s.yaml": lambda n: "override:\n  services:\n" + many("    s{i}: {{at: sim}}\n", n // 4),
     "brackets/sentree.yaml": lambda n: "[" * n,
     "quotes/sentree.yaml": lambda n: '"' * n,
     "services/sentree.yaml": lambda n: "mission: m.xml\nservices:\n" + many("  s{i}: {{idl: a.thrift, interface: A, at: sim}}\n", n // 16),

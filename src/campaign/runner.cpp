@@ -108,9 +108,15 @@ void forgo_witnesses(project::Plan& plan) {
 // Every event at once and each alternative once: what is wrong there is wrong in each run that draws it.
 constexpr std::size_t kProbesMax = 20;
 
-std::size_t probes_of(const Vary& vary) {
+bool is_of_world(const Parameter& parameter) { return parameter.name.starts_with("world."); }
+
+enum class Probed : std::uint8_t { kAll, kButTheWorld };
+
+std::size_t probes_of(const Vary& vary, Probed which) {
   std::size_t most = 1;
-  for (const Parameter& parameter : vary.parameters) most = std::max(most, parameter.from.alternatives.size());
+  for (const Parameter& parameter : vary.parameters) {
+    if (which == Probed::kAll || !is_of_world(parameter)) most = std::max(most, parameter.from.alternatives.size());
+  }
   for (const Event& event : vary.events) {
     for (const Event::Part& part : event.parts) most = std::max(most, part.from.alternatives.size());
   }
@@ -168,14 +174,36 @@ std::vector<DrawnEnd> ends_of(Vary vary) {
   return ends;
 }
 
+void fix_at(Distribution& from, double value) {
+  from.kind = Distribution::Kind::kUniform;
+  from.a = from.b = value;
+  from.min.reset();
+  from.max.reset();
+}
+
 Vary at_end(const Vary& vary, std::size_t of, double value) {
   Vary probed = probe(vary, 0);
   each_distribution(probed, [&](std::size_t number, Distribution& from) {
-    if (number != of) return;
-    from.kind = Distribution::Kind::kUniform;
-    from.a = from.b = value;
-    from.min.reset();
-    from.max.reset();
+    if (number == of) fix_at(from, value);
+  });
+  return probed;
+}
+
+enum class Ends : std::uint8_t { kFirst, kLast };
+
+// What events draw, all hardly inside their first ends or their last: one knows nothing of the other.
+Vary at_ends_of_events(const Vary& vary, const std::vector<DrawnEnd>& ends, Ends which) {
+  Vary probed = probe(vary, 0);
+  std::map<std::size_t, double> at;
+  for (const DrawnEnd& end : ends) {
+    if (end.of < vary.parameters.size()) continue;
+    if (which == Ends::kLast)
+      at[end.of] = end.within;
+    else
+      at.emplace(end.of, end.within);
+  }
+  each_distribution(probed, [&](std::size_t number, Distribution& from) {
+    if (const auto found = at.find(number); found != at.end()) fix_at(from, found->second);
   });
   return probed;
 }
@@ -194,7 +222,7 @@ std::string first_error(const Diagnostics& diagnostics) {
 Runner::Runner(project::Plan plan, project::Scenario base, Vary vary)
     : vary_(std::move(vary)), base_(std::move(base)), world_(plan.world), plan_(std::move(plan)) {
   for (const Parameter& parameter : vary_.parameters) {
-    if (!parameter.name.starts_with("world.") && !parameter.name.starts_with("deadlines.")) follows_files_ = true;
+    if (!is_of_world(parameter) && !parameter.name.starts_with("deadlines.")) follows_files_ = true;
   }
   forgo_witnesses(plan_);
   for (const monitor::Model& model : plan_.monitors) requirements_.push_back(model.name());
@@ -259,11 +287,17 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
     auto source = project::WorldSource::read(runner->base_.project);
     if (source) runner->source_ = std::move(*source);
   }
-  const auto wrong_in = [&](const Vary& probed) {
+  enum class Looked : std::uint8_t { kAll, kWorld };
+  const auto wrong_in = [&](const Vary& probed, Looked looked) {
     const Drawing drawing(probed, runner->world_.get(), runner->base_.duration);
     auto drawn = scenario_of(runner->base_, probed, drawing.draw(1));
-    Diagnostics found =
-        drawn.ok() ? project::prepare(std::move(*drawn.value), parts).diagnostics : std::move(drawn.diagnostics);
+    Diagnostics found;
+    if (!drawn.ok())
+      found = std::move(drawn.diagnostics);
+    else if (looked == Looked::kWorld)
+      found = runner->source_->with(drawn.value->project.world_overrides, runner->world_.get()).diagnostics;
+    else
+      found = project::prepare(std::move(*drawn.value), parts).diagnostics;
     std::erase_if(found, [&](const Diagnostic& one) {
       // What a draw makes of the world may be refused, and is counted; names may not.
       return one.severity != Severity::kError || one.code.starts_with("sim.bad-place") ||
@@ -271,12 +305,24 @@ Loaded<std::unique_ptr<Runner>> Runner::load(const std::filesystem::path& projec
     });
     return found;
   };
-  for (std::size_t i = 0; i < probes_of(runner->vary_); ++i) append(wrong_in(probe(runner->vary_, i)));
+  const std::size_t whole = runner->source_ ? probes_of(runner->vary_, Probed::kButTheWorld) : kProbesMax;
+  for (std::size_t i = 0; i < probes_of(runner->vary_, Probed::kAll); ++i)
+    append(wrong_in(probe(runner->vary_, i), i < whole ? Looked::kAll : Looked::kWorld));
   if (!has_errors(loaded.diagnostics)) {
-    for (const DrawnEnd& end : ends_of(runner->vary_)) {
-      const Diagnostics found = wrong_in(at_end(runner->vary_, end.of, end.at));
-      if (!found.empty() && (end.within == end.at || !wrong_in(at_end(runner->vary_, end.of, end.within)).empty()))
-        append(found);
+    const std::vector<Parameter>& numbers = runner->vary_.parameters;
+    const std::vector<DrawnEnd> ends = ends_of(runner->vary_);
+    const auto is_fine = [&](Ends which) {
+      return wrong_in(at_ends_of_events(runner->vary_, ends, which), Looked::kAll).empty();
+    };
+    const bool events_are_fine = is_fine(Ends::kFirst) && is_fine(Ends::kLast);
+    for (const DrawnEnd& end : ends) {
+      if (events_are_fine && end.of >= numbers.size()) continue;
+      const bool is_world = runner->source_ && end.of < numbers.size() && is_of_world(numbers[end.of]);
+      const auto wrong_at = [&](double value) {
+        return wrong_in(at_end(runner->vary_, end.of, value), is_world ? Looked::kWorld : Looked::kAll);
+      };
+      const Diagnostics found = wrong_at(end.at);
+      if (!found.empty() && (end.within == end.at || !wrong_at(end.within).empty())) append(found);
     }
   }
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(runner);
@@ -303,8 +349,7 @@ Runner::Executed Runner::execute(const Draw& draw, const Coverage* things) {
   } else {
     const bool same_world =
         scenario.value->project.world_overrides.has_value() == base_.project.world_overrides.has_value() &&
-        std::none_of(vary_.parameters.begin(), vary_.parameters.end(),
-                     [](const Parameter& p) { return p.name.starts_with("world."); });
+        std::none_of(vary_.parameters.begin(), vary_.parameters.end(), is_of_world);
     plan_.world = world_;
     if (!same_world) {
       auto world = source_->with(scenario.value->project.world_overrides, world_.get());

@@ -113,7 +113,7 @@ int call_address(const CallCommand& command, const rpc::Address& address, const 
   const idl::ServicePtr service = schema.value->service(of);
   if (!service) {
     const auto names = schema.value->service_names();
-    say(fmt::format("{}: no service \"{}\"{}", name, of, did_you_mean(of, names)));
+    say(fmt::format("{}: no service \"{}\"{}", name, of, names.empty() ? "; it has none" : did_you_mean(of, names)));
     return kInvalidInput;
   }
   // What is wrong with the arguments else, the call itself says.

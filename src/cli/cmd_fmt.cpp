@@ -75,7 +75,7 @@ class FileFormatter {
       if (named) {
         complain({Severity::kError, "fmt.unknown-document",
                   "neither a Behavior Tree (<root>) nor a state chart (<scxml>); nothing else is formatted",
-                  SourceSpan{file}});
+                  SourceSpan{file, 1, 1}});
       }
       return std::nullopt;
     }

@@ -17,6 +17,7 @@
 #include "sentree/cli/verify_options.h"
 #include "sentree/cli/verify_result.h"
 #include "sentree/cli/verify_statistics.h"
+#include "sentree/cli/verify_story.h"
 #include "sentree/cli/watched_work.h"
 #include "sentree/project/cpp_nodes.h"
 #include "sentree/project/part_cache.h"
@@ -331,113 +332,6 @@ class Verifying {
                        .value = to_json(*message.data.find("value"))});
       }
     }
-    return out;
-  }
-
-  // Of a model; a topic of a service may be called so too.
-  static bool is_choice(const project::Plan& plan, const Message& message) {
-    return message.name == message.source + ".choice" && message.data.find("value") != nullptr &&
-           std::any_of(plan.models.begin(), plan.models.end(),
-                       [&](const project::ModelPlan& model) { return model.name == message.source; });
-  }
-
-  // What is not as in `before`, which it becomes: of a structure the members, cut to what one reads at a glance.
-  static std::string changed_in(Value& before, const Value& result) {
-    constexpr std::size_t kShownMax = 72;
-    if (before == result) return {};
-    const Map* old = before.as_map();
-    const Map* present = result.as_map();
-    std::string text;
-    if (old != nullptr && present != nullptr) {
-      for (const auto& [name, value] : *present) {
-        const Value* was = old->find(name);
-        if (was == nullptr || !(*was == value))
-          text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, to_json(value));
-      }
-    } else {
-      text = to_json(result);
-    }
-    before = result;
-    if (text.size() <= kShownMax) return text;
-    std::size_t end = kShownMax;
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
-    return text.substr(0, end) + "…";
-  }
-
-  // " (robot#3, not true; models/robot.scxml:33)": what else it could have been, as `sentree run --choose` wants it.
-  static std::string others(const verify::Told& tick, std::size_t index, const std::string& model,
-                            const std::string& value, const Value* place) {
-    if (index >= tick.choices.size() || tick.choices[index].count < 2) return {};
-    const verify::Told::Choice& choice = tick.choices[index];
-    std::string text;
-    for (const std::string& other : choice.alternatives) {
-      if (other != value) text += (text.empty() ? "" : ", ") + other;
-    }
-    if (choice.count > choice.alternatives.size()) text += ", …";
-    return fmt::format(" ({}#{}, not {}{})", model, choice.number, text,
-                       place != nullptr ? fmt::format("; {}", place->text()) : "");
-  }
-
-  // Tick by tick, what is not as it was.
-  static std::string story_of(const project::Plan& plan, const verify::Judgement& judgement) {
-    const auto told = verify::retell(plan);
-    if (!told) return fmt::format("{}\n", to_string(told.error()));
-    std::string out;
-    std::map<std::string, std::string> last;
-    std::map<std::string, Value> results;
-    const auto& loop = judgement.path->loop;
-    for (const verify::Told& tick : *told) {
-      if (loop && tick.tick > judgement.path->edges.size()) break;
-      if (loop && tick.tick == *loop + 1)
-        out += fmt::format("    from here on the same for ever, and {} is owed:\n", judgement.requirement);
-      std::string line;
-      std::size_t choices = 0;
-      // What timers do comes before the tick of its period, and has a line of its own.
-      const TimePoint at_tick = TimePoint{} + plan.scenario.project.period * static_cast<std::int64_t>(tick.tick - 1);
-      TimePoint at = at_tick;
-      const auto end_line = [&] {
-        if (!line.empty()) {
-          const std::string label = at == at_tick ? fmt::format("tick {:<4}", tick.tick) : std::string();
-          out += fmt::format("    {:<9} {:>8} s  {}\n", label, shortest_decimal(seconds(at)), line);
-        }
-        line.clear();
-      };
-      const auto add = [&](const std::string& what) { line += (line.empty() ? "" : ", ") + what; };
-      for (const Message& message : tick.messages) {
-        if (!loop && message.time > judgement.at) break;
-        if (message.time != at) end_line();
-        at = message.time;
-        if (is_choice(plan, message)) {
-          const Value* name = message.data.find("name");
-          const std::string value = to_json(*message.data.find("value"));
-          const Value* place = message.data.find("place");
-          add(fmt::format("{} chooses {}{}{}", message.source,
-                          name != nullptr ? fmt::format("{} = ", name->text()) : "", value,
-                          others(tick, choices++, message.source, value, place)));
-        } else if (message.name == "scenario.injection") {
-          add(fmt::format("fault: {} {}", message.data.find("what")->text(), message.target));
-        } else if (message.name.ends_with(".tick.reply")) {
-          const std::string status(message.data.find("status")->text());
-          if (std::exchange(last[message.name], status) != status) add(fmt::format("{} {}", message.source, status));
-        } else if (message.kind == MessageKind::kReply && message.data.find("result") != nullptr) {
-          const std::string call = message.name.substr(0, message.name.size() - 6);
-          const Value* args = message.data.find("args");
-          const std::string asked = args != nullptr && !args->as_map()->empty() ? to_json(*args) : "";
-          const std::string changed = changed_in(results[call + asked], *message.data.find("result"));
-          if (!changed.empty()) add(fmt::format("{}{} → {}", call, asked, changed));
-        } else if (message.kind == MessageKind::kError) {
-          add(message.name);
-        }
-      }
-      end_line();
-    }
-    if (loop) return out;
-    const bool is_refuted = judgement.finding == verify::Finding::kRefuted;
-    out += fmt::format(
-        "    {:>20} s  {}\n", shortest_decimal(seconds(judgement.at)),
-        judgement.state == "the mission ends"
-            ? fmt::format("the mission ends, and {} is {}", judgement.requirement, is_refuted ? "owed" : "open")
-            : judgement.requirement + " is VIOLATED");
     return out;
   }
 

@@ -120,7 +120,7 @@ class RosRobot::Impl {
           static_cast<void>(
               ask(name, "Base", "applyVelocityCommand", Map{{"cmd", command}, {"timeout", kCommandTimeout_s}}));
         },
-        {.target = "cmd_vel", .problem = problem_});
+        {.target = "cmd_vel", .problem = problem_, .optional = true});
     if (!opened) return tl::unexpected(std::move(opened.error()));
     heard_.push_back(std::move(*opened));
     return {};

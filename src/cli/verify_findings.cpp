@@ -79,6 +79,10 @@ class Telling {
     out["problems"] = to_list(graph.problems);
     Map& limits = *out["limits"].as_map();
     limits["complete_to_tick"] = static_cast<std::int64_t>(graph.complete_to);
+    if (graph.faultless_from != UINT32_MAX) {
+      limits["without_faults"] =
+          Map{{"complete", graph.faultless_complete}, {"to_tick", static_cast<std::int64_t>(graph.faultless_to)}};
+    }
     limits["same_hash"] = same_hash();
     if (!graph.limit.empty()) limits["ended_by"] = graph.limit;
     if (!graph.grows.empty()) limits["most_values"] = graph.grows;
@@ -89,10 +93,20 @@ class Telling {
   }
 
  private:
+  // How far a limit let go on what no fault has touched; empty: no further.
+  std::string faultless(const char* all, const char* part) const {
+    const verify::Graph& graph = found_.result.graph;
+    if (graph.faultless_from == UINT32_MAX) return {};
+    if (graph.faultless_complete) return all;
+    return graph.faultless_to > graph.complete_to ? fmt::format(fmt::runtime(part), graph.faultless_to) : std::string();
+  }
+
   std::string how_far() const {
     const verify::Graph& graph = found_.result.graph;
     if (graph.complete) return "complete";
-    return graph.limit.empty() ? "not complete" : fmt::format("up to tick {}: {}", graph.complete_to, graph.limit);
+    if (graph.limit.empty()) return "not complete";
+    return fmt::format("up to tick {}: {}{}", graph.complete_to, graph.limit,
+                       faultless(", without faults all of it", ", without faults up to tick {}"));
   }
 
   std::string basis() const {
@@ -277,8 +291,10 @@ class Telling {
       if (judgement.vacuous.empty() && !judgement.never_seen.empty())
         out += fmt::format("\n  never seen: {}", fmt::join(judgement.never_seen, ", "));
     } else {
-      out = judgement.limit.empty() ? fmt::format("not refuted up to tick {}", found_.result.graph.complete_to)
-                                    : "not decided: " + judgement.limit;
+      out = judgement.limit.empty()
+                ? fmt::format("not refuted up to tick {}{}", found_.result.graph.complete_to,
+                              faultless(", nor without faults", ", nor without faults up to tick {}"))
+                : "not decided: " + judgement.limit;
     }
     if (!judgement.fair.empty() && judgement.finding == verify::Finding::kHolds)
       out += fmt::format(" (if fair: {})", few(judgement.fair));

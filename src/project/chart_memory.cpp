@@ -1,9 +1,13 @@
 #include "sentree/project/chart_memory.h"
 
+#include "sentree/scxml/model.h"
+#include "sentree/scxml/script_syntax.h"
+
 namespace sentree::project {
 
 void ChartMemory::forget() {
   facts_.clear();
+  words_.clear();
   first_ += contexts_.size();  // ids stay unique
   contexts_.clear();
   finds_ = 0;
@@ -14,6 +18,22 @@ ChartFacts ChartMemory::facts(const scxml::Chart& chart) {
   if (facts_.size() >= kChartsMax) forget();
   const auto known = facts_.find(&chart.model());
   return known != facts_.end() ? known->second : facts_.emplace(&chart.model(), ChartFacts(chart)).first->second;
+}
+
+const ChartMemory::Words& ChartMemory::words(const scxml::Chart& chart) {
+  if (words_.size() >= kChartsMax) forget();
+  const auto [known, is_new] = words_.try_emplace(&chart.model(), Words{chart, {}, {}});
+  if (is_new) {
+    for (const scxml::Chart& one : scxml::with_invoked(chart)) {
+      for (const scxml::Expression& expression : one.model().expressions) {
+        for (const scxml::ScriptMention& mention : scxml::texts_in_script(expression.text)) {
+          if (!mention.is_computed_state && !mention.text.empty()) known->second.texts.emplace(mention.text);
+        }
+      }
+    }
+    known->second.choices = choices_of(chart);
+  }
+  return known->second;
 }
 
 ChartMemory::ContextId ChartMemory::context(const monitor::Vocabulary& vocabulary,

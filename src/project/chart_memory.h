@@ -9,6 +9,7 @@
 
 #include "sentree/monitor/requirement_types.h"
 #include "sentree/project/chart_facts.h"
+#include "sentree/project/model_choices.h"
 #include "sentree/project/plan.h"
 #include "sentree/project/project.h"
 
@@ -35,6 +36,13 @@ class ChartMemory {
   static constexpr ContextId kNoContext = static_cast<ContextId>(-1);
 
   [[nodiscard]] ChartFacts facts(const scxml::Chart& chart);
+  /// Texts that its expressions and those of charts that it invokes write down, and what it can choose.
+  struct Words {
+    scxml::Chart chart;
+    std::set<std::string> texts;
+    KnownChoices choices;
+  };
+  [[nodiscard]] const Words& words(const scxml::Chart& chart);
   /// Cost: that of comparing it with the last ones. What was found beside the oldest one is forgotten now and then.
   [[nodiscard]] ContextId context(const monitor::Vocabulary& vocabulary,
                                   const std::map<std::string, ServicePlan>& services);
@@ -85,6 +93,7 @@ class ChartMemory {
   ContextId first_ = 0;    // of contexts_
   std::size_t finds_ = 0;  // since it forgot
   std::map<const scxml::Model*, ChartFacts> facts_;
+  std::map<const scxml::Model*, Words> words_;
   std::vector<Context> contexts_;
   std::tuple<Memory<SkillUse>, Memory<MonitorEntry>, Memory<ModelEntry>> found_;
 };

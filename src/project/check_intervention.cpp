@@ -129,6 +129,11 @@ class Check {
     if (way_out.empty() && !names.empty() && names.size() <= kShownMax)
       way_out = fmt::format("; there are {}", fmt::join(names, ", "));
     std::string why = fmt::format("nothing of this run that can be killed is called \"{}\"{}", wanted, way_out);
+    if (const LeafPlan* leaf = leaf_elsewhere(wanted); leaf != nullptr) {
+      why = contains(names, leaf->id)
+                ? fmt::format("\"{}\" runs in the process \"{}\": kill that, with all leaves that it runs", wanted, leaf->id)
+                : fmt::format("\"{}\" runs at {}, where nobody here can kill it", wanted, leaf->at);
+    }
     if (scope_.monitors != nullptr) {
       for (const monitor::Model& monitor : *scope_.monitors) {
         if (monitor.name() == wanted)
@@ -137,6 +142,15 @@ class Check {
       }
     }
     return refuse("scenario.kill", std::move(why));
+  }
+
+  // Null: no leaf of that name is in another process.
+  const LeafPlan* leaf_elsewhere(const std::string& name) const {
+    if (scope_.leaves == nullptr) return nullptr;
+    for (const LeafPlan& leaf : *scope_.leaves) {
+      if (leaf.name == name && !leaf.at.empty()) return &leaf;
+    }
+    return nullptr;
   }
 
   // Every call, "SERVICE.METHOD".

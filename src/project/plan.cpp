@@ -360,7 +360,7 @@ class Preparation {
         tree != nullptr && leaves_.size() == tree->external_leaves().size() && !has_errors(diagnostics);
     auto context = ChartMemory::kNoContext;
     if (is_known) {
-      add_models(model_names(), model_charts_, *vocabulary_);
+      add_models(model_names(), model_charts_, known_.findings, *vocabulary_);
       context = known_.findings.context(*vocabulary_, services_);
     }
     const monitor::Vocabulary* known = observed_ = is_known ? &*vocabulary_ : nullptr;
@@ -765,7 +765,7 @@ Loaded<monitor::Vocabulary> load_vocabulary(const Project& project) {
     loaded.value = vocabulary_of(preparation.services_, &*tree, preparation.leaves_, preparation.world_.get(),
                                  known.impl().findings);
     preparation.models();  // what is wrong with them is not asked for
-    add_models(preparation.model_names(), preparation.model_charts_, *loaded.value);
+    add_models(preparation.model_names(), preparation.model_charts_, known.impl().findings, *loaded.value);
   }
   return loaded;
 }

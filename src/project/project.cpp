@@ -440,6 +440,8 @@ std::optional<Duration> parse_duration(std::string_view text) {
     unit_s = 3600.0;
   else
     return std::nullopt;
+  constexpr double kLongest_s = 10 * 366 * 86400.0;  // times that are added up, and multiples, fit
+  if (!(read->first * unit_s <= kLongest_s)) return std::nullopt;
   return from_seconds(read->first * unit_s);
 }
 

@@ -325,7 +325,7 @@ struct Scenario {
 /// The scenario files of a project's `scenarios/` folder, sorted by name.
 [[nodiscard]] std::vector<std::filesystem::path> scenario_files(const Project& project);
 
-/// "10 Hz" as a period, "40 ms" / "2 s" / "5 min" as a duration.
+/// "10 Hz" as a period, "40 ms" / "2 s" / "5 min" as a duration of up to ten years.
 [[nodiscard]] std::optional<Duration> parse_rate(std::string_view text);
 [[nodiscard]] std::optional<Duration> parse_duration(std::string_view text);
 

@@ -51,6 +51,8 @@ TEST(Units, AreReadWithTheirBounds) {
   EXPECT_EQ(parse_duration("40 ms"), milliseconds(40));
   EXPECT_EQ(parse_duration("1.5s"), milliseconds(1500));
   EXPECT_EQ(parse_duration("2 min"), seconds(120));
+  EXPECT_EQ(parse_duration("87600 h"), std::chrono::hours(87600));
+  EXPECT_EQ(parse_duration("1e300 s"), std::nullopt);
   EXPECT_EQ(parse_duration("2"), std::nullopt);
   EXPECT_EQ(parse_duration("-2 s"), std::nullopt);
   EXPECT_EQ(parse_duration("soon"), std::nullopt);
@@ -302,6 +304,29 @@ TEST(Scenario, RefusesWhatItCannotExpect) {
                   "scenarios/s.yaml:2:19: mission \"GOOD\" must be SUCCESS, FAILURE or RUNNING",
                   "scenarios/s.yaml:2:36: the project has no monitor \"batery\"; did you mean \"battery\"?",
                   "scenarios/s.yaml:2:63: verdict \"fine\" must be violated, satisfied, undecided or owed"));
+}
+
+TEST(Scenario, ThatKillsALeafOfAnotherProcessHearsWhatToKill) {
+  const Folder folder;
+  folder.write("m.xml",
+               "<root BTCPP_format=\"4\"><BehaviorTree ID=\"M\"><Sequence><Action ID=\"Go\" name=\"Home\"/>"
+               "<Action ID=\"Wave\" name=\"Hello\"/></Sequence></BehaviorTree></root>");
+  folder.write("sentree.yaml", "mission: {file: m.xml}\nskills: {Wave: {at: 'tcp://127.0.0.1:9'}}\n");
+  for (const char* const skill : {"Go", "Wave"}) {
+    folder.write(std::string("skills/") + skill + ".scxml",
+                 "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" initial=\"success\">"
+                 "<final id=\"success\"/></scxml>");
+  }
+  const auto file = folder.write("scenarios/s.yaml",
+                                 "clock: real\nprocesses: {Go: {skill: Go, listen: 'unix:{run}/go.sock'}}\n"
+                                 "override: {skills: {Go: {at: '{Go}'}}}\n"
+                                 "timeline:\n  - {at: 1 s, kill: Home}\n  - {at: 1 s, kill: Hello}\n");
+  auto scenario = load_scenario(file);
+  ASSERT_TRUE(scenario.ok());
+  EXPECT_THAT(messages(prepare(std::move(*scenario.value)).diagnostics, folder),
+              ElementsAre("scenarios/s.yaml:5:5: \"Home\" runs in the process \"Go\": kill that, with all leaves that it "
+                          "runs",
+                          "scenarios/s.yaml:6:5: \"Hello\" runs at tcp://127.0.0.1:9, where nobody here can kill it"));
 }
 
 // A project with a service at an address, and what is said of it with a scenario.

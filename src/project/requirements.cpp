@@ -103,17 +103,6 @@ DataType exceptions_of(const idl::Method& method, DataTypes& types) {
   return exceptions;
 }
 
-// Texts that a chart writes down in its expressions.
-void add_texts(const scxml::Chart& chart, std::set<std::string>& texts) {
-  for (const scxml::Chart& one : scxml::with_invoked(chart)) {
-    for (const scxml::Expression& expression : one.model().expressions) {
-      for (const scxml::ScriptMention& mention : scxml::texts_in_script(expression.text)) {
-        if (!mention.is_computed_state && !mention.text.empty()) texts.emplace(mention.text);
-      }
-    }
-  }
-}
-
 // Gives texts in a type, those of its members too, examples of what they are. A record stands for all that share its
 // members, and is made once.
 class Sampled {
@@ -175,7 +164,8 @@ void add_texts_of_others(const std::set<std::string>& texts, monitor::Vocabulary
 }
 
 // What the ports of a leaf are called: those of the tree, and what its chart gives back.
-monitor::Vocabulary::Ports ports_of(const bt::Tree& tree, const LeafPlan& leaf, const std::set<std::string>& words) {
+monitor::Vocabulary::Ports ports_of(const bt::Tree& tree, const LeafPlan& leaf, const std::set<std::string>& words,
+                                    ChartMemory& charts) {
   monitor::Vocabulary::Ports ports;
   ports.inputs = {.kind = DataType::Kind::kRecord, .name = "the input of " + leaf.name, .may_be_absent = false};
   for (const bt::PortFact& port : tree.ports(leaf.node)) {
@@ -193,7 +183,8 @@ monitor::Vocabulary::Ports ports_of(const bt::Tree& tree, const LeafPlan& leaf, 
   ports.outputs = {.kind = DataType::Kind::kRecord, .name = "the output of " + leaf.name};
   // They can be texts of the chart, and enumerators that it passes on.
   std::set<std::string> texts = words;
-  add_texts(chart, texts);
+  const std::set<std::string>& own = charts.words(chart).texts;
+  texts.insert(own.begin(), own.end());
   const std::vector<std::string> samples(texts.begin(), texts.end());
   for (const std::string& name : given) ports.outputs.members.push_back({name, {.samples = samples}});
   return ports;
@@ -350,7 +341,7 @@ monitor::Vocabulary vocabulary_of(const std::map<std::string, ServicePlan>& serv
   const std::set<std::string> words = enumerators_of(vocabulary);
   for (const LeafPlan& leaf : leaves) {
     vocabulary.leaves.push_back(leaf.name);
-    vocabulary.ports.emplace(leaf.name, ports_of(*tree, leaf, words));
+    vocabulary.ports.emplace(leaf.name, ports_of(*tree, leaf, words, charts));
   }
   if (leaves.size() == tree->external_leaves().size()) vocabulary.calls = calls_of(leaves);
   add_samples(vocabulary, *tree, leaves, world, charts);
@@ -366,17 +357,18 @@ monitor::Vocabulary vocabulary_of(const Plan& plan) {
     names.push_back(model.name);
     models.emplace_back(model.name, model.chart);
   }
-  add_models(names, models, vocabulary);
+  add_models(names, models, charts, vocabulary);
   return vocabulary;
 }
 
 void add_models(const std::vector<std::string>& names, const std::vector<std::pair<std::string, scxml::Chart>>& charts,
-                monitor::Vocabulary& vocabulary) {
+                ChartMemory& memory, monitor::Vocabulary& vocabulary) {
   vocabulary.models.insert(vocabulary.models.end(), names.begin(), names.end());
   std::set<std::string> texts;
   for (const auto& [name, chart] : charts) {
-    add_texts(chart, texts);
-    const KnownChoices known = choices_of(chart);
+    const ChartMemory::Words& words = memory.words(chart);
+    texts.insert(words.texts.begin(), words.texts.end());
+    const KnownChoices& known = words.choices;
     std::set<std::string> values;
     for (const Value& value : known.all.values) {
       if (const std::string* text = value.as_string())

@@ -31,6 +31,6 @@ namespace sentree::project {
 /// what they answer and publish.
 /// @param charts  By name, as far as they could be loaded.
 void add_models(const std::vector<std::string>& names, const std::vector<std::pair<std::string, scxml::Chart>>& charts,
-                monitor::Vocabulary& vocabulary);
+                ChartMemory& memory, monitor::Vocabulary& vocabulary);
 
 }  // namespace sentree::project

@@ -1,6 +1,8 @@
 #include "sentree/project/yaml_reader.h"
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,8 +19,10 @@ YamlReader::YamlReader(const text::YamlNode& node, std::string what, Diagnostics
 }
 
 YamlReader::~YamlReader() {
+  if (given_up_) return;
+  const std::set<std::string_view> known(known_.begin(), known_.end());
   for (const auto& [key, value] : node_.entries) {
-    if (std::find(known_.begin(), known_.end(), key.scalar) != known_.end()) continue;
+    if (known.contains(key.scalar)) continue;
     std::string way_out = did_you_mean(key.scalar, known_);
     // Where nothing is like it, what there is, if one can take it in at a glance.
     constexpr std::size_t kShownMax = 8;
@@ -30,10 +34,6 @@ YamlReader::~YamlReader() {
 
 void YamlReader::error(const SourceSpan& span, std::string code, std::string message) {
   diagnostics_.push_back({Severity::kError, std::move(code), std::move(message), span});
-}
-
-void YamlReader::give_up() {
-  for (const auto& [key, value] : node_.entries) known_.push_back(key.scalar);
 }
 
 SourceSpan YamlReader::span(const std::string& key) const {
@@ -102,7 +102,7 @@ std::optional<bool> YamlReader::boolean(const std::string& key) {
 std::optional<Duration> YamlReader::duration(const std::string& key) {
   const text::YamlNode* found = node(key);
   return converted(*this, found, key, what_, found && found->is_scalar() ? parse_duration(found->scalar) : std::nullopt,
-                   "a duration such as 40 ms, 2 s or 5 min");
+                   "a duration such as 40 ms, 2 s or 5 min, up to ten years");
 }
 
 std::vector<std::string> YamlReader::strings(const std::string& key) {
@@ -136,15 +136,19 @@ const text::YamlNode* YamlReader::sequence(const std::string& key) {
 }
 
 void merge(text::YamlNode& into, const text::YamlNode& changes) {
+  std::map<std::string, std::size_t, std::less<>> places;
+  for (std::size_t i = 0; i < into.entries.size(); ++i) places.emplace(into.entries[i].first.scalar, i);
   for (const auto& [key, change] : changes.entries) {
-    const auto old = std::find_if(into.entries.begin(), into.entries.end(),
-                                  [&key = key](const auto& entry) { return entry.first.scalar == key.scalar; });
-    if (old == into.entries.end())
+    const auto [place, is_new] = places.emplace(key.scalar, into.entries.size());
+    if (is_new) {
       into.entries.emplace_back(key, change);
-    else if (old->second.is_mapping() && change.is_mapping())
-      merge(old->second, change);
+      continue;
+    }
+    text::YamlNode& old = into.entries[place->second].second;
+    if (old.is_mapping() && change.is_mapping())
+      merge(old, change);
     else
-      old->second = change;
+      old = change;
   }
 }
 

@@ -40,13 +40,14 @@ class YamlReader {
 
   void error(const SourceSpan& span, std::string code, std::string message);
   /// Reading ends here: nobody knows about the other keys.
-  void give_up();
+  void give_up() { given_up_ = true; }
 
  private:
   const text::YamlNode& node_;
   std::string what_;
   Diagnostics& diagnostics_;
   std::vector<std::string> known_;
+  bool given_up_ = false;
 };
 
 struct Project;

@@ -690,6 +690,11 @@ std::string who_reaches(const dds::ParticipantOptions& opened) {
                      fmt::join(opened.peers, ", "));
 }
 
+std::string where_looked(const dds::ParticipantOptions& opened) {
+  const char* const here = opened.localhost ? "this machine" : "the network";
+  return opened.peers.empty() ? here : fmt::format("{} and {}", here, fmt::join(opened.peers, ", "));
+}
+
 class Ros final : public rpc::Middleware {
  public:
   explicit Ros(Options options) : options_(std::move(options)) {}
@@ -824,6 +829,7 @@ class Ros final : public rpc::Middleware {
       if (auto heard = out->hear(*node, *carried, parsed->qos_of(false), interface, take, options.problem); !heard)
         return tl::unexpected(std::move(heard.error()));
     }
+    if (options.optional) return std::unique_ptr<rpc::Opened>(std::move(out));
     if (auto looked = out->tell_unpublished(*node); !looked) return tl::unexpected(std::move(looked.error()));
     return std::unique_ptr<rpc::Opened>(std::move(out));
   }
@@ -893,7 +899,7 @@ class Ros final : public rpc::Middleware {
         fmt::format("nobody offers anything{} in domain {} of ROS 2 on {}; domain= and range= behind the address "
                     "look elsewhere, and so do ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE",
                     is_all ? "" : " whose name begins with " + parsed->name, parsed->domain_or_environment(),
-                    parsed->localhost_or_environment() ? "this machine" : "the network"));
+                    where_looked(parsed->participant())));
   }
 
  private:
@@ -906,10 +912,13 @@ class Ros final : public rpc::Middleware {
     if (!tell) return node;
     const dds::ParticipantOptions opened = address.participant();
     bool is_news = !opened.localhost || !opened.peers.empty() || serves;
+    std::string odd = oddities_of_environment();
     {
       const std::lock_guard lock(mutex_);
       is_news = is_news && opened_.insert(opened).second;
+      if (std::exchange(odd_told_, true)) odd.clear();
     }
+    if (!odd.empty()) tell(odd.substr(2));
     if (is_news) {
       tell(
           fmt::format("domain {} of ROS 2 is open to {}; whoever reaches it can do everything, DDS is used without "
@@ -921,6 +930,7 @@ class Ros final : public rpc::Middleware {
 
   std::mutex mutex_;
   std::set<dds::ParticipantOptions> opened_;
+  bool odd_told_ = false;  // what is odd about the environment
   const Options options_;
 };
 

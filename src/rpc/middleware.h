@@ -81,6 +81,7 @@ class Middleware {
   struct SubscribeOptions {
     std::string target;  ///< The service's name in the project.
     std::function<void(const std::string&)> problem;
+    bool optional = false;  ///< Nobody need publish: that nobody does is no problem.
   };
   /// Whether that address is one to read from. What is there may say the interface; null: it is not known.
   [[nodiscard]] virtual bool is_source(const Address& /*address*/, const idl::Service* /*interface*/) const {

@@ -217,7 +217,11 @@ Result<std::vector<Told>> retell(const project::Plan& plan) {
       return mission::scripted(plan.scenario, choice).value_or(0);
     }
     std::size_t order(std::uint64_t number, std::span<const mission::Delivery* const> due) override {
-      return mission::scripted(plan, number, due).value_or(0);
+      const auto index = mission::scripted(plan, number, due);
+      for (const project::ScenarioOrder& order : plan.scenario.orders) {
+        if (index && order.number == number) told.back().firsts.push_back({told.back().messages.size(), order.first});
+      }
+      return index.value_or(0);
     }
     const project::Plan& plan;
     Gates gates;
@@ -228,7 +232,7 @@ Result<std::vector<Told>> retell(const project::Plan& plan) {
   mission::State state = host.begin();
   const TimePoint end = TimePoint{} + plan.scenario.duration;
   while (!mission::VirtualHost::ended(state) && (state.tree.over || state.tree.planned < end)) {
-    listener.told.push_back({.tick = listener.told.size() + 1, .at = {}, .messages = {}, .choices = {}});
+    listener.told.push_back({.tick = listener.told.size() + 1, .at = {}, .messages = {}, .choices = {}, .firsts = {}});
     const auto done = period(host, state, listener, [] { return Result<void>(); });
     if (!done) return tl::unexpected(done.error());
     listener.told.back().at = state.now;

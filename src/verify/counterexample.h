@@ -43,6 +43,12 @@ struct Told {
     std::uint64_t count = 0;
   };
   std::vector<Choice> choices;
+  /// Of deliveries that were due at one instant the scenario says who came first: before which of `messages`.
+  struct First {
+    std::size_t message = 0;
+    std::string part;  ///< A leaf, a model or the mission.
+  };
+  std::vector<First> firsts;
 };
 [[nodiscard]] Result<std::vector<Told>> retell(const project::Plan& plan);
 

@@ -18,6 +18,7 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 const std::string kMemory = "the limit of memory";
+const std::string kInterrupted = "interrupted";
 // Code of a period that a limit has ended.
 const std::string kLimit = "verify.limit";
 
@@ -47,7 +48,10 @@ class Explorer {
     for (std::uint32_t at = 0; at < graph.nodes.size(); ++at) {
       graph.limit = limit(graph.nodes[at].depth);
       graph.complete_to = graph.nodes[at].depth;  // of those before all is known
-      if (!graph.limit.empty()) break;
+      if (!graph.limit.empty()) {
+        if (auto done = go_on_without_faults(at); !done) return tl::unexpected(done.error());
+        break;
+      }
       if (at >= ahead_end_) go_ahead(at);
       graph.nodes[at].first_edge = static_cast<std::uint32_t>(graph.edges.size());
       if (graph.nodes[at].ended) continue;
@@ -59,6 +63,7 @@ class Explorer {
       graph.nodes[at].edges = static_cast<std::uint32_t>(graph.edges.size()) - graph.nodes[at].first_edge;
       if (!graph.limit.empty()) {
         graph.partial = at;
+        if (auto done = go_on_without_faults(at); !done) return tl::unexpected(done.error());
         break;
       }
       periods_.drop();
@@ -76,15 +81,95 @@ class Explorer {
  private:
   std::string limit(std::uint32_t depth) const {
     if (depth >= options_.ticks) return fmt::format("the limit of {} ticks", options_.ticks);
-    if (periods_.graph().nodes.size() > options_.states) return fmt::format("the limit of {} states", options_.states);
+    if (periods_.graph().nodes.size() > allowed(options_.states))
+      return fmt::format("the limit of {} states", options_.states);
     return limit_now();
   }
   // What can also be reached between two ways of one state.
   std::string limit_now() const {
-    if (options_.interrupted && options_.interrupted()) return "interrupted";
-    if (options_.time && SteadyClock::now() - started_ > *options_.time) return "the limit of time";
-    if (periods_.bytes() > options_.memory) return kMemory;
+    if (options_.interrupted && options_.interrupted()) return kInterrupted;
+    if (options_.time && SteadyClock::now() - started_ > allowed(*options_.time)) return "the limit of time";
+    if (periods_.bytes() > allowed(options_.memory)) return kMemory;
     return {};
+  }
+  // Where faults may come, a quarter is kept for what goes on without them.
+  template <class T>
+  T allowed(T all) const {
+    return options_.faults.empty() || is_faultless_ ? all : all - all / 4;
+  }
+
+  // Faults multiply states, and hide behind a limit what goes wrong without any. So what no fault has touched by now
+  // is gone on from to its end, without faults.
+  Result<void> go_on_without_faults(std::uint32_t at) {
+    Graph& graph = periods_.graph();
+    if (options_.faults.empty() || graph.limit == kInterrupted) return {};
+    const std::string limit_of_all = std::exchange(graph.limit, {});
+    std::vector<bool> untouched = untouched_by_faults();
+    if (graph.partial != UINT32_MAX && untouched[at]) {
+      forget_edges(at);
+      graph.partial = UINT32_MAX;
+    } else if (graph.partial != UINT32_MAX) {
+      ++at;
+      periods_.drop();
+    }
+    graph.faultless_from = at;
+    is_faultless_ = true;
+    periods_.leave_faults_out();
+    for (; at < graph.nodes.size(); ++at) {
+      graph.nodes[at].first_edge = static_cast<std::uint32_t>(graph.edges.size());
+      if (graph.nodes[at].ended) continue;
+      if (untouched[at]) {
+        graph.faultless_to = graph.nodes[at].depth;
+        graph.limit = limit(graph.nodes[at].depth);
+        if (graph.limit.empty()) {
+          if (auto done = expand(at); !done) return done;
+        }
+        if (!graph.limit.empty()) {
+          forget_edges(at);
+          break;
+        }
+        graph.nodes[at].edges = static_cast<std::uint32_t>(graph.edges.size()) - graph.nodes[at].first_edge;
+        untouched.resize(graph.nodes.size());
+        for (std::size_t e = graph.nodes[at].first_edge; e < graph.edges.size(); ++e)
+          untouched[graph.edges[e].to] = true;
+      }
+      periods_.drop();
+    }
+    graph.faultless_complete = graph.limit.empty();
+    graph.limit = limit_of_all;
+    return {};
+  }
+
+  void forget_edges(std::uint32_t at) {
+    Graph& graph = periods_.graph();
+    graph.edges.resize(graph.nodes[at].first_edge);
+    if (options_.tells_what_is_said) graph.said.resize(graph.edges.size());
+    graph.nodes[at].edges = 0;
+  }
+
+  // By state: whether a way without faults leads to it.
+  std::vector<bool> untouched_by_faults() const {
+    const Graph& graph = periods_.graph();
+    std::vector<bool> has_fault(graph.decisions.size());
+    for (std::size_t i = 0; i < has_fault.size(); ++i) {
+      has_fault[i] = std::any_of(graph.decisions[i].begin(), graph.decisions[i].end(), [](const Made& made) {
+        return made.kind == Made::Kind::kFault && made.alternative > 0;
+      });
+    }
+    std::vector<bool> untouched(graph.nodes.size());
+    std::vector<std::uint32_t> open{0};
+    untouched[0] = true;
+    while (!open.empty()) {
+      const Graph::Node& node = graph.nodes[open.back()];
+      open.pop_back();
+      for (std::size_t e = node.first_edge; e < std::size_t{node.first_edge} + node.edges; ++e) {
+        const Edge& edge = graph.edges[e];
+        if (has_fault[edge.made] || untouched[edge.to]) continue;
+        untouched[edge.to] = true;
+        open.push_back(edge.to);
+      }
+    }
+    return untouched;
   }
 
   // Has the states from `at` on gone through by what is known, where there are many.
@@ -192,6 +277,7 @@ class Explorer {
   Ways ways_;
   SteadyClock::time_point started_;
   bool too_many_ways_ = false;
+  bool is_faultless_ = false;
   // States that scouts have gone through, a share each.
   std::vector<std::unique_ptr<Scout>> scouts_;
   bool scouted_ = false;

@@ -92,6 +92,10 @@ struct Graph {
   [[nodiscard]] Duration judged(const Edge& edge) const;
   /// The state at which a limit ended it between two ways on; those that were gone are there. UINT32_MAX: none.
   std::uint32_t partial = UINT32_MAX;
+  /// From this state on a limit let only what no fault has touched go on, without faults (UINT32_MAX: it did not),
+  std::uint32_t faultless_from = UINT32_MAX;
+  std::uint32_t faultless_to = 0;   ///< up to this tick,
+  bool faultless_complete = false;  ///< or all of it.
 
   // What was reached at all.
   std::vector<std::vector<bool>> taken;                 ///< By leaf and transition.

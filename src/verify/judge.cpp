@@ -145,7 +145,8 @@ class Judge {
       if (outcome == nullptr) return false;
       const auto [to, is_new] = add({edge.to, outcome->core, at, e});
       // Whether a loop is fair is not known where some ways on are not.
-      if (pair.node != graph_.partial) steps_.push_back({at, to, e, outcome->discharged});
+      const bool lacks_faults = options_.all_fair && pair.node >= graph_.faultless_from;
+      if (pair.node != graph_.partial && !lacks_faults) steps_.push_back({at, to, e, outcome->discharged});
       if (outcome->violated && out_.finding != Finding::kRefuted) {
         // The time on this path, which need not be one of the shortest to its state of the mission.
         refute(to, outcome->observation, time_of(at) + outcome->after, outcome->state);

@@ -29,7 +29,7 @@
 namespace sentree::verify {
 namespace {
 
-constexpr std::uint64_t kOracleSeeds = 60;
+constexpr std::uint64_t kOracleSeeds = 30;
 constexpr std::uint64_t kLoopSeeds = 30;
 // As many as are few enough ways.
 constexpr std::uint64_t kTicks[] = {6, 4};

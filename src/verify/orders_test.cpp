@@ -21,7 +21,7 @@
 namespace sentree::verify {
 namespace {
 
-constexpr std::uint64_t kOrderSeeds = 25;
+constexpr std::uint64_t kOrderSeeds = 14;
 constexpr std::uint32_t kDepth = 3;
 constexpr std::size_t kHeardMax = 1'000;
 

@@ -118,7 +118,7 @@ Result<Periods::Way> Periods::go_on(std::uint32_t from, std::span<const std::uin
     const std::size_t gates = plan_.gates.size();
     gates_.again(std::span(gates_of_).subspan(from * gates, gates), begin_);
   }
-  const auto before_tick = [this] { return fault(); };
+  const auto before_tick = [this] { return faults_come_ ? fault() : Result<void>(); };
   const auto on_the_way = [this]() -> Result<void> {
     if (error_) return tl::unexpected(*error_);
     return on_the_way_ ? on_the_way_() : Result<void>();

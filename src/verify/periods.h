@@ -83,6 +83,8 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
   Result<Way> go_on(std::uint32_t from, std::span<const std::uint32_t> script, const Decider& rest = {});
   /// `look` is asked in a period every now and then; its error is that of the period.
   void on_the_way(std::function<Result<void>()> look) { on_the_way_ = std::move(look); }
+  /// From now on no fault comes or goes.
+  void leave_faults_out() { faults_come_ = false; }
   /// Nobody goes on any more from the first state, in the order of numbers, from which somebody did.
   void drop() { frontier_->drop(); }
 
@@ -122,6 +124,7 @@ class Periods final : public mission::Surroundings, public mission::PartMemory::
  private:
   friend class Scout;
 
+  bool faults_come_ = true;
   // Numbers of faults that may come or go, while they stand: behind all that the scenario's own ones have.
   static constexpr std::uint64_t kFirstFault = std::uint64_t{1} << 32U;
 

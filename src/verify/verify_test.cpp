@@ -786,6 +786,31 @@ TEST_F(Verify, SaysWhatGrowsWithoutEnd) {
   EXPECT_THAT(verify(plan(), asked).graph.grows, StartsWith("the blackboard's n ("));
 }
 
+// Faults multiply states: what goes wrong without any is found behind the limit too.
+TEST_F(Verify, GoesOnWithoutFaultsWhereALimitEndsIt) {
+  ask_until_it_is_open();
+  write("models/door.scxml",
+        kHead + R"(initial="there"><datamodel><data id="asked" expr="0"/></datamodel>
+<state id="there"><transition event="door.ask.request"><assign location="asked" expr="asked + 1"/>
+<send type="thrift" target="door" event="ask.reply"><param name="result" expr="asked === 6 ? 7 : asked"/></send></transition>
+</state></scxml>)");
+  requirements("small \"It says little.\": always said <= 40.\nnone \"It says nothing.\": always said <= 1000.\n");
+  Asked asked;
+  asked.explore.faults = {project::intervention::Unreachable{"door.ask"}, project::intervention::Kill{"Ask"}};
+  asked.explore.states = 120;
+  const project::Plan of = plan();
+  const Verification found = verify(of, asked);
+  EXPECT_EQ(found.graph.limit, "the limit of 120 states");
+  EXPECT_LT(found.graph.complete_to, 40U);
+  ASSERT_EQ(found.judgements.front().finding, Finding::kRefuted);
+  EXPECT_GT(found.judgements.front().path->edges.size(), 40U);
+  EXPECT_EQ(found.judgements.back().finding, Finding::kUnknown);
+  EXPECT_FALSE(found.graph.faultless_complete);
+  EXPECT_GT(found.graph.faultless_to, 40U);
+  EXPECT_EQ(verdict_of(found, of), monitor::Verdict::kViolated);
+  EXPECT_EQ(found.graph.partial, UINT32_MAX);
+}
+
 TEST_F(Verify, IsCompleteToWhereEveryBehaviourIsKnown) {
   ask_until_it_is_open();
   // Each tick has ten times the states of the one before.

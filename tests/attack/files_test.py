@@ -257,7 +257,7 @@ def wrong_with(ran, words, kind, name, file, nonsense):
         # A link may be told by where it leads.
         if file.stem not in said and os.path.realpath(file) not in said and not PLACE.search(said):
             return "an error without a place"
-        if kind not in BINARY | {"json", "import"} and words[0] != "diff" and file.is_file() and 0 < file.stat().st_size < 4 << 20 and not PLACE.search(said):
+        if kind not in BINARY | {"json", "import"} and words[0] != "diff" and file.is_file() and 0 < file.stat().st_size < 4 << 20 and not PLACE.search(said) and not MISSING.search(said):
             return "an error without a line"
     return None
 
@@ -407,7 +407,7 @@ def slip(kind):
 
 
 # Nonsense that some command may well accept: an empty requirement file has none, an empty folder of JSON is not asked for, ...
-ACCEPTED = {"requirement": {"empty", "bom", "new-lines"}, "thrift": {"empty", "bom", "new-lines"}, "msg": None, "srv": None, "action": None, "json": None, "campaign": None, "import": None, "image": {"missing"}}
+ACCEPTED = {"requirement": {"empty", "bom", "new-lines"}, "thrift": {"empty", "bom", "new-lines"}, "project": {"missing"}, "msg": None, "srv": None, "action": None, "json": None, "campaign": None, "import": None, "image": {"missing"}}
 long = options.seconds > 120
 cases = [] if options.slips_only else list(by_intent())
 if not long:
