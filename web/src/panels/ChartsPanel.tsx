@@ -7,13 +7,17 @@ import { PictureTools } from "../picture/PictureTools";
 import { PanelTools } from "../widgets/PanelTools";
 import { useCommand } from "../widgets/commands";
 import { useLayout } from "../widgets/layout";
+import { useRoom } from "../widgets/use_room";
 import { select, useStudio } from "../store/store";
 import type { ChartModel } from "../protocol/types";
-import { ChartPicture, type ChartHandle } from "./charts/ChartPicture";
+import { ChartPicture, kReadable, whole_scale, type ChartHandle } from "./charts/ChartPicture";
 import { ChartSide } from "./charts/ChartSide";
 import { composites } from "./charts/folding";
 import { Grid } from "./charts/Grid";
 import { chart_to_follow, kTilesMax, useCharts } from "./charts/charts";
+
+/** The values beside a chart. */
+const kSide_px = 168;
 
 export function ChartsPanel() {
   const index = useStudio((studio) => studio.index);
@@ -21,6 +25,7 @@ export function ChartsPanel() {
   const node = useStudio((studio) => studio.selection.node);
   const { grid, follow, values, pinned } = useCharts();
   const picture = useRef<ChartHandle>(null);
+  const body = useRef<HTMLDivElement>(null);
   const charts = index?.model.charts ?? [];
   const chart = charts.find(({ id }) => id === chosen) ?? charts[0];
 
@@ -58,6 +63,11 @@ export function ChartsPanel() {
     if (now !== null && followed.current !== null && now !== followed.current) useCharts.setState({ follow: false });
   }, [chosen]);
 
+  const room = useRoom(body, !grid && chart !== undefined);
+  // Values that alone are in the way of a whole chart make room.
+  const is_whole = (width: number) => room !== null && chart !== undefined && whole_scale(chart.layout, { width, height: room.height }) >= kReadable;
+  const yields = room !== null && is_whole(room.width) && !is_whole(room.width - kSide_px);
+
   if (!index || !chart) return <div className="empty">{index ? "This mission has no charts." : "Waiting for the charts …"}</div>;
   const tiles = pinned.map((id) => index.chart.get(id)).filter((entry) => entry !== undefined);
   return (
@@ -91,9 +101,9 @@ export function ChartsPanel() {
       {grid ? (
         <Grid charts={tiles.length > 0 ? tiles : charts.slice(0, kTilesMax)} all={charts} pinned={pinned} open={open_chart} />
       ) : (
-        <div className="charts-body" key={chart.id}>
-          <ChartPicture chart={chart} handle={picture} />
-          {values && <ChartSide chart={chart} />}
+        <div className="charts-body" ref={body}>
+          <ChartPicture key={chart.id} chart={chart} handle={picture} />
+          {values && !yields && <ChartSide key={`side ${chart.id}`} chart={chart} />}
         </div>
       )}
     </div>
