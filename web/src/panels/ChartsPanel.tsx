@@ -14,7 +14,7 @@ import { ChartPicture, kReadable, whole_scale, type ChartHandle } from "./charts
 import { ChartSide } from "./charts/ChartSide";
 import { composites } from "./charts/folding";
 import { Grid } from "./charts/Grid";
-import { chart_to_follow, kTilesMax, useCharts } from "./charts/charts";
+import { chart_to_follow, kTilesMax, open_chart, useCharts } from "./charts/charts";
 
 /** The values beside a chart. */
 const kSide_px = 168;
@@ -35,12 +35,6 @@ export function ChartsPanel() {
     { id: "charts.values", title: "Values beside the chart", group: "Charts", run: () => useCharts.setState({ values: !values }) },
     { id: "charts.next", title: "Next chart", group: "Charts", keys: ["C"], run: () => step(charts, chart, 1) },
     { id: "charts.previous", title: "Previous chart", group: "Charts", keys: ["Shift+C"], run: () => step(charts, chart, -1) },
-    ...charts.map((entry) => ({
-      id: `chart.${entry.id}`,
-      title: `Chart of ${entry.kind} ${entry.name}`,
-      group: "Charts",
-      run: () => open_chart(entry.id),
-    })),
   );
   // Follows the leaf that is chosen or, with `follow`, the one at work.
   const leaf = node === null ? null : (index?.model.tree.nodes[node]?.leaf ?? null);
@@ -108,12 +102,6 @@ export function ChartsPanel() {
       )}
     </div>
   );
-}
-
-function open_chart(id: string): void {
-  select({ chart: id });
-  useCharts.setState({ grid: false, follow: false });
-  useLayout.setState({ charts_open: true });
 }
 
 function step(charts: readonly ChartModel[], chart: ChartModel | undefined, by: number): void {
