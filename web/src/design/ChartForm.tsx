@@ -24,7 +24,7 @@ const kData: Readonly<Record<string, string>> = { "a value": '<data id="name" ex
 const kLine = 30;
 
 const kNone: readonly never[] = [];
-const useServices = () => useStudio((studio) => studio.index?.model.services) ?? kNone;
+export const useServices = () => useStudio((studio) => studio.index?.model.services) ?? kNone;
 
 /** The chosen state or transition of a chart, and what can be added to the chart. */
 export function ChartForm() {

@@ -10,13 +10,15 @@ import { usePictureView } from "../picture/use_picture_view";
 import { to_picture } from "../picture/viewport";
 import { useCommand } from "../widgets/commands";
 import { curve } from "../panels/mission/TreePicture";
-import type { EditedChart, Rect } from "../protocol/types";
+import type { EditedChart, EditedTransition, Rect } from "../protocol/types";
 import { request } from "../store/store";
+import { useServices } from "./ChartForm";
 import { ChartMenu } from "./ChartMenu";
 import { part_lines } from "./chart_places";
-import { leads_out, transition_text } from "./chart_words";
+import { event_words, leads_out, transition_text } from "./chart_words";
 import { clipboard_text, usePaste } from "./clipboard";
 import { add_fresh_state, broken, choose_state, choose_states, choose_transition, chosen_states, chosen_transition, doc_of, findings_of, focus_field, gesture, go_to, obstacle, refusal, toggle_state, useDesign } from "./design";
+import { LabelField } from "./LabelField";
 import { line_start } from "./places";
 import { outermost_states, states_inside } from "./selection";
 import { payload_of, play_chart, useSimulation } from "./simulate";
@@ -87,6 +89,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   const chosen = useDesign((state) => state.state);
   const also = useDesign((state) => state.also_states);
   const all_chosen = useMemo(() => chosen_states({ state: chosen, also_states: also }, chart).map(({ id }) => id), [chosen, also, chart]);
+  const services = useServices();
   const kept = useKeptStates((state) => (state.kept?.cut && state.kept.file === file ? state.kept.states : null));
   const chosen_edge = useDesign(chosen_transition);
   const played = useSimulation(({ on, file: of, chart_now }) => (on && of === file ? chart_now : null));
@@ -101,6 +104,8 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   const [line, set_line] = useState<Line | null>(null);
   const [carried, set_carried] = useState<Carried | null>(null);
   const [menu, set_menu] = useState<{ x: number; y: number } | null>(null);
+  /** The transition whose label is written, of which version, and where in the window. */
+  const [labelled, set_labelled] = useState<{ transition: EditedTransition; version: number; x: number; y: number } | null>(null);
   const [band, set_band] = useState<Rect | null>(null);
   const in_band = useMemo(() => new Set(band ? states_inside(chart, shown, band) : []), [band, chart, shown]);
   const drew = useRef(false);
@@ -327,7 +332,14 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
         data-testid="design-chart"
         onDoubleClick={(event) => {
           const target = event.target instanceof Element ? event.target : null;
-          if (target?.closest("[data-transition]")) return focus_field("transition-event");
+          const edge = target?.closest("[data-transition]");
+          if (edge) {
+            const transition = chart.transitions[Number(edge.getAttribute("data-transition"))];
+            if (!transition?.written) return focus_field("transition-target");
+            if (why_not !== null) return useDesign.setState({ refused: why_not });
+            const box = edge.querySelector(".label text")?.getBoundingClientRect();
+            return set_labelled({ transition, version, x: (box?.left ?? event.clientX) - 8, y: (box?.top ?? event.clientY) - 6 });
+          }
           const on = state_of(target)?.id ?? "";
           // Into a state that has some inside already; the others get another name.
           if (on === "" || holds(on)) void add_fresh_state(on);
@@ -450,6 +462,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
           {carried.why_not && <span> ✗ {carried.why_not}</span>}
         </div>
       )}
+      {labelled && <LabelField {...labelled} options={event_words(chart, services)} close={() => set_labelled(null)} />}
       {menu && <ChartMenu {...menu} close={() => set_menu(null)} />}
     </>
   );
