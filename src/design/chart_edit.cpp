@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cctype>
+#include <functional>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "sentree/design/detail/element_edits.h"
 #include "sentree/scxml/edit.h"
+#include "sentree/scxml/loader.h"
 #include "sentree/scxml/model.h"
 
 namespace sentree::design {
@@ -124,44 +127,32 @@ class ChartEditor {
     return "add history " + add.id;
   }
 
-  Result<std::string> operator()(const RemoveState& remove) {
-    const auto state = find(remove.state);
-    if (!state) return tl::unexpected(state.error());
-    const auto count = forget(*state);
-    moves_.take_out(elements_.of_state(*state));
-    return fmt::format(
-        "delete state {}{}", remove.state,
-        count == 0 ? "" : fmt::format(" with {}{} to it", count, count == 1 ? " transition" : " transitions"));
+  Result<std::string> operator()(const RemoveState& remove) { return several(remove, {remove.state}); }
+  Result<std::string> operator()(const MoveState& move) { return several(move, {move.state}); }
+  Result<std::string> operator()(const WrapState& wrap) { return several(wrap, {wrap.state}); }
+  Result<std::string> operator()(const EditStates& edit) {
+    return std::visit([&](const auto& gesture) { return several(gesture, edit.states); }, edit.gesture);
   }
 
-  Result<std::string> operator()(const MoveState& move) {
-    const auto state = find(move.state);
-    if (!state) return tl::unexpected(state.error());
-    const auto parent = parent_of(move.parent);
+  Result<std::string> operator()(const PasteStates& paste) {
+    const auto parent = parent_of(paste.parent);
     if (!parent) return tl::unexpected(parent.error());
-    if (*parent == *state || is_inside(*parent, *state))
-      return fail("design.inside-itself", move.state + " cannot go into itself");
-    if (chart_.states()[*state].parent == *parent)
-      return fail("design.nothing-to-do", move.state + " is there already");
-    // Initial states that it is no longer inside of.
-    forget_initials(*state, *parent);
+    const auto document = pasted_states(paste.xml);
+    if (!document) return tl::unexpected(document.error());
+    const auto states = states_pasted(document->root());
+    const ElementEdits written(*document);
+    std::string xml;
+    for (const XmlElement& state : *states) {
+      xml += (xml.empty() ? "" : "\n") + written.text_of(state);
+      pasted_.emplace_back(state.attribute("id").value_or(""));
+    }
     const XmlElement inside = elements_.of_state(*parent);
-    moves_.put_copies(inside, inside.children().size(), {{elements_.of_state(*state), {}}});
-    moves_.take_out(elements_.of_state(*state));
-    return fmt::format("move {}{}", move.state,
-                       *parent == 0 ? std::string(" to the top level") : " into " + move.parent);
-  }
-
-  Result<std::string> operator()(const WrapState& wrap) {
-    const auto state = find(wrap.state);
-    if (!state) return tl::unexpected(state.error());
-    if (auto ok = check_id(wrap.id, true); !ok) return tl::unexpected(ok.error());
-    if (auto ok = check_kind(wrap.kind, {"state", "parallel"}); !ok) return tl::unexpected(ok.error());
-    if (chart_.states()[*state].is_history())
-      return fail("design.arity", wrap.state + " is a history: it stands beside what it remembers");
-    moves_.wrap({elements_.of_state(*state)}, fmt::format("<{}{}>", tag(wrap.kind), text::xml_attribute("id", wrap.id)),
-                fmt::format("</{}>", tag(wrap.kind)));
-    return fmt::format("put {} into the new {} {}", wrap.state, wrap.kind, wrap.id);
+    moves_.put(inside, inside.children().size(), xml);
+    return fmt::format("paste {}{}{}", pasted_.size() == 1 ? pasted_.front() : fmt::format("{} states", pasted_.size()),
+                       *parent == 0 ? "" : " into " + paste.parent,
+                       left_out_ == 0 ? ""
+                                      : fmt::format(" without {} transition{} to what is not here", left_out_,
+                                                    left_out_ == 1 ? "" : "s"));
   }
 
   Result<std::string> operator()(const SetKind& set) {
@@ -346,8 +337,195 @@ class ChartEditor {
     return edit_.apply();
   }
 
+  /// Ids of the states that were pasted.
+  [[nodiscard]] std::vector<std::string> take_pasted() { return std::move(pasted_); }
+
  private:
   static constexpr StateIndex kRootIndex = 0;
+  using States = std::vector<StateIndex>;
+
+  // In the order written, without those inside of others of them.
+  [[nodiscard]] Result<States> outermost(const std::vector<std::string>& ids) const {
+    States all;
+    for (const std::string& id : ids) {
+      const auto state = find(id);
+      if (!state) return tl::unexpected(state.error());
+      all.push_back(*state);
+    }
+    if (all.empty()) return fail("design.nothing-to-do", "no state is chosen");
+    std::sort(all.begin(), all.end());
+    States found;
+    for (const StateIndex state : all) {
+      if (!is_among(state, found)) found.push_back(state);
+    }
+    return found;
+  }
+  [[nodiscard]] std::string shown(const States& states) const {
+    return states.size() == 1 ? shown(states.front()) : fmt::format("{} states", states.size());
+  }
+
+  Result<std::string> several(const RemoveState&, const std::vector<std::string>& ids) {
+    const auto states = outermost(ids);
+    if (!states) return tl::unexpected(states.error());
+    const std::string what = states->size() == 1 ? "state " + shown(*states) : shown(*states);
+    const auto count = forget(*states);
+    for (const StateIndex state : *states) moves_.take_out(elements_.of_state(state));
+    return fmt::format("delete {}{}", what,
+                       count == 0 ? ""
+                                  : fmt::format(" with {}{} to {}", count, count == 1 ? " transition" : " transitions",
+                                                states->size() == 1 ? "it" : "them"));
+  }
+
+  Result<std::string> several(const MoveState& move, const std::vector<std::string>& ids) {
+    auto states = outermost(ids);
+    if (!states) return tl::unexpected(states.error());
+    const auto parent = parent_of(move.parent);
+    if (!parent) return tl::unexpected(parent.error());
+    if (is_among(*parent, *states))
+      return fail("design.inside-itself",
+                  shown(*states) + (states->size() == 1 ? " cannot go into itself" : " cannot go into themselves"));
+    const std::string all = shown(*states);
+    std::erase_if(*states, [&](StateIndex state) { return chart_.states()[state].parent == *parent; });
+    if (states->empty())
+      return fail("design.nothing-to-do", all + (ids.size() == 1 ? " is" : " are") + " there already");
+    // Initial states that they are no longer inside of.
+    forget_initials(*states, *parent);
+    std::vector<ElementEdits::Copy> copies;
+    for (const StateIndex state : *states) {
+      copies.push_back({elements_.of_state(state), {}});
+      moves_.take_out(elements_.of_state(state));
+    }
+    const XmlElement inside = elements_.of_state(*parent);
+    moves_.put_copies(inside, inside.children().size(), copies);
+    return fmt::format("move {}{}", shown(*states),
+                       *parent == 0 ? std::string(" to the top level") : " into " + move.parent);
+  }
+
+  Result<std::string> several(const WrapState& wrap, const std::vector<std::string>& ids) {
+    const auto states = outermost(ids);
+    if (!states) return tl::unexpected(states.error());
+    if (auto ok = check_id(wrap.id, true); !ok) return tl::unexpected(ok.error());
+    if (auto ok = check_kind(wrap.kind, {"state", "parallel"}); !ok) return tl::unexpected(ok.error());
+    std::vector<XmlElement> elements;
+    for (const StateIndex state : *states) {
+      elements.push_back(elements_.of_state(state));
+      if (elements.back().parent() != elements.front().parent())
+        return fail("design.arity", fmt::format("{} and {} are in different states; one state is put around those that "
+                                                "are in the same",
+                                                shown(states->front()), shown(state)));
+    }
+    if (std::all_of(states->begin(), states->end(),
+                    [&](StateIndex state) { return chart_.states()[state].is_history(); }))
+      return fail("design.arity", shown(states->front()) + " is a history: it stands beside what it remembers");
+    const std::string open = fmt::format("<{}{}>", tag(wrap.kind), text::xml_attribute("id", wrap.id));
+    const std::string close = fmt::format("</{}>", tag(wrap.kind));
+    const XmlElement around = elements.front().parent();
+    const std::size_t first = place_among(elements.front());
+    if (place_among(elements.back()) - first + 1 == elements.size()) {
+      moves_.wrap(elements, open, close);
+    } else {
+      // Something is between them: the others come to the first.
+      const std::string step = moves_.indentation_step(around);
+      std::string inside;
+      for (const XmlElement& element : elements) {
+        for (const char c : "\n" + moves_.text_of(element)) inside += c == '\n' ? "\n" + step : std::string(1, c);
+        moves_.take_out(element);
+      }
+      moves_.put(around, first + 1, open + inside + "\n" + close);
+    }
+    return fmt::format("put {} into the new {} {}", shown(*states), wrap.kind, wrap.id);
+  }
+
+  // Of what was pasted, or of the chart that it is.
+  static Result<std::vector<XmlElement>> states_pasted(XmlElement root) {
+    if (root.first_child().local_name() == "scxml") root = root.first_child();
+    auto states = root.children();
+    const bool is_chart = root.local_name() == "scxml";
+    if (is_chart) std::erase_if(states, [](const XmlElement& element) { return !is_state(element); });
+    for (const XmlElement& state : states) {
+      if (!is_state(state)) return fail("design.no-nodes", fmt::format("<{}> is no state of a chart", state.name()));
+    }
+    if (states.empty()) return fail("design.no-nodes", "there is no state in what was copied");
+    return states;
+  }
+  static bool is_state(const XmlElement& element) {
+    const std::string_view name = element.local_name();
+    return name == "state" || name == "parallel" || name == "final" || name == "history";
+  }
+  // What is inside of it, but for that of which `visit` says no, and of charts in it, which have states of their own.
+  template <class Visit>
+  static void for_each_own(const XmlElement& element, const Visit& visit) {
+    for (XmlElement child = element.first_child(); child; child = child.next_sibling()) {
+      if (visit(child) && child.local_name() != "scxml") for_each_own(child, visit);
+    }
+  }
+
+  // As they are to be written here.
+  Result<text::XmlDocument> pasted_states(const std::string& xml) {
+    const std::string asks =
+        text::xml_attribute("datamodel", edit_.document().root().attribute("datamodel").value_or("null"));
+    const auto given = pasted(xml, "states", asks);
+    if (!given) return tl::unexpected(given.error());
+    const auto states = states_pasted(given->root());
+    if (!states) return tl::unexpected(states.error());
+    std::set<std::string, std::less<>> own;
+    const auto for_each_pasted = [](const std::vector<XmlElement>& all, const auto& visit) {
+      for (const XmlElement& state : all) {
+        if (visit(state)) for_each_own(state, visit);
+      }
+    };
+    for_each_pasted(*states, [&](const XmlElement& element) {
+      if (is_state(element)) own.emplace(element.attribute("id").value_or(""));
+      return true;
+    });
+    text::XmlEdit kept(*given);
+    ElementEdits out(*given);
+    for_each_pasted(*states, [&](const XmlElement& element) {
+      const bool is_transition = element.local_name() == "transition" && element.attribute("target");
+      std::string targets;
+      bool all = true;
+      scxml::for_each_name(element.attribute("target").value_or(""), [&](std::string_view target) {
+        if (own.contains(target) || chart_.find(target))
+          targets += (targets.empty() ? "" : " ") + std::string(target);
+        else
+          all = false;
+      });
+      if (element.local_name() == "editorinfo" || (is_transition && !all && targets.empty())) {
+        out.take_out(element);
+        left_out_ += is_transition ? 1 : 0;
+        return false;
+      }
+      if (is_transition && !all) kept.set_attribute(element, "target", targets);
+      kept.remove_attribute(element, "qt:editorinfo");
+      return true;
+    });
+    for (TextEdit& edit : out.take()) kept.replace_text(edit.from, edit.to, std::move(edit.text));
+    const auto text = kept.apply();
+    if (!text) return tl::unexpected(text.error());
+    const auto document = text::XmlDocument::parse(*text, {}, {.lenient = true});
+    if (!document) return tl::unexpected(document.error());
+
+    std::map<std::string, std::string, std::less<>> names;
+    std::set<std::string, std::less<>> taken = own;
+    for (const std::string& id : own) {
+      if (!chart_.find(id)) continue;
+      int number = 2;
+      const auto name = [&] { return fmt::format("{}_{}", unnumbered(id), number); };
+      while (chart_.find(name()) || taken.contains(name())) ++number;
+      taken.insert(name());
+      names.emplace(id, name());
+    }
+    text::XmlEdit renamed(*document);
+    const auto left = states_pasted(document->root());
+    for_each_pasted(*left, [&](const XmlElement& element) {
+      const auto found = is_state(element) ? names.find(element.attribute("id").value_or("")) : names.end();
+      if (found != names.end()) renamed.set_attribute(element, "id", found->second);
+      return true;
+    });
+    for (const XmlElement& state : *left) scxml::rename_states(*document, state, names, renamed);
+    const auto written = renamed.apply();
+    return written ? text::XmlDocument::parse(*written, {}, {.lenient = true}) : tl::unexpected(written.error());
+  }
 
   // In the namespace that the chart's own elements have.
   [[nodiscard]] std::string tag(const std::string& name) const {
@@ -427,6 +605,11 @@ class ChartEditor {
   [[nodiscard]] bool is_inside(StateIndex state, StateIndex outer) const {
     return state > outer && state < chart_.states()[outer].end;
   }
+  // One of them, or inside of one.
+  [[nodiscard]] bool is_among(StateIndex state, const States& states) const {
+    return std::any_of(states.begin(), states.end(),
+                       [&](StateIndex one) { return state == one || is_inside(state, one); });
+  }
 
   // Behind the last child of that name; before all if there is none.
   static std::size_t behind(const XmlElement& parent, std::string_view name) {
@@ -457,32 +640,34 @@ class ChartEditor {
       edit_.set_attribute(element, element.attribute("initialstate") ? "initialstate" : "initial", targets);
   }
 
-  // Of a transition that leads into `state`: the ids that remain without it.
-  [[nodiscard]] std::string without(const scxml::Transition& transition, StateIndex state) const {
+  // Of a transition that leads into `states`: the ids that remain without them.
+  [[nodiscard]] std::string without(const scxml::Transition& transition, const States& states) const {
     std::string rest;
     for (const StateIndex target : transition.targets) {
-      if (target == state || is_inside(target, state)) continue;
-      rest += (rest.empty() ? "" : " ") + chart_.states()[target].id;
+      if (!is_among(target, states)) rest += (rest.empty() ? "" : " ") + chart_.states()[target].id;
     }
     return rest;
   }
-  [[nodiscard]] bool leads_into(const scxml::Transition& transition, StateIndex state) const {
+  [[nodiscard]] bool leads_into(const scxml::Transition& transition, const States& states) const {
     return std::any_of(transition.targets.begin(), transition.targets.end(),
-                       [&](StateIndex target) { return target == state || is_inside(target, state); });
+                       [&](StateIndex target) { return is_among(target, states); });
   }
 
-  // What names the state from outside, or what is in it, names it no more. How many transitions are gone.
-  std::size_t forget(StateIndex state) {
-    forget_initials(state, state);
+  // What names the states from outside, or what is in them, names them no more. How many transitions are gone.
+  std::size_t forget(const States& states) {
+    forget_initials(states, scxml::kNoState);
     std::size_t gone = 0;
     for (TransitionIndex t = 0; t < chart_.transitions().size(); ++t) {
       const scxml::Transition& transition = chart_.transitions()[t];
       const XmlElement element = elements_.of_transition(t);
-      const bool inside = transition.source == state || is_inside(transition.source, state);
-      if (inside || !element || element.parent().local_name() == "initial" || !leads_into(transition, state)) continue;
+      if (is_among(transition.source, states) || !element || element.parent().local_name() == "initial" ||
+          !leads_into(transition, states))
+        continue;
       // A history that goes too takes its default along.
-      if (is_in(element, elements_.of_state(state))) continue;
-      if (const std::string rest = without(transition, state); !rest.empty()) {
+      if (std::any_of(states.begin(), states.end(),
+                      [&](StateIndex state) { return is_in(element, elements_.of_state(state)); }))
+        continue;
+      if (const std::string rest = without(transition, states); !rest.empty()) {
         edit_.set_attribute(element, "target", rest);
         continue;
       }
@@ -499,14 +684,19 @@ class ChartEditor {
     return false;
   }
 
-  // Initial states of those around it that are not around `kept`, too.
-  void forget_initials(StateIndex state, StateIndex kept) {
-    for (StateIndex outer = chart_.states()[state].parent; outer != scxml::kNoState;
-         outer = chart_.states()[outer].parent) {
-      if (kept != state && (outer == kept || is_inside(kept, outer))) continue;
+  // Initial states of those around them that are not around `kept`, too.
+  void forget_initials(const States& states, StateIndex kept) {
+    std::set<StateIndex> around;
+    for (const StateIndex state : states) {
+      for (StateIndex outer = chart_.states()[state].parent; outer != scxml::kNoState;
+           outer = chart_.states()[outer].parent) {
+        if (kept == scxml::kNoState || (outer != kept && !is_inside(kept, outer))) around.insert(outer);
+      }
+    }
+    for (const StateIndex outer : around) {
       const TransitionIndex initial = chart_.model().state_code[outer].initial;
-      if (initial == scxml::kNoTransition || !leads_into(chart_.transitions()[initial], state)) continue;
-      const std::string rest = without(chart_.transitions()[initial], state);
+      if (initial == scxml::kNoTransition || !leads_into(chart_.transitions()[initial], states)) continue;
+      const std::string rest = without(chart_.transitions()[initial], states);
       const auto written = elements_.blocks(outer, "initial");
       const XmlElement element = elements_.of_state(outer);
       if (!rest.empty()) {
@@ -550,6 +740,8 @@ class ChartEditor {
   scxml::ChartEdit edit_;
   ElementEdits moves_;
   ChartElements elements_;
+  std::vector<std::string> pasted_;
+  std::size_t left_out_ = 0;  // transitions of what is pasted
 };
 
 }  // namespace
@@ -570,6 +762,10 @@ ChartParts parts_of(const scxml::Chart& chart) {
     part.kind = kind_of(state);
     part.onentry = written(elements.blocks(s, "onentry"));
     part.onexit = written(elements.blocks(s, "onexit"));
+    if (const XmlElement element = elements.of_state(s)) {
+      part.from = element.offset();
+      part.to = element.end_offset();
+    }
     if (s == 0) continue;
     const TransitionIndex initial = chart.model().state_code[state.parent].initial;
     const auto is_entered = [&](StateIndex target) { return target == s || (target > s && target < state.end); };
@@ -611,7 +807,7 @@ Result<GestureResult> edit_chart(std::string_view xml, const ChartGesture& gestu
   if (!name) return tl::unexpected(name.error());
   const auto text = editor.apply();
   if (!text) return tl::unexpected(text.error());
-  GestureResult result{edits_between(xml, *text), *name};
+  GestureResult result{edits_between(xml, *text), *name, {}, editor.take_pasted()};
   if (result.edits.empty()) return fail("design.nothing-to-do", "it is so already");
   end_lines_alike(xml, result.edits);
   return result;

@@ -40,6 +40,20 @@ struct WrapState {
   std::string id;
   ChartStateKind kind = "state";  ///< Or "parallel".
 };
+/// One gesture on several states, whose own `state` does not count. What is inside of another of them goes along with
+/// it; they keep the order that they are written in. Those that are put into a new state are beside each other in one
+/// state.
+struct EditStates {
+  std::vector<std::string> states;  ///< In any order.
+  std::variant<RemoveState, MoveState, WrapState> gesture;
+};
+/// States written elsewhere, as another chart or another editor has them: one or several elements, or a chart. Ids that
+/// are taken are followed by a free number, also where these states name each other (moving_2). Without positions of Qt
+/// Creator, and without transitions to what is neither pasted nor there.
+struct PasteStates {
+  std::string parent;  ///< Empty: the top level.
+  std::string xml;
+};
 struct SetKind {
   std::string state;
   ChartStateKind kind;
@@ -100,15 +114,17 @@ struct MoveAction {
   std::size_t index = 0;
   std::size_t to = 0;
 };
-using ChartGesture =
-    std::variant<RenameState, AddState, RemoveState, MoveState, WrapState, SetKind, SetInitial, AddTransition,
-                 SetTransition, RemoveTransition, MoveTransition, InsertAction, SetAction, RemoveAction, MoveAction>;
+using ChartGesture = std::variant<RenameState, AddState, RemoveState, MoveState, WrapState, EditStates, PasteStates,
+                                  SetKind, SetInitial, AddTransition, SetTransition, RemoveTransition, MoveTransition,
+                                  InsertAction, SetAction, RemoveAction, MoveAction>;
 
 /// What of a chart can be edited, as written: actions and <data> as XML.
 struct ChartParts {
   struct StateParts {
     ChartStateKind kind;  ///< Empty: the chart itself.
     bool initial = false;
+    std::size_t from = 0;  ///< Byte of its '<'.
+    std::size_t to = 0;    ///< One past its last '>'.
     std::vector<std::string> onentry;
     std::vector<std::string> onexit;
   };
@@ -131,7 +147,7 @@ struct ChartParts {
 ///
 /// Errors: those of `scxml::load` and `ChartEdit` (an id that is taken, an element where it may not be, …),
 /// design.no-such-node, design.bad-name, design.arity, design.inside-itself, design.bad-content (no single element),
-/// design.nothing-to-do. The message says why, for whoever drags.
+/// design.no-nodes (what is pasted), design.nothing-to-do. The message says why, for whoever drags.
 /// Cost: O(size).
 [[nodiscard]] Result<GestureResult> edit_chart(std::string_view xml, const ChartGesture& gesture,
                                                const std::string& file = {});

@@ -143,6 +143,139 @@ TEST(ChartEdit, PutsAStateIntoANewOne) {
                         "    </parallel>\n"));
 }
 
+const std::string kRow =
+    R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="b">
+  <state id="a">
+    <transition event="go" target="b"/> <!-- on -->
+    <transition event="far" target="c"/>
+  </state>
+  <!-- the second -->
+  <state id="b" xmlns:qt="http://www.qt.io" qt:editorinfo="geometry:1;2">
+    <transition event="go" cond="In('a')" target="c"/>
+  </state>
+  <state id="c"/>
+  <parallel id="p">
+    <state id="q"/>
+    <state id="r">
+      <transition event="done.state.q" target="c"/>
+    </state>
+  </parallel>
+</scxml>
+)xml";
+
+ChartGesture all_of(std::vector<std::string> states, decltype(EditStates::gesture) gesture) {
+  return EditStates{std::move(states), std::move(gesture)};
+}
+
+TEST(ChartEdit, DeletesSeveralStatesAsOne) {
+  EXPECT_EQ(edited(kRow, all_of({"c", "b"}, RemoveState{})),
+            R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <state id="a">
+     <!-- on -->
+  </state>
+  <!-- the second -->
+  <parallel id="p">
+    <state id="q"/>
+    <state id="r"/>
+  </parallel>
+</scxml>
+)");
+  EXPECT_EQ(edit_chart(kRow, all_of({"c", "b"}, RemoveState{}))->name, "delete 2 states with 3 transitions to them");
+  // What is inside of another one goes along with it; alone they are as one.
+  EXPECT_EQ(edited(kRow, all_of({"r", "p", "q"}, RemoveState{})), edited(kRow, RemoveState{"p"}));
+  EXPECT_EQ(edit_chart(kRow, all_of({"q", "p"}, RemoveState{}))->name, "delete state p");
+  EXPECT_THAT(edited(kRow, all_of({"q", "r"}, RemoveState{})), HasSubstr("  <parallel id=\"p\"/>\n</scxml>"));
+}
+
+TEST(ChartEdit, MovesSeveralStatesAsOneInTheirOrder) {
+  const std::string moved = edited(kRow, all_of({"c", "q", "a"}, MoveState{"", "p"}));
+  EXPECT_THAT(moved, HasSubstr("datamodel=\"ecmascript\" initial=\"b\">\n  <!-- the second -->\n  <state id=\"b\""));
+  EXPECT_THAT(moved, HasSubstr("    </state>\n"
+                               "    <state id=\"a\">\n"
+                               "      <transition event=\"go\" target=\"b\"/> <!-- on -->\n"
+                               "      <transition event=\"far\" target=\"c\"/>\n"
+                               "    </state>\n"
+                               "    <state id=\"c\"/>\n"
+                               "  </parallel>\n"));
+  EXPECT_EQ(edit_chart(kRow, all_of({"c", "q", "a"}, MoveState{"", "p"}))->name, "move 2 states into p");
+  EXPECT_THAT(edited(kRow, all_of({"q", "r"}, MoveState{"", "p"})), HasSubstr("2 states are there already"));
+  EXPECT_THAT(edited(kRow, all_of({"a", "p"}, MoveState{"", "q"})), HasSubstr("cannot go into themselves"));
+  EXPECT_THAT(edited(kRow, all_of({"a", "nowhere"}, MoveState{"", "p"})), HasSubstr("no state \"nowhere\""));
+  EXPECT_THAT(edited(kRow, all_of({}, MoveState{"", "p"})), HasSubstr("no state is chosen"));
+  // A history goes with what it remembers.
+  const std::string with_history = edited(kNested, AddState{"trip", "back", "history"});
+  EXPECT_THAT(edited(with_history, all_of({"back", "on", "off"}, MoveState{"", "idle"})),
+              HasSubstr("    <history id=\"back\"><transition target=\"on\"/></history>\n  </state>\n  <final"));
+}
+
+TEST(ChartEdit, PutsSeveralStatesIntoANewOne) {
+  // Neighbours stay where they are, with what stands between them.
+  EXPECT_EQ(edited(kRow, all_of({"b", "a"}, WrapState{"", "around"})),
+            R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" initial="b">
+  <state id="around">
+    <state id="a">
+      <transition event="go" target="b"/> <!-- on -->
+      <transition event="far" target="c"/>
+    </state>
+    <!-- the second -->
+    <state id="b" xmlns:qt="http://www.qt.io" qt:editorinfo="geometry:1;2">
+      <transition event="go" cond="In('a')" target="c"/>
+    </state>
+  </state>
+)xml" + kRow.substr(kRow.find("  <state id=\"c\"/>")));
+  EXPECT_EQ(edit_chart(kRow, all_of({"b", "a"}, WrapState{"", "around"}))->name,
+            "put 2 states into the new state around");
+  // Others come to the first of them.
+  EXPECT_THAT(edited(kRow, all_of({"c", "a"}, WrapState{"", "both", "parallel"})),
+              HasSubstr("  <parallel id=\"both\">\n"
+                        "    <state id=\"a\">\n"
+                        "      <transition event=\"go\" target=\"b\"/> <!-- on -->\n"
+                        "      <transition event=\"far\" target=\"c\"/>\n"
+                        "    </state>\n"
+                        "    <state id=\"c\"/>\n"
+                        "  </parallel>\n"
+                        "  <!-- the second -->\n"));
+  EXPECT_THAT(edited(kRow, all_of({"a", "q"}, WrapState{"", "around"})), HasSubstr("are in different states"));
+  EXPECT_THAT(edited(kRow, all_of({"a", "b"}, WrapState{"", "c"})), HasSubstr("already"));
+}
+
+TEST(ChartEdit, PastesStatesUnderFreeIdsThatNameEachOther) {
+  const std::string both = R"xml(<state id="a">
+    <transition event="go" target="b"/>
+    <transition event="far" target="c"/>
+  </state>
+  <state id="b" xmlns:qt="http://www.qt.io" qt:editorinfo="geometry:1;2">
+    <transition event="go" cond="In('a')" target="elsewhere"/>
+    <transition event="done.state.a" cond="In('a')" target="c elsewhere"/>
+  </state>)xml";
+  const auto result = edit_chart(kRow, PasteStates{"", both});
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_THAT(result->states, testing::ElementsAre("a_2", "b_2"));
+  EXPECT_EQ(result->name, "paste 2 states without 1 transition to what is not here");
+  const std::string once = edited(kRow, PasteStates{"", both});
+  EXPECT_EQ(once, replaced(kRow, "  </parallel>\n", R"xml(  </parallel>
+  <state id="a_2">
+    <transition event="go" target="b_2"/>
+    <transition event="far" target="c"/>
+  </state>
+  <state id="b_2" xmlns:qt="http://www.qt.io">
+    <transition event="done.state.a_2" cond="In('a_2')" target="c"/>
+  </state>
+)xml"));
+  // A copy of a copy counts on.
+  EXPECT_THAT(edited(once, PasteStates{"q", "<state id=\"a_2\"/>"}),
+              HasSubstr("    <state id=\"q\">\n      <state id=\"a_3\"/>\n    </state>"));
+  // A chart stands for its states.
+  const std::string whole = edited(kChart, PasteStates{"idle", kNested});
+  EXPECT_THAT(whole, HasSubstr("    <state id=\"trip\" initial=\"on\">\n      <onentry>\n"));
+  EXPECT_THAT(whole, HasSubstr("      <transition event=\"halt\" target=\"end_2\"/>\n"));
+  EXPECT_THAT(whole, HasSubstr("    <state id=\"idle_2\"/>\n    <final id=\"end_2\"/>\n  </state>\n"));
+  EXPECT_THAT(edited(kRow, PasteStates{"", "hello"}), HasSubstr("no XML of states"));
+  EXPECT_THAT(edited(kRow, PasteStates{"", "<log/>"}), HasSubstr("<log> is no state of a chart"));
+  EXPECT_THAT(edited(kRow, PasteStates{"", "<scxml/>"}), HasSubstr("no state in what was copied"));
+  EXPECT_THAT(edited(kChart, PasteStates{"end", both}), HasSubstr("is final"));
+}
+
 TEST(ChartEdit, MakesStatesOfAnotherKind) {
   EXPECT_EQ(edited(kNested, SetKind{"idle", "final"}), replaced(kNested, "<state id=\"idle\"", "<final id=\"idle\""));
   std::string parallel = replaced(kNested, "<state id=\"trip\" initial=\"on\">", "<parallel id=\"trip\">");
@@ -209,6 +342,8 @@ TEST(ChartEdit, TellsWhatCanBeEdited) {
   const auto& trip = parts.states[*chart.value->find("trip")];
   EXPECT_EQ(trip.kind, "state");
   EXPECT_TRUE(trip.initial);
+  EXPECT_EQ(kNested.substr(trip.from, 16), "<state id=\"trip\"");
+  EXPECT_EQ(kNested.substr(trip.to), "\n  <state id=\"idle\"/>\n  <final id=\"end\"/>\n</scxml>\n");
   EXPECT_THAT(trip.onentry, testing::ElementsAre("<log expr=\"'begin'\"/>", "<raise event=\"go\"/>"));
   EXPECT_FALSE(parts.states[*chart.value->find("off")].initial);
   EXPECT_EQ(parts.states[*chart.value->find("end")].kind, "final");

@@ -17,6 +17,30 @@ bool is_blank_sign(char c) { return c == ' ' || c == '\t'; }
 
 }  // namespace
 
+Result<text::XmlDocument> pasted(std::string xml, std::string_view what, std::string_view attributes) {
+  std::erase(xml, '\r');
+  // The declaration of a file stands at its beginning only.
+  if (const std::size_t begin = xml.find_first_not_of(" \t\n");
+      begin != std::string::npos && xml.compare(begin, 5, "<?xml") == 0)
+    xml.erase(0, xml.find("?>") == std::string::npos ? begin : xml.find("?>") + 2);
+  // Who selects from the first '<' on leaves the first line without the indentation that the last has.
+  xml.erase(0, std::min(xml.find_first_not_of('\n'), xml.size()));
+  xml.erase(xml.find_last_not_of(" \t\n") + 1);
+  if (const std::size_t line = xml.rfind('\n'); xml.starts_with('<') && line != std::string::npos)
+    xml.insert(0, xml.substr(line + 1, xml.find_first_not_of(" \t", line + 1) - line - 1));
+  auto document =
+      text::XmlDocument::parse(fmt::format("<pasted{}>\n{}\n</pasted>", attributes, xml), {}, {.lenient = true});
+  if (!document || document->root().children().empty())
+    return fail("design.no-nodes", fmt::format("what was copied is no XML of {}", what));
+  return document;
+}
+
+std::string_view unnumbered(std::string_view name) {
+  const std::size_t digits = name.find_last_not_of("0123456789") + 1;
+  const bool is_numbered = digits > 1 && digits < name.size() && name[digits - 1] == '_';
+  return name.substr(0, is_numbered ? digits - 1 : name.size());
+}
+
 std::string ElementEdits::eol() const {
   const std::size_t first = source().find('\n');
   return first != std::string_view::npos && first > 0 && source()[first - 1] == '\r' ? "\r\n" : "\n";
@@ -223,23 +247,33 @@ void ElementEdits::take_out(const XmlElement& node) {
 
 // Who has lost all that was in it is written as who never had anything.
 void ElementEdits::close_emptied() {
-  for (const XmlElement& node : taken_) {
-    const XmlElement parent = node.parent();
-    if (!parent || !parent.parent()) continue;
-    const std::string_view inner = parent.inner_source();
-    const auto begin = static_cast<std::size_t>(inner.data() - source().data());
-    const auto is_blank = [&](std::size_t from, std::size_t to) {
-      const std::string_view between = source().substr(from, to - from);
-      return std::all_of(between.begin(), between.end(), is_space);
-    };
-    if (!is_blank(begin, node.offset()) || !is_blank(node.end_offset(), begin + inner.size())) continue;
+  std::stable_sort(taken_.begin(), taken_.end(),
+                   [](const XmlElement& a, const XmlElement& b) { return a.offset() < b.offset(); });
+  const auto is_blank = [&](std::size_t from, std::size_t to) {
+    const std::string_view between = source().substr(from, to - from);
+    return std::all_of(between.begin(), between.end(), is_space);
+  };
+  while (!taken_.empty()) {
+    const XmlElement parent = taken_.back().parent();
+    const auto of_parent = std::stable_partition(taken_.begin(), taken_.end(),
+                                                 [&](const XmlElement& node) { return node.parent() != parent; });
+    const auto count = taken_.end() - of_parent;
+    const auto begin = static_cast<std::size_t>(parent.inner_source().data() - source().data());
+    std::size_t at = begin;
+    bool empty = static_cast<bool>(parent.parent());
+    for (auto node = of_parent; node != taken_.end(); ++node) {
+      empty = empty && is_blank(at, node->offset());
+      at = node->end_offset();
+    }
+    empty = empty && is_blank(at, begin + parent.inner_source().size());
+    taken_.erase(of_parent, taken_.end());
     const auto touches = [&](const TextEdit& edit) {
       return edit.from < parent.end_offset() && edit.to > parent.offset();
     };
-    if (std::count_if(edits_.begin(), edits_.end(), touches) != 1) continue;
-    *std::find_if(edits_.begin(), edits_.end(), touches) = {begin - 1, parent.end_offset(), "/>"};
+    if (!empty || std::count_if(edits_.begin(), edits_.end(), touches) != count) continue;
+    std::erase_if(edits_, touches);
+    edits_.push_back({begin - 1, parent.end_offset(), "/>"});
   }
-  taken_.clear();
 }
 
 void ElementEdits::wrap(const std::vector<XmlElement>& nodes, const std::string& open, const std::string& close) {

@@ -160,6 +160,14 @@ TEST(Gestures, OfChartsEditLeastAndUndoToIdenticalBytes) {
     const std::string state = ids.size() > 1 ? ids[1 + random() % (ids.size() - 1)] : "";
     const std::string inside = any_of(ids, random);
     const std::string id = "s" + std::to_string(++fresh);
+    std::vector<std::string> some;
+    std::string copied;
+    for (const scxml::State& one : chart.value->states()) {
+      if (one.id.empty() || random() % 4 != 0) continue;
+      some.push_back(one.id);
+      const auto& part = parts.states[*chart.value->find(one.id)];
+      if (copied.empty()) copied = now.substr(part.from, part.to - part.from);
+    }
     const auto transition =
         static_cast<scxml::TransitionIndex>(random() % std::max<std::size_t>(chart.value->transitions().size(), 1));
     const auto [place, count] = any_place(*chart.value, parts, random);
@@ -176,6 +184,10 @@ TEST(Gestures, OfChartsEditLeastAndUndoToIdenticalBytes) {
         AddState{inside, id, any_of(kinds, random)},
         MoveState{state, inside},
         WrapState{state, id, random() % 2 == 0 ? "state" : "parallel"},
+        EditStates{some, RemoveState{}},
+        EditStates{some, MoveState{"", inside}},
+        EditStates{some, WrapState{"", id}},
+        PasteStates{inside, copied},
         SetKind{state, any_of(kinds, random)},
         SetInitial{state},
         AddTransition{state, inside, random() % 2 == 0 ? "tick" : "", random() % 2 == 0 ? "a < b && c" : "true"},

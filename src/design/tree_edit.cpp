@@ -60,19 +60,8 @@ struct Pasted {
 };
 
 Result<Pasted> pasted_nodes(std::string xml) {
-  std::erase(xml, '\r');
-  // The declaration of a file stands at its beginning only.
-  if (const std::size_t begin = xml.find_first_not_of(" \t\n");
-      begin != std::string::npos && xml.compare(begin, 5, "<?xml") == 0)
-    xml.erase(0, xml.find("?>") == std::string::npos ? begin : xml.find("?>") + 2);
-  // Who selects from the first '<' on leaves the first line without the indentation that the last has.
-  xml.erase(0, std::min(xml.find_first_not_of('\n'), xml.size()));
-  xml.erase(xml.find_last_not_of(" \t\n") + 1);
-  if (const std::size_t line = xml.rfind('\n'); xml.starts_with('<') && line != std::string::npos)
-    xml.insert(0, xml.substr(line + 1, xml.find_first_not_of(" \t", line + 1) - line - 1));
-  auto document = XmlDocument::parse(fmt::format("<pasted>\n{}\n</pasted>", xml), {}, {.lenient = true});
-  if (!document || document->root().children().empty())
-    return fail("design.no-nodes", "what was copied is no XML of nodes");
+  auto document = pasted(std::move(xml), "nodes");
+  if (!document) return tl::unexpected(document.error());
   XmlElement parent = document->root();
   const auto trees_in = [](const XmlElement& element) {
     std::vector<XmlElement> trees;
@@ -260,16 +249,16 @@ class TreeEditor {
   Result<GestureResult> operator()(const PasteNodes& paste) {
     const auto parent = parent_of(paste.at);
     if (!parent) return tl::unexpected(parent.error());
-    const auto pasted = pasted_nodes(paste.xml);
-    if (!pasted) return tl::unexpected(pasted.error());
-    const auto nodes = pasted->parent.children();
+    const auto read = pasted_nodes(paste.xml);
+    if (!read) return tl::unexpected(read.error());
+    const auto nodes = read->parent.children();
     if (auto room = check_room(*parent, nodes.size(), {}); !room) return tl::unexpected(room.error());
-    const ElementEdits written(pasted->document);
+    const ElementEdits written(read->document);
     auto taken = names_in_tree_of(*parent);
     std::string xml;
     for (const XmlElement& node : nodes) {
       if (auto ok = check_recursion(*parent, subtrees_in(node)); !ok) return tl::unexpected(ok.error());
-      xml += (xml.empty() ? "" : "\n") + written.text_of(node, free_names(pasted->document, node, taken));
+      xml += (xml.empty() ? "" : "\n") + written.text_of(node, free_names(read->document, node, taken));
     }
     edits_.put(*parent, paste.at.index, xml);
     const std::string what = nodes.size() == 1 ? shown(nodes.front()) : fmt::format("{} nodes", nodes.size());
@@ -349,10 +338,11 @@ class TreeEditor {
     return fmt::format("{} nodes", numbers.size());
   }
 
-  Result<GestureResult> on_several(const DeleteNode& gesture, const std::vector<std::uint32_t>& all) {
+  Result<GestureResult> on_several(const DeleteNode&, const std::vector<std::uint32_t>& all) {
     const auto numbers = outermost(all);
     if (numbers.size() == 1) return (*this)(DeleteNode{numbers.front()});
-    return on_each(gesture, numbers, "delete " + count_of(numbers));
+    for (const std::uint32_t number : numbers) edits_.take_out(elements_[number]);
+    return done("delete " + count_of(numbers));
   }
 
   Result<GestureResult> on_several(const UnwrapNode& gesture, const std::vector<std::uint32_t>& numbers) {
@@ -409,14 +399,12 @@ class TreeEditor {
     std::size_t more = 0;
     auto taken = move.copy ? names_in_tree_of(*parent) : std::set<std::string>();
     std::vector<ElementEdits::Copy> copies;
-    std::uint32_t size = 0;
     for (const std::uint32_t number : numbers) {
       const XmlElement& node = elements_[number];
       if (!move.copy && is_in(*parent, node))
         return fail("design.inside-itself", shown(node) + " cannot go into itself");
       if (auto ok = check_recursion(*parent, subtrees_in(node)); !ok) return tl::unexpected(ok.error());
       more += move.copy || node.parent() != *parent ? 1 : 0;
-      size += static_cast<std::uint32_t>(node.size());
       copies.push_back({node, move.copy ? free_names(document_, node, taken) : TextEdits()});
     }
     if (auto room = check_room(*parent, more, {}); more > 0 && !room) return tl::unexpected(room.error());
@@ -432,27 +420,15 @@ class TreeEditor {
     std::uint32_t at = move.to.parent + 1;
     for (std::size_t i = 0; i < move.to.index; ++i) at += static_cast<std::uint32_t>(siblings[i].size());
     edits_.put_copies(*parent, move.to.index, copies);
-    GestureResult result{edits_.take(),
-                         fmt::format("{} {} under {}", move.copy ? "copy" : "move", count_of(numbers), shown(*parent))};
     if (!move.copy) {
-      auto text = with_edits(source(), result.edits);
-      if (!text) return tl::unexpected(text.error());
-      auto document = XmlDocument::parse(*text, {}, {.lenient = true});
-      if (!document) return tl::unexpected(document.error());
-      std::vector<std::uint32_t> left;
       std::uint32_t before = 0;  // what goes from before the place
       for (const std::uint32_t number : numbers) {
-        left.push_back(number + (number >= at ? size : 0));
+        edits_.take_out(elements_[number]);
         before += number < at ? static_cast<std::uint32_t>(elements_[number].size()) : 0;
       }
-      const TreeEditor copied(std::move(*document), kinds_);
-      const auto removed = copied.on_each(DeleteNode{}, left, {});
-      if (!removed) return tl::unexpected(removed.error());
-      const auto after = with_edits(*text, removed->edits);
-      if (!after) return tl::unexpected(after.error());
-      result.edits = edits_between(source(), *after);
       at -= before;
     }
+    auto result = done(fmt::format("{} {} under {}", move.copy ? "copy" : "move", count_of(numbers), shown(*parent)));
     for (const std::uint32_t number : numbers) {
       result.nodes.push_back(at);
       at += static_cast<std::uint32_t>(elements_[number].size());
@@ -597,12 +573,6 @@ class TreeEditor {
     return names;
   }
 
-  // "GoToDesk" of GoToDesk_2.
-  static std::string_view unnumbered(std::string_view name) {
-    const std::size_t digits = name.find_last_not_of("0123456789") + 1;
-    const bool is_numbered = digits > 1 && digits < name.size() && name[digits - 1] == '_';
-    return name.substr(0, is_numbered ? digits - 1 : name.size());
-  }
   // The first with which the name is free; it is taken then.
   static int free_number(std::string_view name, std::set<std::string>& taken) {
     int number = 2;

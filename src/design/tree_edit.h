@@ -134,6 +134,7 @@ struct GestureResult {
   TextEdits edits;
   std::string name;                  ///< For people: "move GoToKitchen under Recharge".
   std::vector<std::uint32_t> nodes;  ///< Of several: what they are in the edited text, as far as they can be told.
+  std::vector<std::string> states;   ///< Ids of those pasted.
 };
 
 /// A change of a tree as edits of its text. What is outside the elements concerned stays byte for byte: comments, the

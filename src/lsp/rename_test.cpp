@@ -248,16 +248,16 @@ TEST(RenamingOfNodes, FollowsPathsAndBreakpoints) {
 
 TEST(RenamingOfStates, FollowsScriptsBlanksAndNamesWithDots) {
   Renamed project("handover");
-  project.write(
-      "skills/Inspect.scxml",
-      "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" name=\"Inspect\" "
-      "datamodel=\"ecmascript\"><script><![CDATA[var a = 1 && In( \"looking\" ); // In('looking')\n]]></script>"
-      "<state id=\"looking\"><transition cond=\"!In( 'looking' )\" target=\"l&#246;ok\"/></state>"
-      "<state id=\"l&#246;ok\"/><final id=\"success\"/></scxml>");
+  project.write("skills/Inspect.scxml",
+                "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" name=\"Inspect\" "
+                "datamodel=\"ecmascript\" initialstate=\"looking\"><script><![CDATA[var a = 1 && In( \"looking\" ); // "
+                "In('looking')\n]]></script>"
+                "<state id=\"looking\"><transition cond=\"!In( 'looking' )\" target=\"l&#246;ok\"/></state>"
+                "<state id=\"l&#246;ok\"/><final id=\"success\"/></scxml>");
   const std::string file = "skills/Inspect.scxml";
   EXPECT_EQ(project.rename(project.of_file(SymbolKind::kState, file, "looking"), "look.up"), "");
-  EXPECT_THAT(project.text(file), AllOf(HasSubstr("In( \"look.up\" ); // In('looking')"), HasSubstr("id=\"look.up\""),
-                                        HasSubstr("cond=\"!In( 'look.up' )\"")));
+  EXPECT_THAT(project.text(file), AllOf(HasSubstr("In( \"look.up\" ); // In('looking')"), HasSubstr(" id=\"look.up\""),
+                                        HasSubstr("initialstate=\"look.up\""), HasSubstr("cond=\"!In( 'look.up' )\"")));
   EXPECT_EQ(project.rename(project.of_file(SymbolKind::kState, file, "look.up"), "seeing"), "");
   EXPECT_EQ(project.rename(project.of_file(SymbolKind::kState, file, "l\u00F6ok"), "plain"), "");
   EXPECT_THAT(project.text(file),

@@ -142,7 +142,7 @@ class ChartCollector : public Collector {
         add_meant(SymbolKind::kState, file_ + "#", meant, from, to, true);
       } else if (tag == "data" && name == "id") {
         add(SymbolKind::kData, fmt::format("{}#{}", file_, at(from, to)), from, to, true);
-      } else if (name == "initial" || (tag == "transition" && name == "target")) {
+      } else if (name == "initial" || name == "initialstate" || (tag == "transition" && name == "target")) {
         each_word(text_, from, to, [&](std::size_t begin, std::size_t end) {
           // Several with references in them are left as they are written.
           const bool is_whole = begin == from && end == to;

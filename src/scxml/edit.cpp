@@ -22,18 +22,25 @@ text::XmlDocument parse(const Chart& chart) {
   return *std::move(document);
 }
 
-// `names` with every `old_name` replaced, and everything between the names kept.
-std::string replace_names(std::string_view names, std::string_view old_name, std::string_view new_name) {
+using NewNames = std::map<std::string, std::string, std::less<>>;
+
+// `text` with what is new of its names in their place, and everything between the names kept. `prefix`: of the names
+// that are meant; of events one may end with ".*".
+std::string replace_names(std::string_view text, std::string_view prefix, const NewNames& names) {
   std::string result;
   std::size_t copied = 0;
-  for_each_name(names, [&](std::string_view name) {
-    if (name != old_name) return;
-    const auto begin = static_cast<std::size_t>(name.data() - names.data());
-    result.append(names, copied, begin - copied);
-    result += new_name;
-    copied = begin + name.size();
+  for_each_name(text, [&](std::string_view name) {
+    if (!name.starts_with(prefix)) return;
+    const std::string_view whole = name.substr(prefix.size());
+    const bool any = !prefix.empty() && whole.ends_with(".*");
+    const auto found = names.find(any ? whole.substr(0, whole.size() - 2) : whole);
+    if (found == names.end()) return;
+    const auto begin = static_cast<std::size_t>(whole.data() - text.data());
+    result.append(text, copied, begin - copied);
+    result += found->second;
+    copied = begin + found->first.size();
   });
-  result.append(names, copied);
+  result.append(text, copied);
   return result;
 }
 
@@ -156,6 +163,27 @@ std::vector<TextInScript> texts_in_scripts(const text::XmlDocument& document, co
   return found;
 }
 
+void rename_states(const text::XmlDocument& document, const text::XmlElement& element, const NewNames& names,
+                   text::XmlEdit& edit) {
+  const std::string_view kind = element.local_name();
+  for (const StateInScript& state : states_in_scripts(document, element)) {
+    if (const auto found = names.find(state.id); found != names.end())
+      edit.replace_text(state.from, state.to, found->second);
+  }
+  element.for_each_attribute([&](std::string_view name, std::string_view value) {
+    std::string changed(value);
+    if ((kind == "transition" && name == "target") || name == "initial" || name == "initialstate")
+      changed = replace_names(value, "", names);
+    else if (kind == "transition" && name == "event")
+      changed = replace_names(value, "done.state.", names);
+    if (changed != value) edit.set_attribute(element, name, changed);
+  });
+  for (text::XmlElement child = element.first_child(); child; child = child.next_sibling()) {
+    // A chart inside <content> has states of its own.
+    if (child.local_name() != "scxml") rename_states(document, child, names, edit);
+  }
+}
+
 ChartEdit::ChartEdit(const Chart& chart) : chart_(chart), document_(parse(chart)), edit_(document_) {}
 
 ChartEdit::Element ChartEdit::at(const Place& place) const {
@@ -204,31 +232,8 @@ Result<void> ChartEdit::rename_state(StateIndex state, std::string_view new_id) 
                 chart_.span(chart_.states()[*other].place));
   }
   edit_.set_attribute(of_state(state), "id", new_id);
-  rename_in(document_.root(), old_id, new_id);
+  rename_states(document_, document_.root(), {{old_id, std::string(new_id)}}, edit_);
   return {};
-}
-
-void ChartEdit::rename_in(const Element& element, std::string_view old_id, std::string_view new_id) {
-  const std::string_view kind = element.local_name();
-  const std::string old_name(old_id);
-  const std::string new_name(new_id);
-  for (const StateInScript& state : states_in_scripts(document_, element)) {
-    if (state.id == old_id) edit_.replace_text(state.from, state.to, std::string(new_id));
-  }
-  element.for_each_attribute([&](std::string_view name, std::string_view value) {
-    std::string changed(value);
-    if ((kind == "transition" && name == "target") || name == "initial") {
-      changed = replace_names(value, old_id, new_id);
-    } else if (kind == "transition" && name == "event") {
-      changed = replace_names(value, "done.state." + old_name, "done.state." + new_name);
-      changed = replace_names(changed, "done.state." + old_name + ".*", "done.state." + new_name + ".*");
-    }
-    if (changed != value) edit_.set_attribute(element, name, changed);
-  });
-  for (Element child = element.first_child(); child; child = child.next_sibling()) {
-    // A chart inside <content> has states of its own.
-    if (child.local_name() != "scxml") rename_in(child, old_id, new_id);
-  }
 }
 
 Result<std::string> ChartEdit::apply() const {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,6 +36,11 @@ struct TextInScript {
 };
 [[nodiscard]] std::vector<TextInScript> texts_in_scripts(const text::XmlDocument& document,
                                                          const text::XmlElement& element);
+
+/// Gives states other ids wherever the element, or what is inside of it, names them: targets, initial states,
+/// done.state.ID events, In('ID') in expressions and scripts. Not the states' own `id`. `names`: new ids by old ones.
+void rename_states(const text::XmlDocument& document, const text::XmlElement& element,
+                   const std::map<std::string, std::string, std::less<>>& names, text::XmlEdit& edit);
 
 /// Changes to a chart's document. What is not touched stays as it was written, byte for byte: comments, the order of
 /// attributes, and what other tools keep in them (Qt Creator's qt:editorinfo).
@@ -69,8 +76,7 @@ class ChartEdit {
 
   [[nodiscard]] const text::XmlDocument& document() const { return document_; }
 
-  /// The state's id, and everything that names it: targets, initial states, done.state.ID events, In('ID') in
-  /// expressions and scripts.
+  /// The state's id, and everything that names it, as `rename_states`.
   /// Errors: scxml.duplicate-id, scxml.bad-attribute (no id, or white space in it).
   Result<void> rename_state(StateIndex state, std::string_view new_id);
 
@@ -78,8 +84,6 @@ class ChartEdit {
   [[nodiscard]] Result<std::string> apply() const;
 
  private:
-  void rename_in(const Element& element, std::string_view old_id, std::string_view new_id);
-
   Chart chart_;
   text::XmlDocument document_;
   text::XmlEdit edit_;

@@ -78,6 +78,17 @@ TEST(Edit, RenamesAStateWhereverItIsNamed) {
                                                  {"id=\"closed\"", "id=\"shut\""}}));
 }
 
+TEST(Edit, RenamesAStateThatAnEarlyDraftBeginsWith) {
+  const std::string draft = R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="0.9" initialstate="b">
+  <state id="a"/><state id="b"/>
+</scxml>)";
+  const auto loaded = load(draft);
+  ChartEdit edit(*loaded.value);
+  ASSERT_TRUE(edit.rename_state(*loaded.value->find("b"), "begin"));
+  EXPECT_EQ(*edit.apply(),
+            replaced(draft, {{"initialstate=\"b\"", "initialstate=\"begin\""}, {"id=\"b\"", "id=\"begin\""}}));
+}
+
 TEST(Edit, RenamesAStateInScriptsAndExpressionsAsTheyAreWritten) {
   const std::string written = R"xml(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
   <datamodel><data id="d">In('work')</data><data id="e" expr="{at: In(&quot;work&quot;)}"/></datamodel>

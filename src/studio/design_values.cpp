@@ -115,6 +115,8 @@ Value edited_chart_value(const scxml::Chart& chart) {
                          {"kind", part.kind},
                          {"inside", parent != scxml::kNoState ? chart.states()[parent].id : ""},
                          {"initial", part.initial},
+                         {"from", number_value(part.from)},
+                         {"to", number_value(part.to)},
                          {"onentry", texts_value(part.onentry)},
                          {"onexit", texts_value(part.onexit)}});
   }
@@ -438,6 +440,21 @@ Result<design::TreeGesture> gesture_on_one(const Value& gesture) {
   return fail("studio.request", fmt::format("\"{}\" is no gesture", what));
 }
 
+// Of one: the same on several, if it can be.
+template <class Gesture, class Several>
+Result<Gesture> on_several(const Value& gesture, const Gesture& one, Several several) {
+  const bool can = std::visit(
+      [&](const auto& what) {
+        constexpr bool kCan = std::is_assignable_v<decltype(several.gesture)&, decltype(what)>;
+        if constexpr (kCan) several.gesture = what;
+        return kCan;
+      },
+      one);
+  if (!can)
+    return fail("studio.request", fmt::format("\"{}\" is no gesture on several at once", string_of(gesture, "what")));
+  return several;
+}
+
 Result<design::TreeGesture> gesture_of(const Value& gesture) {
   auto one = gesture_on_one(gesture);
   const Value* const nodes = gesture.find("nodes");
@@ -448,16 +465,7 @@ Result<design::TreeGesture> gesture_of(const Value& gesture) {
     several.nodes.push_back(static_cast<std::uint32_t>(
         std::clamp(node.as_int() != nullptr ? *node.as_int() : kNoElement, std::int64_t{0}, kNoElement)));
   }
-  const bool can = std::visit(
-      [&](auto& what) {
-        constexpr bool kCan = std::is_assignable_v<decltype(several.gesture)&, decltype(what)>;
-        if constexpr (kCan) several.gesture = what;
-        return kCan;
-      },
-      *one);
-  if (!can)
-    return fail("studio.request", fmt::format("\"{}\" is no gesture on several nodes", string_of(gesture, "what")));
-  return several;
+  return on_several(gesture, *one, std::move(several));
 }
 
 std::optional<std::string> text_if_given(const Value& value, std::string_view name) {
@@ -479,7 +487,7 @@ design::ActionPlace action_place_of(const Value& gesture) {
   return place;
 }
 
-Result<design::ChartGesture> chart_gesture_of(const Value& gesture) {
+Result<design::ChartGesture> chart_gesture_on_one(const Value& gesture) {
   const std::string what = string_of(gesture, "what");
   const std::string state = string_of(gesture, "state");
   const std::string id = string_of(gesture, "id");
@@ -490,6 +498,7 @@ Result<design::ChartGesture> chart_gesture_of(const Value& gesture) {
   if (what == "remove_state") return design::RemoveState{state};
   if (what == "move_state") return design::MoveState{state, string_of(gesture, "inside")};
   if (what == "wrap_state") return design::WrapState{state, id, string_of(gesture, "kind")};
+  if (what == "paste_states") return design::PasteStates{string_of(gesture, "inside"), xml};
   if (what == "set_kind") return design::SetKind{state, string_of(gesture, "kind")};
   if (what == "set_initial") return design::SetInitial{state};
   if (what == "add_transition") {
@@ -507,6 +516,15 @@ Result<design::ChartGesture> chart_gesture_of(const Value& gesture) {
   if (what == "remove_action") return design::RemoveAction{action_place_of(gesture), index};
   if (what == "move_action") return design::MoveAction{action_place_of(gesture), index, count_of(gesture, "to")};
   return fail("studio.request", fmt::format("\"{}\" is no gesture on a chart", what));
+}
+
+Result<design::ChartGesture> chart_gesture_of(const Value& gesture) {
+  auto one = chart_gesture_on_one(gesture);
+  const Value* const states = gesture.find("states");
+  if (!one || states == nullptr || states->as_list() == nullptr) return one;
+  design::EditStates several;
+  for (const Value& state : *states->as_list()) several.states.emplace_back(state.text());
+  return on_several(gesture, *one, std::move(several));
 }
 
 Result<design::RequirementGesture> requirement_gesture_of(const Value& gesture) {

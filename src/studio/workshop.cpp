@@ -354,7 +354,8 @@ Result<Value> Workshop::Impl::edit_by_gesture(const AskedEdit& asked) {
   return Value(Map{{"version", number(workspace.find(file)->version)},
                    {"name", result->name},
                    {"at", number(place_after(result->edits))},
-                   {"nodes", std::move(nodes)}});
+                   {"nodes", std::move(nodes)},
+                   {"states", List(result->states.begin(), result->states.end())}});
 }
 
 // With the texts as they are now.

@@ -1,16 +1,17 @@
 // The pictures of the README and of docs/designing.md, from real runs and a project that is edited: node e2e/screenshots.mjs [FOLDER]
 import { spawnSync } from "node:child_process";
-import { mkdirSync } from "node:fs";
+import { mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 
 import { open_page, text, until } from "./harness/browser.mjs";
 import { copy_of, open_design, serve_design, settled } from "./harness/design.mjs";
+import { smaller } from "./harness/png.mjs";
 import { example, kRoot, program as sentree, serve_run } from "./harness/program.mjs";
 
 const folder = process.argv[2] ?? join(kRoot, "docs/images");
 mkdirSync(folder, { recursive: true });
-const keep = (page, name) => page.screenshot({ path: join(folder, `${name}.png`) });
+const keep = async (page, name) => writeFileSync(join(folder, `${name}.png`), smaller(await page.screenshot()));
 
 for (const theme of ["light", "dark"]) {
   test(`studio-${theme}`, async () => {

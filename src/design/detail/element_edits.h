@@ -5,10 +5,19 @@
 #include <string_view>
 #include <vector>
 
+#include "sentree/base/result.h"
 #include "sentree/design/text_edit.h"
 #include "sentree/text/xml.h"
 
 namespace sentree::design {
+
+/// What was copied elsewhere, as what is inside of a root of those attributes (` a="b"`). Lines end with LF, and the
+/// first is indented as the last is. `what`: "nodes". Error: design.no-nodes.
+[[nodiscard]] Result<text::XmlDocument> pasted(std::string xml, std::string_view what,
+                                               std::string_view attributes = {});
+
+/// "GoToDesk" of GoToDesk_2.
+[[nodiscard]] std::string_view unnumbered(std::string_view name);
 
 /// Edits of a document that put elements in, take them out and move them, each on a line of its own where its
 /// neighbours have one, indented like them; the second in a line gets one, and the first too. All are of the text as it

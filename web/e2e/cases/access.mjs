@@ -51,6 +51,26 @@ test("everything that can be worked with has a name", async () => {
   await program.stop();
 });
 
+test("what is found is listed once, whatever was typed before", async () => {
+  const program = await violated();
+  const { page, close } = await open_page(program.url);
+  await page.getByTestId("violation-banner").waitFor();
+  await page.keyboard.press("Control+k");
+  const rows = () => page.locator("#palette-list [role=option]").evaluateAll((all) => all.map(({ textContent }) => textContent));
+  for (const typed of ["goto", "gotok", "gotos", "chart gotok"]) {
+    await page.getByRole("combobox", { name: "Find" }).fill(typed);
+    const letters = typed.split(" ");
+    await until(async () => (await rows()).every((row) => letters.every((word) => row.toLowerCase().includes(word))), `nothing but ${typed} is listed`);
+    const listed = await rows();
+    assert.ok(listed.length > 0);
+    assert.deepEqual(listed, [...new Set(listed)], `${typed}: each once`);
+  }
+  await page.keyboard.press("Enter");
+  await page.locator("[data-testid=chart][data-chart*=GoToKitchen]").waitFor();
+  await close();
+  await program.stop();
+});
+
 test("the Tab key reaches every control that can be pressed, each shown where it is", async () => {
   // Paused, so that no control comes or goes meanwhile; those that steer are among them.
   const program = await serve_run(example("recharge"), { scenario: "normal" });

@@ -94,6 +94,36 @@ test("a transition is chosen in the picture, edited, ordered and deleted; undone
   await program.stop();
 });
 
+test("what a transition waits for is written where it stands in the picture", async () => {
+  const { page, close, program, file } = await open_chart();
+  const field = page.getByTestId("label-field");
+  const open = async (label) => {
+    await click_transition(page, label, { clickCount: 2 });
+    await field.waitFor();
+  };
+  await open("Transition moving tick → idle");
+  assert.equal(await field.inputValue(), "tick");
+  // It is at its label.
+  const [at, label] = [await field.boundingBox(), await page.locator('[data-testid=design-chart] [aria-label="Transition moving tick → idle"] .label text').first().boundingBox()];
+  assert.ok(Math.abs(at.x - label.x) < 20 && Math.abs(at.y - label.y) < 20);
+  await page.keyboard.type("error.communication [count > 2");
+  await page.keyboard.press("Enter");
+  await page.getByTestId("refused").getByText("write event [condition]").waitFor();
+  await page.keyboard.type("]");
+  await page.keyboard.press("Enter");
+  await did(page, "change a transition of moving");
+  await until(() => page.evaluate(() => document.activeElement?.dataset.testid === "design-chart"), "the picture has the keys again");
+  await open("Transition moving error.communication [count > 2] → idle");
+  await page.keyboard.type("never");
+  await page.keyboard.press("Escape");
+  await field.waitFor({ state: "detached" });
+  assert.match(await saved(page, file), /<transition event='error.communication' target='idle' cond="count &gt; 2"\/> <!-- stops -->/);
+  await page.keyboard.press("Control+z");
+  await until(() => place_of_transition(page, "Transition moving tick → idle"), "one step takes both back");
+  await close();
+  await program.stop();
+});
+
 test("states are carried into each other and out, and made what they are to be, by mouse", async () => {
   const { page, close, program, file } = await open_chart();
   await carry_state(page, "idle", await middle(state_at(page, "trip").locator(".name").first()));

@@ -121,6 +121,32 @@ test("at a violation the tree, the stage and the chosen text keep their size on 
   await program.stop();
 });
 
+/** Of the label that says so: its lines that do not lie in the chart's picture as a whole. */
+const cut_lines = (page, said) =>
+  page.getByTestId("chart").evaluate((svg, wanted) => {
+    const frame = svg.getBoundingClientRect();
+    const inside = ({ left, right, top, bottom }) => left >= frame.left && right <= frame.right && top >= frame.top && bottom <= frame.bottom;
+    const label = [...svg.querySelectorAll(".label")].find((one) => one.textContent.replace(/\s/g, "").includes(wanted));
+    return label ? [...label.querySelectorAll("text, tspan")].filter((text) => !inside(text.getBoundingClientRect())).map((text) => text.textContent) : ["there is no such label"];
+  }, said);
+
+test("what led to a violation can be read in its chart", async () => {
+  const program = await serve_run(example("recharge"), { scenario: "experiment1", args: ["--clock", "virtual", "--factor", "1000"] });
+  const { page, close } = await open_page(program.url, { width: kScreens[0][0], height: kScreens[0][1] });
+  await until(async () => (await text(page, "presence")) === "■ Ended", "the run has ended");
+  await page.getByTestId("violation-banner").getByRole("button", { name: "battery" }).click();
+  await page.getByTestId("violation-moment").click();
+  await page.locator("[data-testid=chart][data-chart*=battery]").waitFor();
+  for (const [width, height] of kScreens) {
+    await page.setViewportSize({ width, height });
+    await until(async () => (await cut_lines(page, "data.result.percentage*100<20")).length === 0, `its label is whole at ${width}×${height}`);
+    // A chart that has room without its values is not cut off by them.
+    if (width === 1920) await until(async () => (await cut_lines(page, "getBatteryState.error")).length === 0, "all of it is there");
+  }
+  await close();
+  await program.stop();
+});
+
 test("few buttons, and each says what it does", async () => {
   const program = await serve_run(example("recharge"), { scenario: "normal" });
   const { page, close } = await open_page(program.url);

@@ -5,9 +5,10 @@ import { useStudio } from "../store/store";
 import { Actions } from "./Actions";
 import { part_lines } from "./chart_places";
 import { condition_words, event_words, is_history, leads_out, transition_text } from "./chart_words";
-import { choose_state, choose_transition, chosen_state, chosen_transition, doc_of, findings_of, focus_field, focus_picture, fresh_id, gesture, gesture_then, rename_state, take_back_made, useDesign } from "./design";
+import { choose_state, choose_transition, chosen_state, chosen_states, chosen_transition, doc_of, findings_of, focus_field, focus_picture, fresh_id, gesture, gesture_then, rename_state, take_back_made, useDesign } from "./design";
 import { Editable } from "./Editable";
 import { Wrong } from "./Inspector";
+import { duplicate_states, keep_states, move_states, named_states, remove_states, wrap_states } from "./states";
 import { Options, TextField } from "./TextField";
 
 export const kStateKinds: readonly { kind: StateKind; name: string }[] = [
@@ -23,19 +24,58 @@ const kData: Readonly<Record<string, string>> = { "a value": '<data id="name" ex
 const kLine = 30;
 
 const kNone: readonly never[] = [];
-const useServices = () => useStudio((studio) => studio.index?.model.services) ?? kNone;
+export const useServices = () => useStudio((studio) => studio.index?.model.services) ?? kNone;
 
 /** The chosen state or transition of a chart, and what can be added to the chart. */
 export function ChartForm() {
   const chart = useDesign((state) => doc_of(state)?.shown_chart ?? null);
   const state = useDesign(chosen_state);
   const transition = useDesign(chosen_transition);
+  const also = useDesign((now) => now.also_states);
   if (!chart) return null;
+  const several = chosen_states({ state: state?.id ?? null, also_states: also }, chart);
+  if (several.length > 1) return <StatesForm chart={chart} states={several} />;
   return (
     <form className="inspector-form scroll" aria-label="Chart" onSubmit={(submitted) => submitted.preventDefault()} data-testid="chart-form">
       <PartFindings chart={chart} line={transition?.line ?? state?.line ?? null} />
       {transition ? <TransitionPart key={transition.transition} chart={chart} transition={transition} /> : state ? <StatePart key={state.id} chart={chart} state={state} /> : <WholePart chart={chart} />}
       <NewState state={state} />
+    </form>
+  );
+}
+
+/** Several states: what can be done to all of them. */
+function StatesForm({ chart, states }: { chart: EditedChart; states: readonly EditedState[] }) {
+  const ids = states.map(({ id }) => id);
+  const inside = new Set(states.map((state) => state.inside));
+  const done: readonly [string, string, () => void][] = [
+    ["Put them into a new state", "W", () => void wrap_states("state")],
+    ["Put them into a new parallel", "", () => void wrap_states("parallel")],
+    ["Duplicate them", "D", duplicate_states],
+    ["Copy them", "Ctrl+C", () => keep_states(false)],
+    ["Cut them, to paste them elsewhere", "Ctrl+X", () => keep_states(true)],
+    ["Delete them", "Del", remove_states],
+  ];
+  return (
+    <form className="inspector-form scroll" aria-label="Chosen states" onSubmit={(submitted) => submitted.preventDefault()} data-testid="states-form">
+      <h2 className="inspector-title">{named_states(ids)}</h2>
+      <p className="muted">{ids.join(", ")}</p>
+      <Editable>
+        <Select id="design-inside" label="inside" value={inside.size === 1 ? [...inside][0]! : kNew} tell={(value) => move_states(ids, value)}>
+          {inside.size > 1 && <option value={kNew}>different ones</option>}
+          <option value="">nothing: the top level</option>
+          {chart.states.filter((one) => one.id !== "" && !ids.includes(one.id) && (one.kind === "state" || one.kind === "parallel")).map((one) => (
+            <option key={one.id}>{one.id}</option>
+          ))}
+        </Select>
+        <p className="inspector-actions">
+          {done.map(([name, keys, run]) => (
+            <button key={name} type="button" className="button small" title={keys} onClick={run}>
+              {name}
+            </button>
+          ))}
+        </p>
+      </Editable>
     </form>
   );
 }
@@ -61,7 +101,7 @@ function WholePart({ chart }: { chart: EditedChart }) {
   return (
     <>
       <h2 className="inspector-title">Chart</h2>
-      <p className="muted">Double click on the ground: a state. From a state’s edge: a transition. Drag a state into another. The right button, or M, says what else.</p>
+      <p className="muted">Double click on the ground: a state. From a state’s edge: a transition. Drag a state into another. With Shift or Ctrl several are chosen, by clicks or by a band. The right button, or M, says what else.</p>
       <Editable>
         <Actions id="chart-data" title="Data and ports" place={{ state: "", block: "datamodel" }} actions={chart.data} offered={kData} />
       </Editable>
@@ -85,7 +125,7 @@ function StatePart({ chart, state }: { chart: EditedChart; state: EditedState })
             </option>
           ))}
         </Select>
-        <Select id="design-inside" label="inside" value={state.inside} tell={(value) => void gesture_then({ what: "move_state", state: id, inside: value }, () => choose_state(id))}>
+        <Select id="design-inside" label="inside" value={state.inside} tell={(value) => move_states([id], value)}>
           <option value="">nothing: the top level</option>
           {states.filter((one) => one.kind === "state" || one.kind === "parallel").map((one) => (
             <option key={one.id}>{one.id}</option>
@@ -106,7 +146,7 @@ function StatePart({ chart, state }: { chart: EditedChart; state: EditedState })
             <Actions id="exit" title="On exit" place={{ state: id, block: "onexit" }} actions={state.onexit} />
           </>
         )}
-        <button type="button" className="button small" title="Delete the state and the transitions to it (Del)" onClick={() => void gesture({ what: "remove_state", state: id })}>
+        <button type="button" className="button small" title="Delete the state and the transitions to it (Del)" onClick={remove_states}>
           Delete {id}
         </button>
       </Editable>

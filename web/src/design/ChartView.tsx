@@ -7,16 +7,22 @@ import { follow_pointer } from "../picture/drag";
 import { Minimap } from "../picture/Minimap";
 import { mark_of, state_key, transition_key, useReached } from "../panels/reached/reached";
 import { usePictureView } from "../picture/use_picture_view";
+import { to_picture } from "../picture/viewport";
 import { useCommand } from "../widgets/commands";
 import { curve } from "../panels/mission/TreePicture";
-import type { EditedChart, Rect } from "../protocol/types";
+import type { EditedChart, EditedTransition, Rect } from "../protocol/types";
 import { request } from "../store/store";
+import { useServices } from "./ChartForm";
 import { ChartMenu } from "./ChartMenu";
 import { part_lines } from "./chart_places";
-import { leads_out, transition_text } from "./chart_words";
-import { add_fresh_state, broken, choose_state, choose_transition, chosen_transition, doc_of, findings_of, focus_field, gesture, gesture_then, go_to, obstacle, refusal, useDesign } from "./design";
+import { event_words, leads_out, transition_text } from "./chart_words";
+import { clipboard_text, usePaste } from "./clipboard";
+import { add_fresh_state, broken, choose_state, choose_states, choose_transition, chosen_states, chosen_transition, doc_of, findings_of, focus_field, gesture, go_to, obstacle, refusal, toggle_state, useDesign } from "./design";
+import { LabelField } from "./LabelField";
 import { line_start } from "./places";
+import { outermost_states, states_inside } from "./selection";
 import { payload_of, play_chart, useSimulation } from "./simulate";
+import { duplicate_states, keep_states, move_states, named_states, paste_states, remove_states, useKeptStates, wrap_states } from "./states";
 import { in_turn } from "./turns";
 
 /** A transition that is being drawn, in pixels of the picture, and the state that it would lead to. */
@@ -26,9 +32,9 @@ interface Line {
   onto: string | null;
 }
 
-/** A state that is being moved, where the pointer is in the window, and the state that it would go into ("": the top level). */
+/** States that are being moved, where the pointer is in the window, and the state that they would go into ("": the top level). */
 interface Carried {
-  id: string;
+  ids: readonly string[];
   x: number;
   y: number;
   into: string | null;
@@ -40,16 +46,27 @@ const kChartCommands: readonly { title: string; keys: string }[] = [
   { title: "Add a state", keys: "Enter" },
   { title: "Add a transition from CHOSEN", keys: "N" },
   { title: "Choose the next state", keys: "S" },
+  { title: "Choose the next state, too", keys: "A" },
   { title: "Choose the next transition", keys: "T" },
   { title: "Rename CHOSEN, or say its event", keys: "F2" },
+  { title: "Put CHOSEN into a new state", keys: "W" },
+  { title: "Another CHOSEN beside it", keys: "D" },
+  { title: "Copy CHOSEN", keys: "Ctrl+C" },
+  { title: "Cut CHOSEN, to paste it elsewhere", keys: "Ctrl+X" },
+  { title: "Paste states", keys: "Ctrl+V" },
   { title: "What else can be done to CHOSEN", keys: "M" },
   { title: "Hide what is inside of CHOSEN, or show it", keys: "C" },
   { title: "Delete CHOSEN", keys: "Del" },
 ];
 const kKeyNames: Readonly<Record<string, string>> = { Del: "Delete" };
+/** Of one state alone. */
+const kAlone = ["n", "F2"];
 
 /** How near to its outline a state is held by its edge, on either side. */
 const kEdge_px = 7;
+
+/** Chooses beside what is chosen. */
+const adds = (event: { shiftKey: boolean; ctrlKey: boolean; metaKey: boolean }) => event.shiftKey || event.ctrlKey || event.metaKey;
 
 function state_of(target: EventTarget | null): { element: Element; id: string } | null {
   const element = target instanceof Element ? target.closest("[data-id]") : null;
@@ -70,6 +87,10 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   const summary = useDesign((state) => state.summary);
   const version = useDesign((state) => doc_of(state)?.version ?? 0);
   const chosen = useDesign((state) => state.state);
+  const also = useDesign((state) => state.also_states);
+  const all_chosen = useMemo(() => chosen_states({ state: chosen, also_states: also }, chart).map(({ id }) => id), [chosen, also, chart]);
+  const services = useServices();
+  const kept = useKeptStates((state) => (state.kept?.cut && state.kept.file === file ? state.kept.states : null));
   const chosen_edge = useDesign(chosen_transition);
   const played = useSimulation(({ on, file: of, chart_now }) => (on && of === file ? chart_now : null));
 
@@ -83,6 +104,10 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   const [line, set_line] = useState<Line | null>(null);
   const [carried, set_carried] = useState<Carried | null>(null);
   const [menu, set_menu] = useState<{ x: number; y: number } | null>(null);
+  /** The transition whose label is written, of which version, and where in the window. */
+  const [labelled, set_labelled] = useState<{ transition: EditedTransition; version: number; x: number; y: number } | null>(null);
+  const [band, set_band] = useState<Rect | null>(null);
+  const in_band = useMemo(() => new Set(band ? states_inside(chart, shown, band) : []), [band, chart, shown]);
   const drew = useRef(false);
   const latest = useRef(carried);
   latest.current = carried;
@@ -111,39 +136,75 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
       },
       drop: (at) => {
         const target = under(at);
-        if (target !== null) useDesign.setState({ state: from, transition: null, drawn_to: target, refused: null });
+        if (target !== null) useDesign.setState({ state: from, also_states: [], transition: null, drawn_to: target, refused: null });
       },
       end: () => set_line(null),
     });
   };
+  /** With all that are chosen, if it is one of them. */
   const carry = (id: string, event: PointerEvent) => {
-    const inside = chart.states.find((state) => state.id === id)?.inside ?? "";
+    const ids = all_chosen.includes(id) ? outermost_states(chart, chart.states.filter((one) => all_chosen.includes(one.id))).map((one) => one.id) : [id];
+    const stay = new Set(ids.map((one) => chart.states.find((state) => state.id === one)?.inside ?? ""));
     follow_pointer(event, {
       from_px: 6,
       move: (at) => {
         drew.current = true;
         const found = under(at);
-        const into = found === id || found === inside ? null : found;
+        const into = found === null || ids.includes(found) || (stay.size === 1 && stay.has(found)) ? null : found;
         const same = latest.current?.into === into;
-        set_carried({ id, x: at.clientX, y: at.clientY, into, why_not: same ? (latest.current?.why_not ?? null) : null });
+        set_carried({ ids, x: at.clientX, y: at.clientY, into, why_not: same ? (latest.current?.why_not ?? null) : null });
         if (into === null || same) return;
-        void refusal({ what: "move_state", state: id, inside: into }).then((why_not) => set_carried((now) => (now?.into === into ? { ...now, why_not } : now)));
+        void refusal({ what: "move_state", states: ids, inside: into }).then((why_not) => set_carried((now) => (now?.into === into ? { ...now, why_not } : now)));
       },
       drop: () => {
         const into = latest.current?.into ?? null;
-        if (into !== null) void gesture_then({ what: "move_state", state: id, inside: into }, () => choose_state(id));
+        if (into !== null) move_states(ids, into);
       },
       end: () => set_carried(null),
     });
   };
-  /** True: the press is at a state, from which a transition is drawn, or which is moved. */
+  const at_picture = ({ clientX, clientY }: PointerEvent) => {
+    const { left, top } = svg.current!.getBoundingClientRect();
+    return to_picture(view.view, [clientX - left, clientY - top]);
+  };
+  /** A band takes what is in it beside what is chosen; a click what it is on. */
+  const draw_band = (event: PointerEvent, on: string) => {
+    const [from_x, from_y] = at_picture(event);
+    const to = (moved: PointerEvent): Rect => {
+      const [x, y] = at_picture(moved);
+      return { x: Math.min(x, from_x), y: Math.min(y, from_y), width: Math.abs(x - from_x), height: Math.abs(y - from_y) };
+    };
+    follow_pointer(event, {
+      from_px: 5,
+      move: (moved) => {
+        drew.current = true;
+        set_band(to(moved));
+      },
+      drop: (dropped) => {
+        svg.current?.focus({ preventScroll: true });
+        const inside = states_inside(chart, shown, to(dropped));
+        if (inside.length > 0) choose_states([...all_chosen.filter((id) => !inside.includes(id)), ...inside]);
+      },
+      click: () => {
+        svg.current?.focus({ preventScroll: true });
+        if (on === "") return;
+        toggle_state(on);
+        show_line(chart.states.find(({ id }) => id === useDesign.getState().state)?.line ?? 0);
+      },
+      end: () => set_band(null),
+    });
+    return true;
+  };
+  /** True: the press is at a state, from which a transition is drawn, or which is moved; or it chooses beside what is chosen. */
   const grab = (event: PointerEvent): boolean => {
     const from = state_of(event.target);
     drew.current = false;
-    if (event.button !== 0 || from === null || from.id === "" || why_not !== null) return false;
+    if (event.button !== 0) return false;
+    if (adds(event)) return draw_band(event, from?.id ?? "");
+    if (from === null || from.id === "" || why_not !== null) return false;
     if (at_edge(from.element, event)) draw_transition(from.id, event);
     // What holds others fills the picture: it is moved once it is chosen.
-    else if (!holds(from.id) || from.id === chosen) carry(from.id, event);
+    else if (!holds(from.id) || all_chosen.includes(from.id)) carry(from.id, event);
     else return false;
     return true;
   };
@@ -208,7 +269,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
   const sought = useReached((state) => state.sought);
 
   const toggle_chosen = () => {
-    if (chosen !== null && holds(chosen)) toggle(chosen);
+    all_chosen.filter(holds).forEach(toggle);
   };
   const show_line = (line: number) => {
     const doc = doc_of(useDesign.getState());
@@ -221,11 +282,13 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
     if (at) choose_transition(chart.transitions[Number(at)] ?? null);
     else choose_state(state_of(element)?.id || null);
   };
-  const next_state = (step: number) => {
-    const ids = chart.states.map(({ id }) => id).filter((id) => id !== "");
+  const ids = useMemo(() => chart.states.map(({ id }) => id).filter((id) => id !== ""), [chart]);
+  /** `too`: beside what is chosen. */
+  const next_state = (step: number, too = false) => {
     const at = ids.indexOf(chosen ?? chosen_edge?.source ?? "");
     const next = ids.at((at + (at < 0 && step < 0 ? 0 : step)) % ids.length) ?? null;
-    choose_state(next);
+    if (too && next !== null) choose_states([...all_chosen.filter((id) => id !== next), next]);
+    else choose_state(next);
     show_line(chart.states.find(({ id }) => id === next)?.line ?? 0);
   };
   /** Of the chosen state, or of all. */
@@ -244,16 +307,18 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
 
   // The same by name, for who does not know the keys.
   const press_key = (keys: string) => {
+    const [key = "", held] = keys.split("+").reverse();
     svg.current?.focus();
-    svg.current?.dispatchEvent(new KeyboardEvent("keydown", { key: kKeyNames[keys] ?? keys, bubbles: true, cancelable: true }));
+    svg.current?.dispatchEvent(new KeyboardEvent("keydown", { key: kKeyNames[key] ?? key, ctrlKey: held === "Ctrl", bubbles: true, cancelable: true }));
   };
   const open_menu = () => {
     const box = (svg.current?.querySelector(".chosen") ?? svg.current)!.getBoundingClientRect();
     set_menu({ x: box.left + Math.min(box.width, 120), y: box.top + Math.min(box.height, 60) });
   };
+  usePaste(svg, paste_states);
   useCommand(
     { id: "design.chart", title: "Go to the chart", group: "Chart", run: () => svg.current?.focus() },
-    ...kChartCommands.map(({ title, keys }) => ({ id: `design.chart.${keys}`, title: title.replace("CHOSEN", chosen ?? (chosen_edge ? transition_text(chosen_edge) : "what is chosen")), group: "Chart", keys_there: [keys], run: () => press_key(keys) })),
+    ...kChartCommands.map(({ title, keys }) => ({ id: `design.chart.${keys}`, title: title.replace("CHOSEN", all_chosen.length > 0 ? named_states(all_chosen) : (chosen_edge ? transition_text(chosen_edge) : "what is chosen")), group: "Chart", keys_there: [keys], run: () => press_key(keys) })),
   );
 
   return (
@@ -267,7 +332,14 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
         data-testid="design-chart"
         onDoubleClick={(event) => {
           const target = event.target instanceof Element ? event.target : null;
-          if (target?.closest("[data-transition]")) return focus_field("transition-event");
+          const edge = target?.closest("[data-transition]");
+          if (edge) {
+            const transition = chart.transitions[Number(edge.getAttribute("data-transition"))];
+            if (!transition?.written) return focus_field("transition-target");
+            if (why_not !== null) return useDesign.setState({ refused: why_not });
+            const box = edge.querySelector(".label text")?.getBoundingClientRect();
+            return set_labelled({ transition, version, x: (box?.left ?? event.clientX) - 8, y: (box?.top ?? event.clientY) - 6 });
+          }
           const on = state_of(target)?.id ?? "";
           // Into a state that has some inside already; the others get another name.
           if (on === "" || holds(on)) void add_fresh_state(on);
@@ -275,22 +347,39 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
         }}
         onContextMenu={(event) => {
           event.preventDefault();
-          choose_at(event.target);
+          if (!all_chosen.includes(state_of(event.target)?.id ?? "")) choose_at(event.target);
           set_menu({ x: event.clientX, y: event.clientY });
         }}
         onKeyDown={(event) => {
           if (!in_turn(event)) return;
-          if (event.ctrlKey || event.metaKey || event.altKey) return;
+          const letter = event.key.toLowerCase();
+          if (event.ctrlKey || event.metaKey) {
+            if (event.shiftKey) return;
+            if (letter === "a") choose_states(ids);
+            // What one presses comes with what is in the clipboard, as an event of its own.
+            else if (letter === "v" && event.nativeEvent.isTrusted) return;
+            else if (letter === "v") void clipboard_text().then(paste_states);
+            else if (chosen && (letter === "c" || letter === "x")) keep_states(letter === "x");
+            else return;
+            event.preventDefault();
+            event.stopPropagation();
+            return;
+          }
+          if (event.altKey) return;
           const remove = event.key === "Delete" || event.key === "Backspace";
           if (remove && chosen_edge) void gesture({ what: "remove_transition", transition: chosen_edge.transition });
-          else if (remove && chosen) void gesture({ what: "remove_state", state: chosen });
-          else if (chosen && (event.key === "c" || event.key === "C")) toggle_chosen();
+          else if (remove && chosen) remove_states();
+          else if (all_chosen.length > 1 && kAlone.includes(event.key)) useDesign.setState({ refused: `${all_chosen.length} states are chosen; this is done to one of them alone` });
+          else if (chosen && letter === "c") toggle_chosen();
+          else if (chosen && letter === "w") void wrap_states("state");
+          else if (chosen && letter === "d") duplicate_states();
           else if (event.key === "F2" && (chosen_edge || chosen)) focus_field(chosen_edge ? (chosen_edge.written ? "transition-event" : "transition-target") : "design-state");
           else if (event.key === "Enter") focus_field("design-new-state");
-          else if (chosen && (event.key === "n" || event.key === "N")) new_transition();
-          else if (event.key === "t" || event.key === "T") next_transition(event.shiftKey ? -1 : 1);
-          else if (event.key === "s" || event.key === "S") next_state(event.shiftKey ? -1 : 1);
-          else if (event.key === "m" || event.key === "M" || event.key === "ContextMenu") open_menu();
+          else if (chosen && letter === "n") new_transition();
+          else if (letter === "t") next_transition(event.shiftKey ? -1 : 1);
+          else if (letter === "s") next_state(event.shiftKey ? -1 : 1);
+          else if (letter === "a") next_state(event.shiftKey ? -1 : 1, true);
+          else if (letter === "m" || event.key === "ContextMenu") open_menu();
           else if (event.key === "Escape" && (chosen || chosen_edge)) choose_state(null);
           else if (!view.key(event, true)) return;
           event.preventDefault();
@@ -302,6 +391,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
             drew.current = false;
             return;
           }
+          if (adds(event)) return;
           const target = event.target instanceof Element ? event.target : null;
           const found = target?.closest("[data-line]") ?? null;
           const fold = target?.closest(".fold")?.getAttribute("data-fold");
@@ -328,7 +418,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
                 data-active={played ? active.has(at) : undefined}
                 role="img"
                 aria-label={`State ${drawn.name.join(" ") || drawn.kind}${active.has(at) ? ", active" : ""}${hidden > 0 ? `, ${hidden} states hidden in it` : ""}${wrong.has(line) ? `; ${wrong.get(line)!.said}` : ""}`}
-                className={[wrong.get(line)?.look ?? "", chosen !== null && id === chosen ? "chosen" : "", carried !== null && id !== "" && id === carried.into ? (carried.why_not ? "refused" : "onto") : "", never.has(state_key(file, id)) ? "never" : ""].filter(Boolean).join(" ") || undefined}
+                className={[wrong.get(line)?.look ?? "", id !== "" && (all_chosen.includes(id) || in_band.has(id)) ? "chosen" : "", kept?.includes(id) || carried?.ids.includes(id) ? "faded" : "", carried !== null && id !== "" && id === carried.into ? (carried.why_not ? "refused" : "onto") : "", never.has(state_key(file, id)) ? "never" : ""].filter(Boolean).join(" ") || undefined}
               >
                 {wrong.has(line) && <title>{wrong.get(line)!.said}</title>}
                 <StateShape drawn={drawn} nest={nest} active={active.has(at)} />
@@ -355,6 +445,7 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
               </g>
             );
           })}
+          {band && <rect className="band" data-testid="band" {...band} />}
         </g>
         {line && (
           <g className={`drawn-transition${line.onto === null ? "" : " onto"}`}>
@@ -366,11 +457,12 @@ export function ChartView({ chart, file }: { chart: EditedChart; file: string })
       <Minimap view={view} box={box} rects={layout.states} read={read} />
       {carried && (
         <div className={`drag-label${carried.why_not ? " refused" : ""}`} style={{ left: carried.x + 14, top: carried.y + 12 }} role="status" data-testid="drag-label">
-          {carried.id}
+          {named_states(carried.ids)}
           {carried.into !== null && ` → ${carried.into || "the top level"}`}
           {carried.why_not && <span> ✗ {carried.why_not}</span>}
         </div>
       )}
+      {labelled && <LabelField {...labelled} options={event_words(chart, services)} close={() => set_labelled(null)} />}
       {menu && <ChartMenu {...menu} close={() => set_menu(null)} />}
     </>
   );

@@ -32,7 +32,7 @@ import { set_share, useShares } from "./shares";
 import { simulate, useSimulation } from "./simulate";
 import { SimulatePanel } from "./SimulatePanel";
 import { Happened, Problems, ShadowStrip, useTimeline } from "./Strip";
-import { useRoom } from "./use_room";
+import { useRoom } from "../widgets/use_room";
 
 const CodeEditor = lazy(() => import("./CodeEditor"));
 const WorldView = lazy(() => import("./WorldView"));

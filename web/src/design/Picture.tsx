@@ -13,6 +13,7 @@ import { useCommand } from "../widgets/commands";
 import { Menu } from "../widgets/Menu";
 import { StatusSign } from "../panels/mission/StatusSign";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
+import { clipboard_text, is_xml, nothing_pasted, pasted, to_clipboard, usePaste, written_at } from "./clipboard";
 import { broken, choose, choose_nodes, doc_of, findings_at, findings_of, focus_field, gesture, node_now, nodes_of, obstacle, open_node, refusal, toggle_chosen, tree_of, useDesign, version_now } from "./design";
 import { nodes_inside, outermost, span_of } from "./selection";
 import { kAnswers, play_tree, useSimulation } from "./simulate";
@@ -72,22 +73,10 @@ const useKept = create<{ kept: Kept | null }>()(() => ({ kept: null }));
 function keep(nodes: readonly OutlineNode[], cut: boolean): void {
   const doc = doc_of(useDesign.getState());
   if (!doc) return;
-  const { shown } = doc.places;
-  const text_of = (node: OutlineNode) => {
-    const from = doc.places.at(node.from);
-    // Its first line is indented as the others are.
-    return /[ \t]*$/.exec(shown.slice(0, from))![0] + shown.slice(from, doc.places.at(node.to));
-  };
-  const text = nodes.map(text_of).join("\n");
+  const text = nodes.map((node) => written_at(doc, node)).join("\n");
   useKept.setState({ kept: { nodes, file: doc.file, cut, text } });
-  // Not everywhere there is one, nor is it allowed to write to it.
-  void navigator.clipboard?.writeText(text).catch(() => undefined);
+  to_clipboard(text);
 }
-/** Empty where it cannot be read. */
-const clipboard_text = () => Promise.resolve(navigator.clipboard?.readText?.()).then((text) => text ?? "", () => "");
-const kShort = 40;
-const short = (text: string) => (text.length > kShort || text.includes("\n") ? `${text.split("\n")[0]!.slice(0, kShort)} …` : text);
-const is_xml = (text: string) => /^\s*</.test(text);
 export const called_of = (node: OutlineNode) => node.name || node.id;
 const named = (nodes: readonly OutlineNode[]) => (nodes.length === 1 ? called_of(nodes[0]!) : `${nodes.length} nodes`);
 const elements_of = (nodes: readonly OutlineNode[]) => nodes.map(({ element }) => element);
@@ -285,12 +274,10 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
   };
   /** Into the chosen node if it takes one more, else after it. `text`: of the clipboard, where it could be read. */
   const paste = (node: OutlineNode | null, text: string) => {
-    const { kept } = useKept.getState();
-    const lines = text.replace(/\r\n?/g, "\n");
-    const is_kept = kept !== null && (lines.trim() === "" || lines.trim() === kept.text.trim());
-    if (is_xml(lines) && !(is_kept && kept.file === file)) return void gesture({ what: "paste", xml: lines, ...slot_for_paste(node, []) });
+    const { lines, kept } = pasted(text, useKept.getState().kept);
+    if (is_xml(lines) && kept?.file !== file) return void gesture({ what: "paste", xml: lines, ...slot_for_paste(node, []) });
     const say = (refused: string) => useDesign.setState({ refused });
-    if (!kept || kept.spent) return say(lines.trim() === "" || is_kept ? "nothing is copied yet: Ctrl+C copies the chosen node" : `what is in the clipboard is no node: “${short(lines.trim())}”`);
+    if (!kept || kept.spent) return say(nothing_pasted(lines, "node"));
     if (kept.file !== file) return say(`${named(kept.nodes)} ${kept.nodes.length === 1 ? "was" : "were"} copied in ${kept.file}, and the clipboard cannot be read here: its text can be pasted`);
     const now = all_now(kept.nodes);
     if (!now) return say(`${named(kept.nodes)} ${kept.nodes.length === 1 ? "is" : "are"} not there any more`);
@@ -403,17 +390,7 @@ export function Picture({ tree, handle, ask }: { tree: OutlineTree; handle: Ref<
     event.stopPropagation();
   };
 
-  const paste_now = useRef<(text: string) => void>(() => undefined);
-  paste_now.current = (text) => paste(node_of(chosen), text);
-  useEffect(() => {
-    const pasted = (event: ClipboardEvent) => {
-      if (document.activeElement !== svg.current) return;
-      event.preventDefault();
-      paste_now.current(event.clipboardData?.getData("text/plain") ?? "");
-    };
-    document.addEventListener("paste", pasted);
-    return () => document.removeEventListener("paste", pasted);
-  }, [svg]);
+  usePaste(svg, (text) => paste(node_of(chosen), text));
 
   // The same by name, for who does not know the keys.
   const chosen_node = node_of(chosen);

@@ -17,7 +17,7 @@ import { EntryRows, first_skill } from "./EntryRows";
 import { names_of, new_injection, scenario_of, useScenario, type Injection, type ScenarioText } from "./scenario";
 import { ChoiceField, set_value, ValueField } from "./settings";
 import { in_turn } from "./turns";
-import { useRoom } from "./use_room";
+import { useRoom } from "../widgets/use_room";
 import { duration_like, entry, typed_text, type YamlValue } from "./yaml_places";
 
 const kAxis_px = 30;

@@ -55,3 +55,12 @@ export function transition_text({ event, condition, target, written }: EditedTra
   if (!written) return `begins with ${target}`;
   return [event, condition && `[${condition}]`, target && `→ ${target}`].filter(Boolean).join(" ");
 }
+
+/** What a transition waits for, as it is drawn: `event [condition]`. */
+export const label_of = ({ event, condition }: Pick<EditedTransition, "event" | "condition">): string => [event, condition && `[${condition}]`].filter(Boolean).join(" ");
+
+/** Null: it is no label. */
+export function read_label(text: string): { event: string; condition: string } | null {
+  const found = /^([^[\]]*)(?:\[([^]*)\])?\s*$/.exec(text);
+  return found && { event: found[1]!.trim(), condition: (found[2] ?? "").trim() };
+}

@@ -47,6 +47,8 @@ export interface DesignState {
   also: readonly Chosen[];
   /** Of a chart: the chosen state's id. */
   state: string | null;
+  /** Ids of the states that are chosen beside it. */
+  also_states: readonly string[];
   /** Of a chart: the chosen transition, by its place in the document, and its state, so that another is not taken for it. `at_caret`: the text shows it already. */
   transition: { index: number; source: string; at_caret?: boolean } | null;
   /** Of a file of requirements: that in which the caret is. */
@@ -90,6 +92,7 @@ export const useDesign = create<DesignState>()(() => ({
   chosen: null,
   also: [],
   state: null,
+  also_states: [],
   transition: null,
   requirement: null,
   drawn_to: null,
@@ -347,7 +350,7 @@ export async function open_file(file: string, byte?: number): Promise<void> {
   if (!known) return;
   if (useDesign.getState().file !== file) {
     choices += 1;
-    useDesign.setState({ file, gone: null, tree: null, chosen: null, also: kNoneChosen, state: null, transition: null, refused: null });
+    useDesign.setState({ file, gone: null, tree: null, chosen: null, also: kNoneChosen, state: null, also_states: kNoNames, transition: null, refused: null });
   }
   if (byte !== undefined) go_to(byte);
 }
@@ -426,7 +429,7 @@ export function choose_at_caret(byte: number): void {
   const transition = chart.transitions.find((one) => one.line === line);
   const id = transition ? null : chart.states.find((one) => one.line === line)?.id || null;
   if (id === state.state && transition?.transition === state.transition?.index) return;
-  useDesign.setState({ state: id, transition: transition ? { index: transition.transition, source: transition.source, at_caret: true } : null });
+  useDesign.setState({ state: id, also_states: kNoNames, transition: transition ? { index: transition.transition, source: transition.source, at_caret: true } : null });
 }
 
 /** Of a chart that is open: the transition or state that is drawn around a byte. */
@@ -689,7 +692,8 @@ export async function gesture(wanted: Gesture, meant_of = version_now()): Promis
   const state = useDesign.getState();
   if (done?.at === undefined || choices !== before || state.file !== meant?.file || /^(?:delete.*|remove_.*|yaml_remove)$/.test(wanted.what)) return done !== null;
   go_to(done.at);
-  const { nodes = [] } = done;
+  const { nodes = [], states = [] } = done;
+  if (states.length > 0) choose_states(states);
   if (nodes.length > 0 && doc_of(state)?.version === done.version) useDesign.setState(chosen_among(nodes, tree_of(useDesign.getState())));
   return true;
 }
@@ -783,13 +787,27 @@ export function chosen_transition(state: DesignState): EditedTransition | null {
   const wanted = state.transition;
   return (wanted && doc_of(state)?.shown_chart?.transitions.find(({ transition, source }) => transition === wanted.index && source === wanted.source)) ?? null;
 }
-export function choose_state(id: string | null): void {
+/** All states of the chart that are chosen, in the order of the text. */
+export function chosen_states({ state, also_states }: Pick<DesignState, "state" | "also_states">, chart: DesignDocument["chart"]): EditedState[] {
+  return chart?.states.filter(({ id }) => id !== "" && (id === state || also_states.includes(id))) ?? [];
+}
+export function choose_state(id: string | null, also: readonly string[] = kNoNames): void {
   choices += 1;
-  useDesign.setState({ state: id, transition: null, refused: null });
+  useDesign.setState({ state: id, also_states: also, transition: null, refused: null });
+}
+/** Several; the last is the one that is shown. */
+export function choose_states(ids: readonly string[]): void {
+  choose_state(ids.at(-1) ?? null, ids.slice(0, -1));
+}
+/** Chooses it beside what is chosen, or no more. */
+export function toggle_state(id: string): void {
+  const { state, also_states } = useDesign.getState();
+  const chosen = [...also_states, ...(state === null ? [] : [state])];
+  choose_states(chosen.includes(id) ? chosen.filter((one) => one !== id) : [...chosen, id]);
 }
 export function choose_transition(chosen: Pick<EditedTransition, "transition" | "source"> | null): void {
   choices += 1;
-  useDesign.setState({ state: null, transition: chosen && { index: chosen.transition, source: chosen.source }, refused: null });
+  useDesign.setState({ state: null, also_states: kNoNames, transition: chosen && { index: chosen.transition, source: chosen.source }, refused: null });
 }
 
 /** An id that no state of the chart has. */

@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 
-import type { OutlineTree } from "../protocol/types";
-import { nodes_inside, outermost, span_of } from "./selection";
+import type { ChartFold, EditedChart, OutlineTree } from "../protocol/types";
+import { nodes_inside, outermost, outermost_states, span_of, states_inside } from "./selection";
 
 const node = (element: number, parent: number) => ({ element, parent, name: "", id: `N${element}` });
 const tree = {
@@ -28,4 +28,21 @@ it("several nodes have a place where they are children of one", () => {
 it("a band takes the nodes that are in it as a whole", () => {
   expect(nodes_inside(tree, { x: 90, y: 90, width: 160, height: 130 })).toEqual([three, five]);
   expect(nodes_inside(tree, { x: 110, y: 90, width: 140, height: 130 })).toEqual([five]);
+});
+
+// The dot before a, and a (b (c), d).
+const chart = { states: [["", ""], ["a", ""], ["b", "a"], ["c", "b"], ["d", "a"]].map(([id, inside]) => ({ id, inside })) } as unknown as EditedChart;
+const ids = (...wanted: string[]) => chart.states.filter(({ id }) => wanted.includes(id));
+
+it("what is inside of another chosen state goes along with it", () => {
+  expect(outermost_states(chart, ids("d", "c", "b"))).toEqual(ids("b", "d"));
+  expect(outermost_states(chart, ids("c", "a"))).toEqual(ids("a"));
+  expect(outermost_states(chart, [])).toEqual([]);
+});
+
+it("a band takes the states that are in what is shown of it", () => {
+  // b is closed: c is not shown.
+  const shown = { states: [0, 1, 2, 4], layout: { states: [0, 0, 10, 60].map((x, i) => ({ x, y: x, width: i === 1 ? 100 : 20, height: 20 })) } } as unknown as ChartFold;
+  expect(states_inside(chart, shown, { x: 0, y: 0, width: 80, height: 80 })).toEqual(["b", "d"]);
+  expect(states_inside(chart, shown, { x: 5, y: 5, width: 30, height: 30 })).toEqual(["b"]);
 });

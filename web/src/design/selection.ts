@@ -1,4 +1,4 @@
-import type { OutlineNode, OutlineTree, Rect } from "../protocol/types";
+import type { ChartFold, EditedChart, EditedState, OutlineNode, OutlineTree, Rect } from "../protocol/types";
 
 /** But those that are inside of others of them: they go along. In the order of the text. */
 export function outermost(tree: OutlineTree, nodes: readonly OutlineNode[]): OutlineNode[] {
@@ -20,10 +20,22 @@ export function span_of(tree: OutlineTree, nodes: readonly OutlineNode[]): { par
   return { parent: tree.nodes[one.parent]?.element ?? tree.element, first: Math.min(...places), last: Math.max(...places) };
 }
 
+const lies_in = ({ x, y, width, height }: Rect, part: Rect) => x >= part.x && y >= part.y && x + width <= part.x + part.width && y + height <= part.y + part.height;
+
 /** Nodes that lie in a part of the picture as a whole. */
 export function nodes_inside({ nodes, layout }: OutlineTree, part: Rect): OutlineNode[] {
-  return nodes.filter((_, i) => {
-    const { x, y, width, height } = layout.nodes[i]!;
-    return x >= part.x && y >= part.y && x + width <= part.x + part.width && y + height <= part.y + part.height;
-  });
+  return nodes.filter((_, i) => lies_in(layout.nodes[i]!, part));
+}
+
+/** As `outermost`, of a chart. */
+export function outermost_states(chart: EditedChart, chosen: readonly EditedState[]): EditedState[] {
+  const ids = new Set(chosen.map(({ id }) => id));
+  const by_id = new Map(chart.states.map((state) => [state.id, state] as const));
+  const is_inside = ({ inside }: EditedState): boolean => inside !== "" && (ids.has(inside) || is_inside(by_id.get(inside)!));
+  return chart.states.filter((state) => ids.has(state.id) && !is_inside(state));
+}
+
+/** Ids of the states that lie in a part of what is shown of a chart as a whole. */
+export function states_inside(chart: EditedChart, { layout, states }: ChartFold, part: Rect): string[] {
+  return states.flatMap((at, i) => (lies_in(layout.states[i]!, part) ? chart.states[at]?.id || [] : []));
 }

@@ -7,13 +7,17 @@ import { PictureTools } from "../picture/PictureTools";
 import { PanelTools } from "../widgets/PanelTools";
 import { useCommand } from "../widgets/commands";
 import { useLayout } from "../widgets/layout";
+import { useRoom } from "../widgets/use_room";
 import { select, useStudio } from "../store/store";
 import type { ChartModel } from "../protocol/types";
-import { ChartPicture, type ChartHandle } from "./charts/ChartPicture";
+import { ChartPicture, kReadable, whole_scale, type ChartHandle } from "./charts/ChartPicture";
 import { ChartSide } from "./charts/ChartSide";
 import { composites } from "./charts/folding";
 import { Grid } from "./charts/Grid";
-import { chart_to_follow, kTilesMax, useCharts } from "./charts/charts";
+import { chart_to_follow, kTilesMax, open_chart, useCharts } from "./charts/charts";
+
+/** The values beside a chart. */
+const kSide_px = 168;
 
 export function ChartsPanel() {
   const index = useStudio((studio) => studio.index);
@@ -21,6 +25,7 @@ export function ChartsPanel() {
   const node = useStudio((studio) => studio.selection.node);
   const { grid, follow, values, pinned } = useCharts();
   const picture = useRef<ChartHandle>(null);
+  const body = useRef<HTMLDivElement>(null);
   const charts = index?.model.charts ?? [];
   const chart = charts.find(({ id }) => id === chosen) ?? charts[0];
 
@@ -30,12 +35,6 @@ export function ChartsPanel() {
     { id: "charts.values", title: "Values beside the chart", group: "Charts", run: () => useCharts.setState({ values: !values }) },
     { id: "charts.next", title: "Next chart", group: "Charts", keys: ["C"], run: () => step(charts, chart, 1) },
     { id: "charts.previous", title: "Previous chart", group: "Charts", keys: ["Shift+C"], run: () => step(charts, chart, -1) },
-    ...charts.map((entry) => ({
-      id: `chart.${entry.id}`,
-      title: `Chart of ${entry.kind} ${entry.name}`,
-      group: "Charts",
-      run: () => open_chart(entry.id),
-    })),
   );
   // Follows the leaf that is chosen or, with `follow`, the one at work.
   const leaf = node === null ? null : (index?.model.tree.nodes[node]?.leaf ?? null);
@@ -57,6 +56,11 @@ export function ChartsPanel() {
     const now = useStudio.getState().selection.chart;
     if (now !== null && followed.current !== null && now !== followed.current) useCharts.setState({ follow: false });
   }, [chosen]);
+
+  const room = useRoom(body, !grid && chart !== undefined);
+  // Values that alone are in the way of a whole chart make room.
+  const is_whole = (width: number) => room !== null && chart !== undefined && whole_scale(chart.layout, { width, height: room.height }) >= kReadable;
+  const yields = room !== null && is_whole(room.width) && !is_whole(room.width - kSide_px);
 
   if (!index || !chart) return <div className="empty">{index ? "This mission has no charts." : "Waiting for the charts …"}</div>;
   const tiles = pinned.map((id) => index.chart.get(id)).filter((entry) => entry !== undefined);
@@ -91,19 +95,13 @@ export function ChartsPanel() {
       {grid ? (
         <Grid charts={tiles.length > 0 ? tiles : charts.slice(0, kTilesMax)} all={charts} pinned={pinned} open={open_chart} />
       ) : (
-        <div className="charts-body" key={chart.id}>
-          <ChartPicture chart={chart} handle={picture} />
-          {values && <ChartSide chart={chart} />}
+        <div className="charts-body" ref={body}>
+          <ChartPicture key={chart.id} chart={chart} handle={picture} />
+          {values && !yields && <ChartSide key={`side ${chart.id}`} chart={chart} />}
         </div>
       )}
     </div>
   );
-}
-
-function open_chart(id: string): void {
-  select({ chart: id });
-  useCharts.setState({ grid: false, follow: false });
-  useLayout.setState({ charts_open: true });
 }
 
 function step(charts: readonly ChartModel[], chart: ChartModel | undefined, by: number): void {

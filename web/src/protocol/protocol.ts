@@ -332,6 +332,8 @@ export const EditedChart = object({
       kind: Type.String({ description: "As in gestures; empty: a dot before an initial state" }),
       inside: Type.String({ description: "The state that it is in; empty: none" }),
       initial: Type.Boolean({ description: "What it is in begins with it" }),
+      from: byte(),
+      to: byte(),
       onentry: Actions(),
       onexit: Actions(),
     }),
@@ -420,6 +422,10 @@ export const Gesture = Type.Union([
   object({ what: Type.Literal("remove_state"), state: string() }),
   object({ what: Type.Literal("move_state"), state: string(), inside: string() }),
   object({ what: Type.Literal("wrap_state"), state: string(), id: string(), kind: one_of("state", "parallel") }),
+  object({ what: Type.Literal("remove_state"), states: list(string()) }),
+  object({ what: Type.Literal("move_state"), states: list(string()), inside: string() }),
+  object({ what: Type.Literal("wrap_state"), states: list(string()), id: string(), kind: one_of("state", "parallel") }),
+  object({ what: Type.Literal("paste_states"), inside: string(), xml: string() }),
   object({ what: Type.Literal("set_kind"), state: string(), kind: StateKind }),
   object({ what: Type.Literal("set_initial"), state: string() }),
   object({ what: Type.Literal("add_transition"), state: string(), target: string(), event: string(), condition: string(), fresh: optional(Type.Boolean({ description: "The target is a state that is made for it" })) }),
@@ -572,7 +578,7 @@ export const Operations = {
   design_edit: [object({ file: string(), base: index(), edits: list(TextEdit), cause: string(), join: optional(boolean()) }), object({ version: index() })],
   design_gesture: [
     object({ file: string(), base: index(), gesture: Gesture, try: optional(Type.Boolean({ description: "Only say whether it is possible" })) }),
-    object({ name: string(), version: optional(index()), at: optional(Type.Integer({ description: "Byte where the element stands now" })), nodes: optional(Type.Array(index(), { description: "Of several: their numbers now, as far as they can be told" })) }),
+    object({ name: string(), version: optional(index()), at: optional(Type.Integer({ description: "Byte where the element stands now" })), nodes: optional(Type.Array(index(), { description: "Of several: their numbers now, as far as they can be told" })), states: optional(Type.Array(string(), { description: "Ids of those pasted" })) }),
   ],
   design_complete: [
     object({ file: string(), byte: byte() }),

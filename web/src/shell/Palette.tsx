@@ -4,6 +4,7 @@ import { create } from "zustand";
 import { useEdit } from "../store/edit";
 import { select, useStudio } from "../store/store";
 import { useMode } from "../design/mode";
+import { open_chart } from "../panels/charts/charts";
 import { useCommand, useCommands } from "../widgets/commands";
 import { Dialog } from "../widgets/Dialog";
 import { go_to_panel } from "../widgets/layout";
@@ -58,10 +59,10 @@ function useEntries(): Entry[] {
       entries.push({
         id: `chart.${chart.id}`,
         title: chart.name,
-        group: chart.kind === "skill" ? "Skill" : "Chart of a monitor",
+        group: `Chart of a ${chart.kind}`,
         run: () => {
           if (designs && chart.file !== "") return useEdit.setState({ wanted: { file: chart.file, state: "" } });
-          select({ chart: chart.id });
+          open_chart(chart.id);
           go_to("charts");
         },
       });

@@ -4,8 +4,9 @@ import { svg_of_group } from "../../picture/export";
 import { Minimap } from "../../picture/Minimap";
 import { usePicture } from "../../picture/pictures";
 import { usePictureView } from "../../picture/use_picture_view";
+import { fit } from "../../picture/viewport";
 import { read_in } from "./read_in";
-import type { ChartFold, ChartLayout, ChartModel, Rect } from "../../protocol/types";
+import type { ChartFold, ChartLayout, ChartModel, Rect, Size } from "../../protocol/types";
 import { color } from "../../widgets/theme";
 import { request, useStudio } from "../../store/store";
 import { curve } from "../mission/TreePicture";
@@ -22,6 +23,15 @@ export interface ChartHandle {
   fold_all(closed: boolean): void;
 }
 
+/** Around what is shown, at the scale at which a part of a chart is. */
+const kMargin_px = 4;
+const kLimits = { min: 0.05, max: 4 };
+const kFitMax = 1.1;
+/** A chart that would be smaller is shown in part. */
+export const kReadable = 0.85;
+/** Of all of a chart in a panel of that size. */
+export const whole_scale = ({ size }: ChartLayout, panel: Size) => fit({ x: 0, y: 0, ...size }, panel, kMargin_px, kFitMax, kLimits).scale;
+
 /** A chart that can be panned and zoomed; states choose and have a menu. */
 export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref<ChartHandle> }) {
   const boot = useStudio((studio) => studio.hello?.boot);
@@ -32,11 +42,11 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
   const read = useMemo(() => read_in(layout), [layout]);
   const { svg, group, view, keys } = usePictureView({
     box,
-    limits: { min: 0.05, max: 4 },
-    margin: 4,
-    fit_max: 1.1,
-    readable: { from: 0.85, scale: 1 },
-    focus: () => active_box(chart, shown),
+    limits: kLimits,
+    margin: kMargin_px,
+    fit_max: kFitMax,
+    readable: { from: kReadable, scale: 1 },
+    focus: () => active_box(chart, shown, view.size),
   });
   const composite = useMemo(() => composites(chart.layout), [chart]);
   const active = useStudio((studio) => studio.state?.charts[chart.id]?.active.join() ?? "");
@@ -80,15 +90,24 @@ export function ChartPicture({ chart, handle }: { chart: ChartModel; handle: Ref
   );
 }
 
-/** Around the active states that hold no others, as far as they are shown; of a chart that is not at work around where it was last, or begins. */
-function active_box(chart: ChartModel, { layout, states, transitions }: ChartFold): Rect | null {
+/**
+ * Around the active states that hold no others, as far as they are shown, with what the transition taken last says, or
+ * those that lead to them where that is not known, if that has room in a panel of `size`; of a chart that is not at work
+ * around where it was last, or begins.
+ */
+function active_box(chart: ChartModel, { layout, states, transitions }: ChartFold, size: Size): Rect | null {
   const now = useStudio.getState().state?.charts[chart.id];
   const drawn = layout.states.filter((_, i) => now?.active.includes(states[i]!));
   const rects = drawn.filter((rect) => !drawn.some(({ parent }) => layout.states[parent] === rect));
-  if (rects.length === 0) {
-    const last = layout.edges.find(({ transition }) => transitions[transition] === now?.last);
-    return layout.states[last?.target ?? -1] ?? layout.states.find(({ kind }) => kind === "initial") ?? null;
-  }
+  const last = layout.edges.find(({ transition }) => transitions[transition] === now?.last);
+  if (rects.length === 0) return layout.states[last?.target ?? -1] ?? layout.states.find(({ kind }) => kind === "initial") ?? null;
+  const led = last ? [last] : layout.edges.filter(({ target }) => rects.includes(layout.states[target]!));
+  const active = around(rects);
+  const both = around([active, ...led.map(({ label }) => label).filter(({ width }) => width > 0)]);
+  return both.width + 2 * kMargin_px <= size.width && both.height + 2 * kMargin_px <= size.height ? both : active;
+}
+
+function around(rects: readonly Rect[]): Rect {
   const [x, y] = [Math.min(...rects.map((r) => r.x)), Math.min(...rects.map((r) => r.y))];
   const right = Math.max(...rects.map((r) => r.x + r.width));
   return { x, y, width: right - x, height: Math.max(...rects.map((r) => r.y + r.height)) - y };

@@ -1,7 +1,8 @@
 import { create } from "zustand";
 
 import type { State } from "../../protocol/types";
-import type { Index } from "../../store/store";
+import { select, type Index } from "../../store/store";
+import { useLayout } from "../../widgets/layout";
 import { running } from "../mission/tree";
 
 /** Charts that are drawn side by side at once; more are left out until somebody picks. */
@@ -22,4 +23,11 @@ export function chart_to_follow(index: Index, state: State | null, shown: string
   const leaves = running(index.children, state.tree.status).map((id) => index.model.tree.nodes[id]?.leaf ?? null);
   const charts = leaves.filter((leaf) => leaf !== null);
   return charts.find((chart) => chart === shown) ?? charts[0] ?? null;
+}
+
+/** Shows it, alone, and no longer that of the leaf at work. */
+export function open_chart(id: string): void {
+  select({ chart: id });
+  useCharts.setState({ grid: false, follow: false });
+  useLayout.setState({ charts_open: true });
 }
