@@ -25,9 +25,12 @@ function stamp(time) {
   return {sec: sec, nanosec: Math.round((time - sec) * 1e9)};
 }
 
+// One object in two places could not be saved with the run.
+function own(object) { return JSON.parse(JSON.stringify(object)); }
+
 // The other way round.
 function stamped(header, p) {
-  return {header: header, pose: {position: {x: p.x, y: p.y, z: 0},
+  return {header: own(header), pose: {position: {x: p.x, y: p.y, z: 0},
           orientation: {x: 0, y: 0, z: Math.sin(p.theta / 2), w: Math.cos(p.theta / 2)}}};
 }
 
@@ -82,10 +85,10 @@ function part_of(path, place, from, to) {
   to = Math.min(along[n - 1], to);
   for (var i = 0; i < n; i++) {
     if (i > 0 && along[i - 1] < from && from < along[i]) out.push(between(i, from));
-    if (along[i] >= from && along[i] <= to) out.push(path.poses[i]);
+    if (along[i] >= from && along[i] <= to) out.push(own(path.poses[i]));
     if (i > 0 && along[i - 1] < to && to < along[i]) out.push(between(i, to));
   }
-  return {header: path.header, poses: out};
+  return {header: own(path.header), poses: out};
 }
 
 // A path whose corners are rounded: points not farther apart than 0.2 m, each drawn to the middle of its neighbours and back to
@@ -105,5 +108,5 @@ function smooth(path) {
     }
   }
   for (var n = 0; n < is.length - 1; n++) is[n].theta = Math.atan2(is[n + 1].y - is[n].y, is[n + 1].x - is[n].x);
-  return {header: path.header, poses: is.map(function (p) { return stamped(path.header, p); })};
+  return {header: own(path.header), poses: is.map(function (p) { return stamped(path.header, p); })};
 }

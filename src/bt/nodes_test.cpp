@@ -476,6 +476,25 @@ TEST(SetBlackboard, ReadsTextAlsoWhereTheEntryIsRemapped) {
   EXPECT_EQ(to_json(*entry(r.tree(), r.state(), "d")), "2.5");
 }
 
+// As in a plug-in, whose types have addresses of their own.
+TEST(RestoredState, IsEqualWhicheverLibraryATypeIsOf) {
+  static const PortType elsewhere = type_of<double>();
+  Registry registry;
+  const auto tick = [](Context& self) { return self.output("out", 2.5) ? Status::kSuccess : Status::kFailure; };
+  registry.action("Ours", {output<double>("out")}, tick);
+  Ports theirs{output<double>("out")};
+  theirs.front().type = &elsewhere;
+  registry.action("Theirs", theirs, tick);
+  Runner r =
+      ticked(in_tree("<Sequence><Ours out=\"{a}\"/><Theirs out=\"{b}\"/></Sequence>"), registry, Status::kSuccess);
+  const auto saved = save(r.tree(), r.state());
+  ASSERT_TRUE(saved);
+  EXPECT_EQ(*restore(r.tree(), *saved), r.state());
+  Runner again =
+      ticked(in_tree("<Sequence><Ours out=\"{a}\"/><Theirs out=\"{b}\"/></Sequence>"), registry, Status::kSuccess);
+  EXPECT_EQ(again.state().hash(), r.state().hash());
+}
+
 TEST(SetBlackboard, LeavesAnUndeclaredEntryEmptyAndThenRefusesText) {
   const Registry registry = writers();
   Runner r = ticked(in_tree("<Sequence><Script code=\"s := 'red'\"/><SetBlackboard value=\"{s}\" output_key=\"t\"/>"

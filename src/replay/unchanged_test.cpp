@@ -10,9 +10,9 @@
 
 #include "sentree/base/detail/test_seeds.h"
 #include "sentree/base/temporary_folder.h"
+#include "sentree/mission/detail/test_random_mission.h"
 #include "sentree/replay/recording.h"
 #include "sentree/replay/replay.h"
-#include "sentree/runtime/detail/random_mission.h"
 
 namespace sentree::replay {
 namespace {
@@ -177,10 +177,10 @@ TEST(Unchanged, FaultsOnCallsOfModelsAndOfTheSimulatorAreWhereTheyWere) {
 
 TEST(Unchanged, RandomMissionsAreReplayedToTheLastObservation) {
   const TemporaryFolder folder("random");
-  const runtime::RandomProject project(folder.path() / "p");
+  const mission::RandomProject project(folder.path() / "p");
   Unchanged unchanged;
   for (const std::uint64_t seed : seeds(kSeeds)) {
-    const auto file = project.write(runtime::MissionGenerator(seed).make());
+    const auto file = project.write(mission::MissionGenerator(seed).make());
     ASSERT_TRUE(file.has_value());
     EXPECT_EQ(unchanged.judge(*file, seconds(40)), "") << "seed " << seed;
   }

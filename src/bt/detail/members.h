@@ -30,6 +30,7 @@ struct Snapshot {
   requires kIs<S, State::Timer>
   static auto members(S& s) { return std::tie(s.due, s.node); }
 
+  [[nodiscard]] static bool equal(const State& a, const State& b);
   [[nodiscard]] static Result<std::string> save(const Tree& tree, const State& state);
   [[nodiscard]] static Result<State> restore(const Tree& tree, std::string_view bytes);
   [[nodiscard]] static Loaded<Carried> carry(const Tree& before, const State& state, const Tree& after);
