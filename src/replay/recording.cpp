@@ -162,6 +162,11 @@ struct RunRecorder::Impl {
     if (!scenario.virtual_time) {
       fact("started", wall_clock());
       fact(kTellsDelays, "true");
+      List elsewhere;
+      for (const project::LeafPlan& leaf : plan.leaves) {
+        if (!leaf.at.empty()) elsewhere.emplace_back(leaf.name);
+      }
+      fact(kLeavesElsewhere, to_json(elsewhere));
     }
     for (const auto& [key, value] : options.facts) fact(key.c_str(), value);
     recorder.add(std::move(facts));
