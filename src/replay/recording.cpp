@@ -1,8 +1,9 @@
 #include "sentree/replay/recording.h"
 
 #include <algorithm>
+#include <cctype>
 #include <ctime>
-#include <set>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -92,6 +93,24 @@ void pack_data(record::PackedJson& out, const scxml::Chart& chart, const scxml::
   out.mark('}');
 }
 
+bool is_of_path(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::string_view("/._-").find(c) != std::string_view::npos;
+}
+
+// A text in which places in the project are named from its folder on, however that was named.
+std::string in_project(const project::Plan& plan, std::string text) {
+  const fs::path above = fs::path(plan.scenario.project.file).parent_path();
+  const fs::path normal = above.lexically_normal();
+  for (std::string folder : {above.string(), normal.string(), ("." / normal).string()}) {
+    if (folder.empty() || folder == "/") continue;
+    folder += '/';
+    for (auto at = text.find(folder); at != std::string::npos; at = text.find(folder, at + 1)) {
+      if (at == 0 || !is_of_path(text[at - 1])) text.erase(at, folder.size());
+    }
+  }
+  return text;
+}
+
 // In real time a run is tried to be met at rest that often, with so much of the machine's time in between.
 constexpr int kRestTriesMax = 40;
 constexpr Duration kRestTry = std::chrono::milliseconds(3);
@@ -130,7 +149,7 @@ struct RunRecorder::Impl {
     const std::string place = project.parent_path().string();
     // Texts that name each other by where they are say so of the machine anyway.
     bool is_placed = false;
-    std::set<std::string> names;
+    std::map<std::string, const text::ReadFile*> named;  // in an order that does not say who was read first
     for (const text::ReadFile& file : files) {
       is_placed = is_placed || file.content.find(place) != std::string::npos;
       const fs::path path = resolved(file.path);
@@ -140,10 +159,12 @@ struct RunRecorder::Impl {
                             : is_below(path, skills) ? project_folder / "skills" / path.lexically_relative(skills)
                                                      : path.lexically_relative(root);
       const std::string shown = name.lexically_normal().generic_string();
-      if (file.content.size() > kAttachedFileMax || !names.insert(shown).second) continue;
-      recorder.attach({.name = std::string(kProjectPrefix) + shown,
+      if (file.content.size() <= kAttachedFileMax) named.emplace(shown, &file);
+    }
+    for (const auto& [name, file] : named) {
+      recorder.attach({.name = std::string(kProjectPrefix) + name,
                        .media_type = "application/octet-stream",
-                       .data = file.content});
+                       .data = file->content});
     }
     const project::Scenario& scenario = plan.scenario;
     record::Metadata facts{std::string(kRunMetadata), {}};
@@ -177,11 +198,12 @@ struct RunRecorder::Impl {
     recorder.pack(channel, time, std::forward<PackAndMake>(pack_and_make)...);
   }
 
-  void say(TimePoint time, record::LogLevel level, std::string_view name, std::string_view text) {
+  void say(TimePoint time, record::LogLevel level, std::string_view name, const std::string& what) {
+    const std::string text = in_project(plan, what);
     recorder.message(
         log, time, [&](std::string& out) { record::append_log(out, time, level, name, text); },
         [&] {
-          return record::LogRecord{level, std::string(name), std::string(text)};
+          return record::LogRecord{level, std::string(name), text};
         });
   }
 
@@ -423,12 +445,16 @@ struct RunRecorder::Impl {
     Map violation{{"monitor", report.name},
                   {"time", decision.at.time_since_epoch().count()},
                   {"sequence", decision.deciding ? static_cast<std::int64_t>(decision.deciding->sequence) : 0},
-                  {"story", story ? story(report) : ""},
+                  {"story", story ? in_project(plan, story(report)) : ""},
                   {"witness", std::move(witness)},
                   {"witness_complete", decision.witness_complete},
                   {"witness_minimal", decision.witness_minimal},
                   {"explanation", nullptr}};
-    if (report.explanation) violation["explanation"] = monitor::to_value(*report.explanation);
+    if (report.explanation) {
+      monitor::Explanation explanation = *report.explanation;
+      explanation.place.file = in_project(plan, explanation.place.file);
+      violation["explanation"] = monitor::to_value(explanation);
+    }
     const Value made(std::move(violation));
     write(
         violations, decision.at, [&](record::PackedJson& out) { out.value(made); },
@@ -610,7 +636,7 @@ record::RecorderReport RunRecorder::finish(const runtime::RunReport& report) {
   record::Metadata result{std::string(kResultMetadata), {}};
   const auto fact = [&](const char* key, std::string value) { result.entries.emplace_back(key, std::move(value)); };
   fact("mission", std::string(to_string(report.mission)));
-  fact("reason", report.reason);
+  fact("reason", in_project(impl_->plan, report.reason));
   fact("ended_ns", decimal(report.ended.time_since_epoch().count()));
   fact("observations", std::to_string(report.observations));
   fact("ticks", std::to_string(report.timing.ticks));
@@ -618,7 +644,7 @@ record::RecorderReport RunRecorder::finish(const runtime::RunReport& report) {
                    : report.timed_out      ? "time limit"
                    : !report.error.empty() ? "error"
                                            : "mission");
-  if (!report.error.empty()) fact("error", report.error);
+  if (!report.error.empty()) fact("error", in_project(impl_->plan, report.error));
   Map verdicts;
   for (const runtime::MonitorReport& monitor : report.monitors)
     verdicts[monitor.name] = monitor::to_string(monitor.verdict);
