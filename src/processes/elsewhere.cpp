@@ -46,9 +46,7 @@ void replace_all(std::string& text, const std::string& what, const std::string& 
 class SharedLeaf final : public runtime::LeafDriver {
  public:
   explicit SharedLeaf(std::shared_ptr<RemoteLeafDriver> leaf) : leaf_(std::move(leaf)) {}
-  void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint asked) override {
-    leaf_->tick(tick, started, inputs, asked);
-  }
+  void tick(mission::TickSkill what, TimePoint asked) override { leaf_->tick(std::move(what), asked); }
   void halt(TimePoint asked) override { leaf_->halt(asked); }
   void cancel(TimePoint asked) override { leaf_->cancel(asked); }
 
@@ -60,7 +58,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
  public:
   PartsElsewhere(ElsewhereOptions options, Surroundings run)
       : options_(std::move(options)), run_(std::move(run)), scenario_(run_.plan.scenario) {}
-  ~PartsElsewhere() override { close(false); }
+  ~PartsElsewhere() override { close(Closed::kWhole); }
 
   std::optional<std::string> start(Services& services) override {
     if (auto error = make_folder()) return error;
@@ -234,14 +232,14 @@ class PartsElsewhere final : public runtime::Elsewhere {
     }
   }
 
-  void close(bool left_behind) override {
+  void close(Closed how) override {
     control_server_.reset();
     sources_.clear();
     published_.clear();
     observer_servers_.clear();
     supervisor_.reset();
     if (inbox_) inbox_->close();
-    if (left_behind) return;
+    if (how == Closed::kButLeftBehind) return;
     observers_.clear();
     for (const auto& leaf : leaves_) leaf->close();
     leaves_.clear();

@@ -50,12 +50,13 @@ class RemoteSkill final : public RemoteLeafDriver {
   RemoteSkill(std::unique_ptr<rpc::Caller> client, RemoteSkillOptions options, LeafReplies replies)
       : options_(std::move(options)), replies_(std::move(replies)), client_(std::move(client)) {}
 
-  void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint /*asked*/) override {
-    if (started) ++run_;
+  void tick(mission::TickSkill what, TimePoint /*asked*/) override {
+    const std::uint64_t tick = what.tick;
+    if (what.started) ++run_;
     Value request = Map{{"leaf", options_.leaf},
                         {"run", static_cast<std::int64_t>(run_)},
                         {"tick", static_cast<std::int64_t>(tick)},
-                        {"inputs", to_json(Value(inputs))}};
+                        {"inputs", to_json(Value(std::move(what.inputs)))}};
     client_->call("tick", Map{{"tick", std::move(request)}}, within(options_.tick_deadline),
                   [this, tick](const rpc::Outcome& reply) {
                     if (closed_) return;
@@ -388,7 +389,7 @@ class SkillService final : public rpc::Service {
       overtaken = std::exchange(leaf.reply, reply);
     }
     // When the mission published it is not known here, so the order is not told.
-    leaf.actor->tick(number, started, json_object(request.find("inputs")), kNever);
+    leaf.actor->tick({number, started, json_object(request.find("inputs"))}, kNever);
   }
 
   // Of who knows neither leaves nor runs.

@@ -110,9 +110,12 @@ class Elsewhere {
   virtual void end_speaking() = 0;
   /// Ends the processes that are left, and removes what they shared.
   virtual void end() = 0;
-  /// Ends, and waits for, every thread that calls into the run. `left_behind`: threads that may be in a script that
-  /// never ends are not waited for; this lives on. Idempotent.
-  virtual void close(bool left_behind) = 0;
+  enum class Closed : std::uint8_t {
+    kWhole,
+    kButLeftBehind,  ///< Threads that may be in a script that never ends are not waited for; this lives on.
+  };
+  /// Ends, and waits for, every thread that calls into the run. Idempotent.
+  virtual void close(Closed how) = 0;
 };
 
 }  // namespace sentree::runtime

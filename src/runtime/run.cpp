@@ -215,7 +215,8 @@ void Run::Impl::interrupt() {
 }
 
 void Run::Impl::end_callers() {
-  if (elsewhere_) elsewhere_->close(left_behind_);
+  using Closed = Elsewhere::Closed;
+  if (elsewhere_) elsewhere_->close(left_behind_ ? Closed::kButLeftBehind : Closed::kWhole);
 }
 
 std::vector<ProcessReport> Run::Impl::processes() {
