@@ -481,39 +481,40 @@ struct RunRecorder::Impl {
 
   // In the director's actor. In real time a part may be at work, and soon is not.
   void snapshot(TimePoint when, int tries) {
-    runtime::Scheduler& scheduler = inside->scheduler();
-    const Captured whole = write_whole_run();
-    if (whole == Captured::kNotAtRest && tries > 0) {
-      const auto soon =
-          Duration(static_cast<std::int64_t>(static_cast<double>(kRestTry.count()) * plan.scenario.factor));
-      return scheduler.at(inside->director(), add_saturating(scheduler.now(), soon), mission::Rank::kInjection,
-                          [this, when, tries] { snapshot(when, tries - 1); });
-    }
-    if (whole != Captured::kWritten) {
-      take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
-        write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
-      });
-    }
-    snapshot_at(std::max(when + kSnapshotPeriod, scheduler.now()));
-  }
-
-  enum class Captured : std::uint8_t { kWritten, kNotAtRest, kNeverCan };
-
-  // The run as one value. It cannot be one where parts of it are elsewhere, or something of it has no saved form.
-  Captured write_whole_run() {
-    for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
-      if (inside->skill(leaf) == nullptr) return Captured::kNeverCan;
-    }
+    if (!can_be_whole) return snapshot_parts(when);
     // What takes its time, before the others have to wait for it.
     if (inside->sim() != nullptr && !inside->scheduler().is_virtual()) inside->sim()->inspect([](const sim::State&) {});
-    mission::State state;
-    const auto capture = [&] { state = inside->capture(); };
-    if (!inside->scheduler().look_at_rest(inside->director(), capture)) return Captured::kNotAtRest;
-    // A durable run is executed as in virtual time, but its replay knows what happened only from the observations.
-    if (!mission::is_at_rest(state) && !plan.scenario.virtual_time) return Captured::kNotAtRest;
+    inside->capture_at_rest([this, when, tries](tl::expected<mission::State, runtime::RunInside::Uncaptured> state) {
+      if (state) {
+        // A durable run is executed as in virtual time, but its replay knows what happened only from the observations.
+        if (plan.scenario.virtual_time || mission::is_at_rest(*state)) return snapshot_whole(when, std::move(*state));
+      } else if (!state.error().is_at_work) {
+        can_be_whole = false;
+        say(inside->scheduler().now(), record::LogLevel::kInfo, "run",
+            fmt::format("moments of this run are replayed from its beginning ({})", state.error().why_never));
+      }
+      if (!can_be_whole || tries == 0) return snapshot_parts(when);
+      const auto soon =
+          Duration(static_cast<std::int64_t>(static_cast<double>(kRestTry.count()) * plan.scenario.factor));
+      runtime::Scheduler& scheduler = inside->scheduler();
+      scheduler.at(inside->director(), add_saturating(scheduler.now(), soon), mission::Rank::kInjection,
+                   [this, when, tries] { snapshot(when, tries - 1); });
+    });
+  }
+
+  // Those that run here.
+  void snapshot_parts(TimePoint when) {
+    take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
+      write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
+    });
+    snapshot_at(std::max(when + kSnapshotPeriod, inside->scheduler().now()));
+  }
+
+  // The run as one value, unless something of it has no saved form.
+  void snapshot_whole(TimePoint when, mission::State state) {
     mission::forget_history(state, kSnapshotTrailMax);
     const auto saved = mission::save(plan, state);
-    if (!saved) return Captured::kNeverCan;
+    if (!saved) return snapshot_parts(when);
     // Base64 hides from a chunk's compression what repeats.
     std::string packed;
     record::compress(record::Compression::kZstd, *saved, packed);
@@ -523,7 +524,7 @@ struct RunRecorder::Impl {
                                {"size", static_cast<std::int64_t>(saved->size())},
                                {"state", Bytes{{octets, octets + packed.size()}}}};
     write(snapshots, state.now, [&](record::PackedJson& out) { out.value(snapshot); });
-    return Captured::kWritten;
+    snapshot_at(std::max(when + kSnapshotPeriod, inside->scheduler().now()));
   }
 
   struct Seen {
@@ -555,6 +556,7 @@ struct RunRecorder::Impl {
   std::function<std::string(const runtime::MonitorReport&)> story;
   std::string written_blackboard;  // of the mission's actor
   runtime::RunInside* inside = nullptr;
+  bool can_be_whole = true;  // as one value, as far as is known. Of the director's actor
   std::unique_ptr<RobotTopics> robots;
   TimePoint last_time{};
   std::uint64_t tick = 0;

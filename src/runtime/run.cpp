@@ -245,7 +245,7 @@ mission::State Run::Impl::capture() {
   stream_.save(state);
   steering_.save(state);
   state.tree = mission_->state();
-  for (SkillActor* skill : skills_) state.skills.push_back(skill->state());
+  for (SkillActor* skill : skills_) state.skills.push_back(skill != nullptr ? skill->state() : mission::SkillState());
   for (const auto& model : models_) state.models.push_back(model->state());
   if (sim_) state.world = sim_->snapshot();
   state.monitors = monitors_.memory();
