@@ -188,3 +188,8 @@ service Simulation {
   double     step(1: double seconds)                           // paused or not; returns simulated time
   ReturnCode reset(1: i64 seed)                                // back to the start and to simulated time 0; the clock's settings stay
 }
+
+// Of a simulator in a process of its own: so that a recording of a run can be gone on with in the middle.
+service KeptSimulation extends Simulation {
+  binary remember() (idempotent = "true")  // the world and the clock's time, in Sentree's own form
+}

@@ -84,3 +84,10 @@ service SkillSteps extends SkillRequest {
   // number: of this step
   binary step(1: string leaf, 2: i64 behind, 3: i64 number, 4: binary session, 5: binary order)
 }
+
+/// What `sentree skill` serves beside, for runs that are recorded: a moment of such a run is gone to from the last one at
+/// which every part has said what it remembers. A skill need not serve it.
+service KeptSkill extends SkillSteps {
+  // What the skill of that leaf is between two steps of its chart, in Sentree's own form. Empty: that cannot be said now.
+  binary remember(1: string leaf)
+}

@@ -104,30 +104,4 @@ Result<std::string> with_models(std::string_view xml, const std::vector<NodeMode
   return edit.apply();
 }
 
-namespace {
-
-XmlElement element_at(const XmlElement& element, std::size_t offset) {
-  if (element.offset() == offset) return element;
-  for (XmlElement child = element.first_child(); child; child = child.next_sibling()) {
-    if (offset >= child.offset() && offset < child.end_offset()) return element_at(child, offset);
-  }
-  return {};
-}
-
-}  // namespace
-
-Result<std::string> with_attribute(std::string_view xml, const Tree& tree, NodeId node, std::string_view name,
-                                   std::string_view value) {
-  const SourceSpan place = tree.span(node);
-  auto document = text::XmlDocument::parse(std::string(xml), place.file, {.lenient = true});
-  if (!document) return tl::unexpected(std::move(document.error()));
-  const XmlElement element = element_at(document->root(), tree.model().infos[node].offset);
-  if (!element || element.span().line != place.line || tree.model().infos[node].file != 0) {
-    return fail("bt.no-such-node", fmt::format("node \"{}\" is not in this file", tree.path(node)), place);
-  }
-  text::XmlEdit edit(*document);
-  edit.set_attribute(element, name, value);
-  return edit.apply();
-}
-
 }  // namespace sentree::bt

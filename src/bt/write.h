@@ -25,11 +25,6 @@ namespace sentree::bt {
 [[nodiscard]] Result<std::string> with_models(std::string_view xml, const std::vector<NodeModel>& models,
                                               std::string file = {});
 
-/// The file with one attribute of one node changed or added, everything else byte for byte as it was.
-/// `node` must be of a tree loaded from this text. Errors: xml.*, bt.no-such-node (the node is not of this file).
-[[nodiscard]] Result<std::string> with_attribute(std::string_view xml, const Tree& tree, NodeId node,
-                                                 std::string_view name, std::string_view value);
-
 /// The file in the canonical form of `text::format_xml`, attributes as `ID`, `name`, ports, conditions; comments,
 /// unknown attributes and the order of elements kept. Formatting twice changes nothing, and the tree stays the same.
 /// Errors: xml.*.

@@ -112,16 +112,6 @@ TEST(Diff, SeesASecondTreeOfTheSameName) {
 
 TEST(Diff, RefusesWhatIsNoTree) { EXPECT_EQ(diff("<root/>", "<scxml/>").error().code, "bt.not-a-tree"); }
 
-TEST(WithAttribute, ChangesOnePlaceOfTheFile) {
-  auto loaded = load(std::string(kFile));
-  ASSERT_TRUE(loaded.ok());
-  const auto changed = with_attribute(kFile, *loaded.value, loaded.value->find("B"), "destination", "a < b");
-  ASSERT_TRUE(changed.has_value());
-  std::string expected(kFile);
-  expected.replace(expected.find("hall"), 4, "a &lt; b");
-  EXPECT_EQ(*changed, expected);
-}
-
 TEST(WithModels, AddsAndReplacesModelsAndKeepsTheRest) {
   const auto changed =
       with_models(kFile, {{"Wait", Category::kAction, {input<double>("seconds", "how long")}, {}}}).value();

@@ -49,10 +49,11 @@ int exit_code(const project::Scenario& scenario, const runtime::RunReport& repor
   return report.mission == bt::Status::kSuccess ? kOk : kFindings;
 }
 
-// For who attaches: the page that is there, else one at `at`, as --studio=AT would make it.
-Result<runtime::PageAt> open_page(studio::Live& page, RunRecording* recording, const std::string& at, bool insecure) {
+// For who attaches: the page that is there, else one as --studio=AT would make it.
+Result<runtime::PageAt> open_page(studio::Live& page, RunRecording* recording, const runtime::AskedPage& asked) {
+  const std::string& at = asked.at;
   if (!page.is_open()) {
-    const auto where = page_options(at.empty() ? "true" : at, insecure);
+    const auto where = page_options(at.empty() ? "true" : at, asked.insecure);
     if (!where) return fail("studio.bad-address", at + ": neither a port nor an address such as 127.0.0.1:4711");
     if (recording == nullptr) return RunRecording::not_recorded();
     const auto opened = start_page(*where, at.empty(), [&](const auto& there) { return recording->open(page, there); });
@@ -490,8 +491,8 @@ class OneRun {
   }
 
   // For who attaches: from then on somebody else may steer, and the terminal says so.
-  Result<runtime::PageAt> open_for(const std::string& at, bool insecure) {
-    auto there = open_page(*page_, recording_.get(), at, insecure);
+  Result<runtime::PageAt> open_for(const runtime::AskedPage& asked) {
+    auto there = open_page(*page_, recording_.get(), asked);
     if (there) {
       const std::string what = "somebody attached to this run; the page: " + there->url;
       if (view_)
@@ -503,7 +504,7 @@ class OneRun {
   }
 
   int execute() {
-    options_.open_page = [this](const std::string& at, bool insecure) { return open_for(at, insecure); };
+    options_.open_page = [this](const runtime::AskedPage& asked) { return open_for(asked); };
     for (const auto& tell : untold_) tell(options_);
     // What was made before a run went on nobody has heard.
     ChoicesMade choices(resumption_ ? std::vector<std::string>() : command_.choose);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,9 @@
 #include "sentree/base/encoder.h"
 #include "sentree/base/packed.h"
 #include "sentree/mission/detail/members.h"
+#include "sentree/mission/memory_elsewhere.h"
+#include "sentree/scxml/encode.h"
+#include "sentree/sim/simulation.h"
 
 namespace sentree::mission {
 
@@ -66,6 +70,9 @@ class Consistency {
   Consistency(const project::Plan& plan, const State& state) : plan_(plan), state_(state) {}
 
   [[nodiscard]] bool takes(const Delivery& delivery) const { return is_delivery(delivery); }
+  [[nodiscard]] bool takes(std::size_t leaf, const SkillState& skill) const {
+    return is_skill(plan_.leaves[leaf], skill);
+  }
   [[nodiscard]] std::string broken() const {
     if (state_.now < TimePoint{} || state_.now > kTimeMax) return "its time is out of range";
     for (std::size_t i = 0; i < state_.skills.size(); ++i) {
@@ -172,11 +179,10 @@ class Consistency {
   const State& state_;
 };
 
-// Saves members as the archive does, but with the plan what belongs to its charts, its tree and its world.
-class Saving {
+// Saves members as the archive does, but with its chart what belongs to a session.
+class SavingChart {
  public:
-  Saving(const project::Plan& plan, std::optional<Diagnostic>& problem, const scxml::Chart* chart = nullptr)
-      : plan_(plan), problem_(problem), chart_(chart) {}
+  SavingChart(std::optional<Diagnostic>& problem, const scxml::Chart* chart) : problem_(problem), chart_(chart) {}
 
   template <class Of>
   Value save(const Of& of) {
@@ -185,6 +191,36 @@ class Saving {
   }
 
   void operator()(std::string_view name, const auto& member) { saver_(name, member); }
+  void operator()(std::string_view name, const scxml::Session& session) {
+    put(name, checked(scxml::save(*chart_, session)));
+  }
+
+ protected:
+  void put(std::string_view name, Value value) { saver_.map.append(std::string(name), std::move(value)); }
+  template <class Saved>
+  Saved checked(Result<Saved> saved) {
+    if (saved) return std::move(*saved);
+    if (!problem_) problem_ = saved.error();
+    return {};
+  }
+
+  std::optional<Diagnostic>& problem_;
+  const scxml::Chart* chart_;  // of the session
+  archive::Saver saver_;
+};
+
+// With the plan, what belongs to its charts, its tree and its world.
+class Saving : public SavingChart {
+ public:
+  Saving(const project::Plan& plan, std::optional<Diagnostic>& problem) : SavingChart(problem, nullptr), plan_(plan) {}
+
+  template <class Of>
+  Value save(const Of& of) {
+    visit_members(of, *this);
+    return Value(std::move(saver_.map));
+  }
+
+  using SavingChart::operator();
   void operator()(std::string_view name, const TreeState& tree) { put(name, Saving(plan_, problem_).save(tree)); }
   // All of the plan, also those at rest.
   void operator()(std::string_view name, const std::map<std::size_t, TreeState::Leaf>& leaves) {
@@ -202,18 +238,15 @@ class Saving {
     for (std::size_t i = 0; i < skills.size(); ++i) {
       // Of thousands of skills most have never been asked for anything.
       const bool is_new = skills[i] == SkillState{};
-      list.push_back(is_new ? Value() : Saving(plan_, problem_, &*plan_.leaves[i].chart).save(skills[i]));
+      list.push_back(is_new ? Value() : SavingChart(problem_, &*plan_.leaves[i].chart).save(skills[i]));
     }
     put(name, std::move(list));
   }
   void operator()(std::string_view name, const std::vector<ModelState>& models) {
     List list;
     for (std::size_t i = 0; i < models.size(); ++i)
-      list.push_back(Saving(plan_, problem_, &plan_.models[i].chart).save(models[i]));
+      list.push_back(SavingChart(problem_, &plan_.models[i].chart).save(models[i]));
     put(name, std::move(list));
-  }
-  void operator()(std::string_view name, const scxml::Session& session) {
-    put(name, checked(scxml::save(*chart_, session)));
   }
   void operator()(std::string_view name, const std::optional<sim::State>& world) {
     put(name, world ? sim::save(*world) : Value());
@@ -223,28 +256,58 @@ class Saving {
   }
 
  private:
-  void put(std::string_view name, Value value) { saver_.map.append(std::string(name), std::move(value)); }
-  template <class Saved>
-  Saved checked(Result<Saved> saved) {
-    if (saved) return std::move(*saved);
-    if (!problem_) problem_ = saved.error();
-    return {};
-  }
-
   const project::Plan& plan_;
-  std::optional<Diagnostic>& problem_;
-  const scxml::Chart* chart_;  // of the session
-  archive::Saver saver_;
 };
 
 // The other way round.
-class Restoring {
+class RestoringChart {
  public:
-  Restoring(const project::Plan& plan, const Value& saved, std::string path, std::string& problem,
-            const scxml::Chart* chart = nullptr)
-      : plan_(plan), members_{&saved, std::move(path), &problem}, chart_(chart) {}
+  RestoringChart(const Value& saved, std::string path, std::string& problem, const scxml::Chart* chart)
+      : members_{&saved, std::move(path), &problem}, chart_(chart) {}
 
   void operator()(std::string_view name, auto& member) { members_(name, member); }
+  void operator()(std::string_view name, scxml::Session& session) {
+    if (const Value* const saved = find(name)) take(scxml::restore(*chart_, *saved), session);
+  }
+
+ protected:
+  void problem(std::string what) {
+    if (members_.problem->empty()) *members_.problem = std::move(what);
+  }
+  // Null: there is none, or something else was wrong before.
+  const Value* find(std::string_view name) {
+    if (!members_.problem->empty()) return nullptr;
+    const Value* const value = members_.from->find(name);
+    if (value == nullptr) problem(fmt::format("{} is missing", name));
+    return value;
+  }
+  template <class Restored, class To>
+  void take(Result<Restored> restored, To& to) {
+    if (restored)
+      to = std::move(*restored);
+    else
+      problem(restored.error().message);
+  }
+
+  archive::Restorer members_;
+  const scxml::Chart* chart_;
+};
+
+// What is wrong with it is told in `problem`.
+void restore_skill(Value saved, const scxml::Chart& chart, std::string& problem, SkillState& skill) {
+  // Skills have had goals since format 3, and have heard topics later.
+  for (const char* later : {"goals", "heard"}) {
+    if (saved.as_map() != nullptr && saved.find(later) == nullptr) (*saved.as_map())[later] = List();
+  }
+  visit_members(skill, RestoringChart(saved, "", problem, &chart));
+}
+
+class Restoring : public RestoringChart {
+ public:
+  Restoring(const project::Plan& plan, const Value& saved, std::string path, std::string& problem)
+      : RestoringChart(saved, std::move(path), problem, nullptr), plan_(plan) {}
+
+  using RestoringChart::operator();
   void operator()(std::string_view name, TreeState& tree) {
     const Value* const saved = find(name);
     if (saved == nullptr) return;
@@ -272,12 +335,7 @@ class Restoring {
     for (std::size_t i = 0; i < list->size(); ++i) {
       if (!plan_.leaves[i].chart) return problem("a leaf has no chart in this plan");
       if ((*list)[i].is_null()) continue;
-      Value members = (*list)[i];
-      // Skills have had goals since format 3, and have heard topics later.
-      for (const char* later : {"goals", "heard"}) {
-        if (members.as_map() != nullptr && members.find(later) == nullptr) (*members.as_map())[later] = List();
-      }
-      visit_members(skills[i], Restoring(plan_, members, "", *members_.problem, &*plan_.leaves[i].chart));
+      restore_skill((*list)[i], *plan_.leaves[i].chart, *members_.problem, skills[i]);
     }
   }
   void operator()(std::string_view name, std::vector<ModelState>& models) {
@@ -285,10 +343,7 @@ class Restoring {
     if (list == nullptr) return;
     models.resize(list->size());
     for (std::size_t i = 0; i < list->size(); ++i)
-      visit_members(models[i], Restoring(plan_, (*list)[i], "", *members_.problem, &plan_.models[i].chart));
-  }
-  void operator()(std::string_view name, scxml::Session& session) {
-    if (const Value* const saved = find(name)) take(scxml::restore(*chart_, *saved), session);
+      visit_members(models[i], RestoringChart((*list)[i], "", *members_.problem, &plan_.models[i].chart));
   }
   void operator()(std::string_view name, std::optional<sim::State>& world) {
     const Value* const saved = find(name);
@@ -301,16 +356,6 @@ class Restoring {
   }
 
  private:
-  void problem(std::string what) {
-    if (members_.problem->empty()) *members_.problem = std::move(what);
-  }
-  // Null: there is none, or something else was wrong before.
-  const Value* find(std::string_view name) {
-    if (!members_.problem->empty()) return nullptr;
-    const Value* const value = members_.from->find(name);
-    if (value == nullptr) problem(fmt::format("{} is missing", name));
-    return value;
-  }
   const List* list_of(std::string_view name, std::size_t size) {
     const Value* const value = find(name);
     const List* const list = value != nullptr ? value->as_list() : nullptr;
@@ -318,17 +363,8 @@ class Restoring {
     problem("it has other parts than this plan");
     return nullptr;
   }
-  template <class Restored, class To>
-  void take(Result<Restored> restored, To& to) {
-    if (restored)
-      to = std::move(*restored);
-    else
-      problem(restored.error().message);
-  }
 
   const project::Plan& plan_;
-  archive::Restorer members_;
-  const scxml::Chart* chart_;
 };
 
 }  // namespace
@@ -417,6 +453,95 @@ Result<project::Intervention> restore_intervention(const Value& saved) {
   project::SavedIntervention what;
   if (const std::string problem = archive::restore(saved, what); !problem.empty()) return bad(problem);
   return std::move(what.what);
+}
+
+namespace {
+
+constexpr std::string_view kMemoryMagic = "SMEM1";
+
+std::string told_memory(Value part, TimePoint now) {
+  const std::string packed = pack(Map{{"now", now.time_since_epoch().count()}, {"part", std::move(part)}});
+  if (packed.size() > kMemoryMax) return {};
+  std::string told(kMemoryMagic);
+  Encoder(told).word(hash_bytes(packed));
+  return told + packed;
+}
+
+struct Told {
+  Value part;
+  Duration later{};  // than on the clock of who told it
+};
+
+Result<Told> read_memory(std::string_view memory, TimePoint now) {
+  const std::size_t header = kMemoryMagic.size() + 8;
+  if (memory.size() < header || memory.size() > kMemoryMax + header || !memory.starts_with(kMemoryMagic))
+    return bad("it does not begin as one");
+  const std::string_view packed = memory.substr(header);
+  std::string checked(kMemoryMagic);
+  Encoder(checked).word(hash_bytes(packed));
+  if (!memory.starts_with(checked)) return bad("its checksum is wrong");
+  auto told = unpack(packed);
+  if (!told) return bad(told.error().message);
+  const Value* const part = told->find("part");
+  const Value* const then = told->find("now");
+  const std::int64_t* const ns = then != nullptr ? then->as_int() : nullptr;
+  if (part == nullptr || ns == nullptr || *ns < 0 || *ns > kTimeMax.time_since_epoch().count())
+    return bad("its time is out of range");
+  return Told{*part, now - TimePoint(Duration(*ns))};
+}
+
+// No time that a part gives is so early that it comes to lie before the run, nor so late that reckoning overflows.
+bool put_off(TimePoint& time, Duration by) {
+  if (time == kNever || time == TimePoint{}) return true;
+  if (time < TimePoint{} || time > kTimeMax) return false;
+  time = std::max(TimePoint(Duration(1)), time + by);
+  return true;
+}
+
+}  // namespace
+
+std::string remember(const scxml::Chart& chart, const SkillState& skill, TimePoint now) {
+  std::optional<Diagnostic> problem;
+  Value saved = skill == SkillState{} ? Value() : SavingChart(problem, &chart).save(skill);
+  return problem ? std::string() : told_memory(std::move(saved), now);
+}
+
+std::string remember(const sim::State& world, TimePoint now) { return told_memory(sim::save(world), now); }
+
+Result<void> recall_skill(const project::Plan& plan, std::size_t leaf, std::string_view memory, TimePoint now,
+                          State& state) {
+  auto told = read_memory(memory, now);
+  if (!told) return tl::unexpected(told.error());
+  SkillState skill;
+  std::string problem;
+  if (!told->part.is_null()) restore_skill(std::move(told->part), *plan.leaves[leaf].chart, problem, skill);
+  if (!problem.empty()) return bad(problem);
+  if (!Consistency(plan, state).takes(leaf, skill)) return bad("the skill is in no phase of its chart");
+  bool in_range = put_off(skill.wake, told->later) && put_off(skill.not_before, told->later) &&
+                  put_off(skill.topics_not_before, told->later) &&
+                  (!skill.halt_due || put_off(*skill.halt_due, told->later));
+  for (SkillState::Line& line : skill.lines) in_range = in_range && put_off(line.not_before, told->later);
+  if (!in_range) return bad("a time of the skill is out of range");
+  scxml::postpone(skill.session, told->later);
+  if (skill.wake != kNever) {
+    Waiting timer{skill.wake, Rank::kTimer, state.order++, {leaf, SkillDelivery(SkillTimer{skill.wake})}};
+    const auto behind = std::find_if(state.queue.begin(), state.queue.end(), [&](const Waiting& each) {
+      return std::tie(each.when, each.rank) > std::tie(timer.when, timer.rank);
+    });
+    state.queue.insert(behind, std::move(timer));
+  }
+  state.skills.at(leaf) = std::move(skill);
+  return {};
+}
+
+Result<void> recall_world(const project::Plan& plan, std::string_view memory, TimePoint now, State& state) {
+  const auto told = read_memory(memory, now);
+  if (!told) return tl::unexpected(told.error());
+  auto world = sim::restore(*plan.world, told->part);
+  if (!world) return bad(world.error().message);
+  sim::follow(*world, now);
+  state.world = std::move(*world);
+  return {};
 }
 
 Result<Value> saved_world(std::string_view saved) {

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include "sentree/idl/conform.h"
+#include "sentree/mission/memory_elsewhere.h"
+#include "sentree/processes/wire_message.h"
 #include "sentree/sim/services.h"
 #include "sentree/text/file.h"
 
@@ -65,6 +67,9 @@ Loaded<SimComponent> prepare_sim(const project::Project& project) {
   }
   for (const std::string& name : project::test_control_names(*component.world))
     add_service(*schema, name, "Simulation", *project::test_control_of(name, *component.world), component);
+  for (SimComponent::Served& served : component.services) {
+    if (served.interface == "Simulation") served.kept = schema->service("KeptSimulation");
+  }
   prepared.value = std::move(component);
   return prepared;
 }
@@ -97,7 +102,12 @@ SimServer::SimServer(SimComponent component, std::uint64_t seed, double factor,
   served_ = std::move(component.services);
   for (const SimComponent::Served& served : served_) {
     auto service = std::make_shared<rpc::FunctionService>(
-        served.service, [this, &served](const idl::Method& method, const Value& arguments) -> rpc::Outcome {
+        served.kept ? served.kept : served.service,
+        [this, &served](const idl::Method& method, const Value& arguments) -> rpc::Outcome {
+          if (method.name == "remember") {
+            const TimePoint now = clock_->now();
+            return octets_of(mission::remember(host_->snapshot(), now));
+          }
           // Who calls is not known here.
           mission::CallOutcome outcome = call(served, method, arguments, "client");
           if (outcome.ok) return std::move(outcome.result);

@@ -25,6 +25,7 @@ struct SimComponent {
     std::string interface;  ///< In robot.thrift.
     std::string robot;      ///< Of the world; empty: the first.
     idl::ServicePtr service;
+    idl::ServicePtr kept = {};  ///< What is served of test control beside: `service` and `remember`; null: nothing.
   };
   std::vector<Served> services;  ///< Test control among them.
 };

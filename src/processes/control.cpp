@@ -52,8 +52,8 @@ rpc::Outcome serve(const ControlHandler& handler, const idl::Method& method, con
   }
   if (method.name == "page") {
     if (!handler.open_page) return Map{{"problem", "it has no page: it is no run of a mission"}};
-    const auto page =
-        handler.open_page(std::string(arguments.find("at")->text()), *arguments.find("insecure")->as_bool());
+    const auto page = handler.open_page(
+        {.at = std::string(arguments.find("at")->text()), .insecure = *arguments.find("insecure")->as_bool()});
     if (!page) return Map{{"problem", page.error().message}};
     return Map{{"url", page->url}, {"recording", page->recording}};
   }

@@ -10,6 +10,7 @@
 #include "sentree/base/assert.h"
 #include "sentree/base/temporary_folder.h"
 #include "sentree/processes/control.h"
+#include "sentree/processes/detail/memory_client.h"
 #include "sentree/processes/detail/observation_socket.h"
 #include "sentree/processes/detail/remote_chart.h"
 #include "sentree/processes/environment.h"
@@ -46,9 +47,7 @@ void replace_all(std::string& text, const std::string& what, const std::string& 
 class SharedLeaf final : public runtime::LeafDriver {
  public:
   explicit SharedLeaf(std::shared_ptr<RemoteLeafDriver> leaf) : leaf_(std::move(leaf)) {}
-  void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint asked) override {
-    leaf_->tick(tick, started, inputs, asked);
-  }
+  void tick(mission::TickSkill what, TimePoint asked) override { leaf_->tick(std::move(what), asked); }
   void halt(TimePoint asked) override { leaf_->halt(asked); }
   void cancel(TimePoint asked) override { leaf_->cancel(asked); }
 
@@ -60,7 +59,7 @@ class PartsElsewhere final : public runtime::Elsewhere {
  public:
   PartsElsewhere(ElsewhereOptions options, Surroundings run)
       : options_(std::move(options)), run_(std::move(run)), scenario_(run_.plan.scenario) {}
-  ~PartsElsewhere() override { close(false); }
+  ~PartsElsewhere() override { close(Closed::kWhole); }
 
   std::optional<std::string> start(Services& services) override {
     if (auto error = make_folder()) return error;
@@ -113,12 +112,13 @@ class PartsElsewhere final : public runtime::Elsewhere {
                                      .condition = leaf.condition,
                                      .address = *address,
                                      .interface = *interface,
+                                     .memory_interface = served_skill_interface().value_or(nullptr),
                                      .tick_deadline = leaf.condition ? deadlines.condition : deadlines.unresponsive,
                                      .halt_deadline = deadlines.halt},
                                     std::move(replies));
     if (!driver) return tl::unexpected(driver.error());
-    leaves_.emplace_back(std::move(*driver));
-    return std::make_unique<SharedLeaf>(leaves_.back());
+    leaves_.emplace_back(index, std::move(*driver));
+    return std::make_unique<SharedLeaf>(leaves_.back().second);
   }
 
   Result<std::unique_ptr<mission::ChartElsewhere>> make_chart(std::size_t index) override {
@@ -168,6 +168,26 @@ class PartsElsewhere final : public runtime::Elsewhere {
 
   void take_observations() override {
     if (inbox_) inbox_->drain();
+  }
+
+  std::size_t ask_memories(std::function<void(std::size_t, runtime::ToldMemory)> told) override {
+    for (const auto& [leaf, driver] : leaves_)
+      driver->remember([told, leaf = leaf](runtime::ToldMemory memory) { told(leaf, std::move(memory)); });
+    if (component_.empty()) return leaves_.size();
+    if (!simulator_) {
+      const auto address = rpc::Address::parse(supervisor_->address(component_));
+      auto interface = kept_simulation_interface();
+      if (address && interface && run_.plan.world) {
+        simulator_ = std::make_unique<MemoryClient>(*address, std::move(*interface),
+                                                    project::test_control_names(*run_.plan.world).front());
+      }
+    }
+    const auto of_simulator = [told](runtime::ToldMemory memory) { told(kSimulator, std::move(memory)); };
+    if (simulator_)
+      simulator_->ask(Map(), of_simulator);
+    else
+      of_simulator({runtime::ToldMemory::Kind::kNever, {}});
+    return leaves_.size() + 1;
   }
 
   void serve_control(runtime::ControlHandler handler) override {
@@ -234,17 +254,18 @@ class PartsElsewhere final : public runtime::Elsewhere {
     }
   }
 
-  void close(bool left_behind) override {
+  void close(Closed how) override {
     control_server_.reset();
     sources_.clear();
     published_.clear();
     observer_servers_.clear();
     supervisor_.reset();
     if (inbox_) inbox_->close();
-    if (left_behind) return;
+    if (how == Closed::kButLeftBehind) return;
     observers_.clear();
-    for (const auto& leaf : leaves_) leaf->close();
+    for (const auto& [index, leaf] : leaves_) leaf->close();
     leaves_.clear();
+    if (simulator_) simulator_->close();
   }
 
  private:
@@ -536,7 +557,8 @@ class PartsElsewhere final : public runtime::Elsewhere {
   std::vector<Awaited> awaited_;                         // whom they are of
   std::vector<std::unique_ptr<rpc::Caller>> published_;  // where topics go
   std::unique_ptr<rpc::Server> control_server_;
-  std::vector<std::shared_ptr<RemoteLeafDriver>> leaves_;
+  std::vector<std::pair<std::size_t, std::shared_ptr<RemoteLeafDriver>>> leaves_;  // and which of the plan they are
+  std::unique_ptr<MemoryClient> simulator_;                                        // null: it has not been asked yet
 };
 
 }  // namespace

@@ -12,6 +12,8 @@
 
 #include "sentree/base/assert.h"
 #include "sentree/idl/conform.h"
+#include "sentree/mission/memory_elsewhere.h"
+#include "sentree/processes/detail/memory_client.h"
 #include "sentree/processes/detail/observation_socket.h"
 #include "sentree/processes/detail/remote_chart.h"
 #include "sentree/processes/environment.h"
@@ -48,14 +50,18 @@ Result<idl::ServicePtr> shipped_interface(const std::string& file, std::string_v
 class RemoteSkill final : public RemoteLeafDriver {
  public:
   RemoteSkill(std::unique_ptr<rpc::Caller> client, RemoteSkillOptions options, LeafReplies replies)
-      : options_(std::move(options)), replies_(std::move(replies)), client_(std::move(client)) {}
+      : options_(std::move(options)),
+        replies_(std::move(replies)),
+        memory_(options_.address, options_.memory_interface),
+        client_(std::move(client)) {}
 
-  void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint /*asked*/) override {
-    if (started) ++run_;
+  void tick(mission::TickSkill what, TimePoint /*asked*/) override {
+    const std::uint64_t tick = what.tick;
+    if (what.started) ++run_;
     Value request = Map{{"leaf", options_.leaf},
                         {"run", static_cast<std::int64_t>(run_)},
                         {"tick", static_cast<std::int64_t>(tick)},
-                        {"inputs", to_json(Value(inputs))}};
+                        {"inputs", to_json(Value(std::move(what.inputs)))}};
     client_->call("tick", Map{{"tick", std::move(request)}}, within(options_.tick_deadline),
                   [this, tick](const rpc::Outcome& reply) {
                     if (closed_) return;
@@ -76,12 +82,22 @@ class RemoteSkill final : public RemoteLeafDriver {
   }
 
   void cancel(TimePoint /*asked*/) override {
-    client_->call("cancel", arguments(), within(options_.tick_deadline), [](const rpc::Outcome&) {});
+    ++cancels_;
+    client_->call("cancel", arguments(), within(options_.tick_deadline), [this](const rpc::Outcome&) { --cancels_; });
+  }
+
+  // Nobody waits for the answer to a cancellation but this.
+  void remember(std::function<void(runtime::ToldMemory)> told) override {
+    using Kind = runtime::ToldMemory::Kind;
+    if (cancels_ > 0) return told({Kind::kNotNow, {}});
+    if (!options_.memory_interface) return told({Kind::kNever, {}});
+    memory_.ask(Map{{"leaf", options_.leaf}}, std::move(told));
   }
 
   // What is in flight fails now, and that is nobody's problem.
   void close() override {
     closed_ = true;
+    memory_.close();
     client_->end();
   }
 
@@ -112,6 +128,8 @@ class RemoteSkill final : public RemoteLeafDriver {
   std::uint64_t run_ = static_cast<std::uint64_t>(
       std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch()).count());
   std::atomic<bool> closed_ = false;
+  std::atomic<int> cancels_ = 0;  // not yet answered
+  MemoryClient memory_;
   const std::unique_ptr<rpc::Caller> client_;  // last: its thread uses the others
 };
 
@@ -268,6 +286,7 @@ class SkillService final : public rpc::Service {
       return reply.give(Value());
     }
     if (method.name == "step") return reply.give(charts_.step(arguments));
+    if (method.name == "remember") return serve_memory(text_of(arguments, "leaf"), reply);
     if (method.service == "SkillRequest") return serve_plain(method.name, reply);
     const Value* tick = arguments.find("tick");
     ServedLeaf* leaf = find(text_of(tick != nullptr ? *tick : arguments, "leaf"));
@@ -374,6 +393,19 @@ class SkillService final : public rpc::Service {
     return std::move(*made);
   }
 
+  void serve_memory(const std::string& name, const rpc::Reply& reply) {
+    SkillActor* actor = nullptr;
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto leaf = leaves_.find(name); leaf != leaves_.end()) actor = leaf->second->actor.get();
+    }
+    if (actor == nullptr) return reply.give(octets_of(mission::remember(plan_.chart, {}, scheduler_.now())));
+    actor->inspect([this, reply](const runtime::Skill* skill) {
+      if (skill == nullptr) return reply.give(Value(Bytes()));
+      reply.give(octets_of(mission::remember(plan_.chart, skill->state, scheduler_.now())));
+    });
+  }
+
   // The chart runs in this thread, as far as it can go on at once; whoever lets it go on later gives the answer.
   void serve_tick(ServedLeaf& leaf, const Value& request, const rpc::Reply& reply) {
     const std::uint64_t number = number_of(request, "tick");
@@ -388,7 +420,7 @@ class SkillService final : public rpc::Service {
       overtaken = std::exchange(leaf.reply, reply);
     }
     // When the mission published it is not known here, so the order is not told.
-    leaf.actor->tick(number, started, json_object(request.find("inputs")), kNever);
+    leaf.actor->tick({number, started, json_object(request.find("inputs"))}, kNever);
   }
 
   // Of who knows neither leaves nor runs.
@@ -492,7 +524,8 @@ class SkillService final : public rpc::Service {
 }  // namespace
 
 Result<idl::ServicePtr> skill_interface() { return shipped_interface("skill.thrift", "Skill"); }
-Result<idl::ServicePtr> served_skill_interface() { return shipped_interface("skill.thrift", "SkillSteps"); }
+Result<idl::ServicePtr> served_skill_interface() { return shipped_interface("skill.thrift", "KeptSkill"); }
+Result<idl::ServicePtr> kept_simulation_interface() { return shipped_interface("robot.thrift", "KeptSimulation"); }
 Result<idl::ServicePtr> observer_interface() { return shipped_interface("observer.thrift", "Observer"); }
 Result<idl::ServicePtr> kept_observer_interface() { return shipped_interface("observer.thrift", "KeptObserver"); }
 
@@ -543,7 +576,7 @@ Result<std::unique_ptr<Publisher>> make_remote_publisher(const rpc::Address& obs
   auto client = rpc::Client::remote(observer, std::move(interface), std::move(options));
   if (!client) return tl::unexpected(client.error());
   // Call numbers join request and reply in one run; each process draws from a range of its own.
-  const std::uint64_t from = (hash_bytes(self) & 0xFFFFU) << 40U;
+  const std::uint64_t from = (hash_bytes(self) % 0xFFFFU + 1) * runtime::kCallsElsewhere;
   auto outbox = observer.kind == rpc::Address::Kind::kUnix ? ObservationOutbox::connect(observation_path(observer.path))
                                                            : nullptr;
   return std::unique_ptr<Publisher>(

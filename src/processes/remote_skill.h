@@ -11,12 +11,14 @@
 
 namespace sentree::processes {
 
-/// The interface in interfaces/skill.thrift and interfaces/observer.thrift. Error: file.not-found where Sentree is not
-/// installed whole.
+/// The interfaces in interfaces/skill.thrift, robot.thrift and observer.thrift. Error: file.not-found where Sentree is
+/// not installed whole.
 [[nodiscard]] Result<idl::ServicePtr> skill_interface();
-/// What this program serves of a skill: `skill_interface`, the ticks of programs that know neither leaves nor runs, and
-/// steps for runs that keep its state.
+/// What this program serves of a skill: `skill_interface`, the ticks of programs that know neither leaves nor runs,
+/// steps for runs that keep its state, and what it remembers for those that are recorded.
 [[nodiscard]] Result<idl::ServicePtr> served_skill_interface();
+/// What `sentree component sim` serves as test control.
+[[nodiscard]] Result<idl::ServicePtr> kept_simulation_interface();
 [[nodiscard]] Result<idl::ServicePtr> observer_interface();
 [[nodiscard]] Result<idl::ServicePtr> kept_observer_interface();
 
@@ -26,14 +28,18 @@ struct RemoteSkillOptions {
   bool condition = false;
   rpc::Address address;
   idl::ServicePtr interface;
-  Duration tick_deadline{};  ///< Wall time.
-  Duration halt_deadline{};  ///< Wall time.
+  idl::ServicePtr memory_interface = {};  ///< With a method `remember`; null: it is not asked what it remembers.
+  Duration tick_deadline{};               ///< Wall time.
+  Duration halt_deadline{};               ///< Wall time.
 };
 /// Its answers come from a thread of its own.
 class RemoteLeafDriver : public runtime::LeafDriver {
  public:
   /// Once this returns, nobody is answered any more. When the mission's actor has stopped.
   virtual void close() = 0;
+  /// Asks the skill what it remembers, over a connection of its own. `told` is called once, within a second, from any
+  /// thread; not after `close`.
+  virtual void remember(std::function<void(runtime::ToldMemory)> told) = 0;
 };
 [[nodiscard]] Result<std::unique_ptr<RemoteLeafDriver>> make_remote_skill(RemoteSkillOptions options,
                                                                           runtime::LeafReplies replies);

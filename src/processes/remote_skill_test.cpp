@@ -145,7 +145,7 @@ TEST_F(SkillServer, BeginsAnewInEachMission) {
                                      .halt_deadline = std::chrono::minutes(1)},
                                     std::move(replies));
     ASSERT_TRUE(driver) << driver.error().message;
-    (*driver)->tick(1, true, {}, {});
+    (*driver)->tick({.tick = 1, .started = true, .inputs = {}}, {});
     EXPECT_EQ(answered.get_future().get(), bt::Status::kSuccess) << "mission " << mission;
     (*driver)->close();
   }

@@ -51,8 +51,13 @@ std::vector<std::size_t> leaves_of_process(const project::Plan& plan, const Proc
   return leaves;
 }
 
-Arrivals::Arrivals(const project::Plan& plan, ProcessSkills processes, NeverCame never_came, From from)
-    : plan_(plan), processes_(std::move(processes)), never_came_(never_came), from_(from) {
+Arrivals::Arrivals(const project::Plan& plan, ProcessSkills processes, NeverCame never_came,
+                   std::set<std::size_t> tell_timers, From from)
+    : plan_(plan),
+      processes_(std::move(processes)),
+      never_came_(never_came),
+      tell_timers_(std::move(tell_timers)),
+      from_(from) {
   for (std::size_t i = 0; i < plan_.leaves.size(); ++i) leaves_[plan_.leaves[i].name] = i;
 }
 
@@ -277,9 +282,8 @@ TimePoint Arrivals::of_veto(std::size_t leaf, const std::string& call) {
 }
 
 TimePoint Arrivals::of_timer(std::size_t leaf, std::uint64_t number) const {
-  // A skill elsewhere tells nothing of its timers.
   const auto before = timers_before_.find(leaf);
-  if (before == timers_before_.end()) return {};
+  if (before == timers_before_.end()) return tell_timers_.contains(leaf) ? never() : TimePoint{};
   const auto taken = taken_timers_.find({leaf, before->second + number});
   // One that was due, and had not been taken when its chart took it back.
   return taken != taken_timers_.end() ? taken->second : never();

@@ -1,6 +1,9 @@
 #include "sentree/replay/detail/at_rest.h"
 
+#include <set>
 #include <utility>
+
+#include "sentree/runtime/publisher.h"
 
 namespace sentree::replay {
 
@@ -21,11 +24,17 @@ Result<std::optional<AtRest>> at_rest_before(RecordedRun& recorded, const projec
     if (!state || !mission::is_at_rest(*state)) continue;
     std::optional<AtRest> from(AtRest{std::move(*state), {}});
     bool is_answer_due = false;
+    std::set<std::uint64_t> asked;  // since then, by skills elsewhere
     auto read = recorded.each(
         [&](Message message) {
           if (message.sequence <= from->state.published) return true;
           const bool is_answer = message.kind == MessageKind::kReply || message.kind == MessageKind::kError;
-          is_answer_due = is_answer && message.call != 0 && message.call <= from->state.calls;
+          const bool is_elsewhere = message.call >= runtime::kCallsElsewhere;
+          if (is_elsewhere && message.kind == MessageKind::kRequest) asked.insert(message.call);
+          if (is_answer && is_elsewhere)  // what was vetoed was never observed to be asked
+            is_answer_due = asked.erase(message.call) == 0 && message.data.find("vetoed_by") == nullptr;
+          else
+            is_answer_due = is_answer && message.call != 0 && message.call <= from->state.calls;
           from->messages.push_back(std::move(message));
           return !is_answer_due;
         },

@@ -82,6 +82,27 @@ timeline:
 )");
   }
 
+  // One leaf's timer is due while its script is at work, and sent anew before it rings.
+  fs::path make_busy() {
+    write("skills/A.scxml", R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+<datamodel><data id="i" expr="0"/></datamodel>
+<state id="s">
+  <onentry><send id="later" event="later" delay="2s"/></onentry>
+  <transition event="t.told" cond="_event.data.n == 1"><script>for (i = 0; i &lt; 500000; i++) {}</script></transition>
+  <transition event="t.told"><cancel sendid="later"/><send id="later" event="later" delay="1000s"/><log label="heard" expr="'the second'"/></transition>
+  <transition event="later"><log label="heard" expr="'later'"/></transition>
+  <transition event="s.said"/>
+  <transition event="halt" target="failure"/>
+</state>
+<final id="failure"/></scxml>)");
+    write("mission.xml", R"(<root BTCPP_format="4"><BehaviorTree ID="Main"><A/></BehaviorTree></root>)");
+    return write("scenarios/busy.yaml", R"(duration: 3 s
+timeline:
+  - {at: 100 ms, call: t.told, args: {n: 1}}
+  - {at: 150 ms, call: t.told, args: {n: 2}}
+)");
+  }
+
   fs::path make(std::uint64_t seed, const std::string& duration = "3 s") {
     Rng rng(seed);
     for (const char* id : {"A", "B", "C"}) write(std::string("skills/") + id + ".scxml", chart(rng));
@@ -331,6 +352,18 @@ TEST_F(RealTime, FaultsThatStandTogetherAreReplayedAsTheyRan) {
     const fs::path file = project.make(seed);
     EXPECT_EQ(judge(file), "") << "seed " << seed;
   }
+}
+
+TEST_F(RealTime, TheOnlyTimerOfASkillThatWasNeverTakenDoesNotRing) {
+  NoisyProject project;
+  Deliveries then;
+  Deliveries now;
+  ASSERT_EQ(record(project.make_busy(), [&](const Message& message) { note(then, message); }), "");
+  ReplayOptions options;
+  options.run.listeners.push_back([&](const Message& message) { note(now, message); });
+  ASSERT_TRUE(replay_again(std::move(options)));
+  EXPECT_FALSE(then["A"].empty());
+  EXPECT_EQ(difference(then, now), "");
 }
 
 // A publication that was late overtook it in that scenario, and the chart took it back.

@@ -1,8 +1,9 @@
 #include "sentree/replay/recording.h"
 
 #include <algorithm>
+#include <cctype>
 #include <ctime>
-#include <set>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -92,6 +93,24 @@ void pack_data(record::PackedJson& out, const scxml::Chart& chart, const scxml::
   out.mark('}');
 }
 
+bool is_of_path(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::string_view("/._-").find(c) != std::string_view::npos;
+}
+
+// A text in which places in the project are named from its folder on, however that was named.
+std::string in_project(const project::Plan& plan, std::string text) {
+  const fs::path above = fs::path(plan.scenario.project.file).parent_path();
+  const fs::path normal = above.lexically_normal();
+  for (std::string folder : {above.string(), normal.string(), ("." / normal).string()}) {
+    if (folder.empty() || folder == "/") continue;
+    folder += '/';
+    for (auto at = text.find(folder); at != std::string::npos; at = text.find(folder, at + 1)) {
+      if (at == 0 || !is_of_path(text[at - 1])) text.erase(at, folder.size());
+    }
+  }
+  return text;
+}
+
 // In real time a run is tried to be met at rest that often, with so much of the machine's time in between.
 constexpr int kRestTriesMax = 40;
 constexpr Duration kRestTry = std::chrono::milliseconds(3);
@@ -130,7 +149,7 @@ struct RunRecorder::Impl {
     const std::string place = project.parent_path().string();
     // Texts that name each other by where they are say so of the machine anyway.
     bool is_placed = false;
-    std::set<std::string> names;
+    std::map<std::string, const text::ReadFile*> named;  // in an order that does not say who was read first
     for (const text::ReadFile& file : files) {
       is_placed = is_placed || file.content.find(place) != std::string::npos;
       const fs::path path = resolved(file.path);
@@ -140,10 +159,12 @@ struct RunRecorder::Impl {
                             : is_below(path, skills) ? project_folder / "skills" / path.lexically_relative(skills)
                                                      : path.lexically_relative(root);
       const std::string shown = name.lexically_normal().generic_string();
-      if (file.content.size() > kAttachedFileMax || !names.insert(shown).second) continue;
-      recorder.attach({.name = std::string(kProjectPrefix) + shown,
+      if (file.content.size() <= kAttachedFileMax) named.emplace(shown, &file);
+    }
+    for (const auto& [name, file] : named) {
+      recorder.attach({.name = std::string(kProjectPrefix) + name,
                        .media_type = "application/octet-stream",
-                       .data = file.content});
+                       .data = file->content});
     }
     const project::Scenario& scenario = plan.scenario;
     record::Metadata facts{std::string(kRunMetadata), {}};
@@ -162,6 +183,11 @@ struct RunRecorder::Impl {
     if (!scenario.virtual_time) {
       fact("started", wall_clock());
       fact(kTellsDelays, "true");
+      List elsewhere;
+      for (const project::LeafPlan& leaf : plan.leaves) {
+        if (!leaf.at.empty()) elsewhere.emplace_back(leaf.name);
+      }
+      fact(kLeavesElsewhere, to_json(elsewhere));
     }
     for (const auto& [key, value] : options.facts) fact(key.c_str(), value);
     recorder.add(std::move(facts));
@@ -172,11 +198,12 @@ struct RunRecorder::Impl {
     recorder.pack(channel, time, std::forward<PackAndMake>(pack_and_make)...);
   }
 
-  void say(TimePoint time, record::LogLevel level, std::string_view name, std::string_view text) {
+  void say(TimePoint time, record::LogLevel level, std::string_view name, const std::string& what) {
+    const std::string text = in_project(plan, what);
     recorder.message(
         log, time, [&](std::string& out) { record::append_log(out, time, level, name, text); },
         [&] {
-          return record::LogRecord{level, std::string(name), std::string(text)};
+          return record::LogRecord{level, std::string(name), text};
         });
   }
 
@@ -418,12 +445,16 @@ struct RunRecorder::Impl {
     Map violation{{"monitor", report.name},
                   {"time", decision.at.time_since_epoch().count()},
                   {"sequence", decision.deciding ? static_cast<std::int64_t>(decision.deciding->sequence) : 0},
-                  {"story", story ? story(report) : ""},
+                  {"story", story ? in_project(plan, story(report)) : ""},
                   {"witness", std::move(witness)},
                   {"witness_complete", decision.witness_complete},
                   {"witness_minimal", decision.witness_minimal},
                   {"explanation", nullptr}};
-    if (report.explanation) violation["explanation"] = monitor::to_value(*report.explanation);
+    if (report.explanation) {
+      monitor::Explanation explanation = *report.explanation;
+      explanation.place.file = in_project(plan, explanation.place.file);
+      violation["explanation"] = monitor::to_value(explanation);
+    }
     const Value made(std::move(violation));
     write(
         violations, decision.at, [&](record::PackedJson& out) { out.value(made); },
@@ -450,39 +481,40 @@ struct RunRecorder::Impl {
 
   // In the director's actor. In real time a part may be at work, and soon is not.
   void snapshot(TimePoint when, int tries) {
-    runtime::Scheduler& scheduler = inside->scheduler();
-    const Captured whole = write_whole_run();
-    if (whole == Captured::kNotAtRest && tries > 0) {
-      const auto soon =
-          Duration(static_cast<std::int64_t>(static_cast<double>(kRestTry.count()) * plan.scenario.factor));
-      return scheduler.at(inside->director(), add_saturating(scheduler.now(), soon), mission::Rank::kInjection,
-                          [this, when, tries] { snapshot(when, tries - 1); });
-    }
-    if (whole != Captured::kWritten) {
-      take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
-        write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
-      });
-    }
-    snapshot_at(std::max(when + kSnapshotPeriod, scheduler.now()));
-  }
-
-  enum class Captured : std::uint8_t { kWritten, kNotAtRest, kNeverCan };
-
-  // The run as one value. It cannot be one where parts of it are elsewhere, or something of it has no saved form.
-  Captured write_whole_run() {
-    for (std::size_t leaf = 0; leaf < plan.leaves.size(); ++leaf) {
-      if (inside->skill(leaf) == nullptr) return Captured::kNeverCan;
-    }
+    if (!can_be_whole) return snapshot_parts(when);
     // What takes its time, before the others have to wait for it.
     if (inside->sim() != nullptr && !inside->scheduler().is_virtual()) inside->sim()->inspect([](const sim::State&) {});
-    mission::State state;
-    const auto capture = [&] { state = inside->capture(); };
-    if (!inside->scheduler().look_at_rest(inside->director(), capture)) return Captured::kNotAtRest;
-    // A durable run is executed as in virtual time, but its replay knows what happened only from the observations.
-    if (!mission::is_at_rest(state) && !plan.scenario.virtual_time) return Captured::kNotAtRest;
+    inside->capture_at_rest([this, when, tries](tl::expected<mission::State, runtime::RunInside::Uncaptured> state) {
+      if (state) {
+        // A durable run is executed as in virtual time, but its replay knows what happened only from the observations.
+        if (plan.scenario.virtual_time || mission::is_at_rest(*state)) return snapshot_whole(when, std::move(*state));
+      } else if (!state.error().is_at_work) {
+        can_be_whole = false;
+        say(inside->scheduler().now(), record::LogLevel::kInfo, "run",
+            fmt::format("moments of this run are replayed from its beginning ({})", state.error().why_never));
+      }
+      if (!can_be_whole || tries == 0) return snapshot_parts(when);
+      const auto soon =
+          Duration(static_cast<std::int64_t>(static_cast<double>(kRestTry.count()) * plan.scenario.factor));
+      runtime::Scheduler& scheduler = inside->scheduler();
+      scheduler.at(inside->director(), add_saturating(scheduler.now(), soon), mission::Rank::kInjection,
+                   [this, when, tries] { snapshot(when, tries - 1); });
+    });
+  }
+
+  // Those that run here.
+  void snapshot_parts(TimePoint when) {
+    take_snapshot(*inside, plan, [this](TimePoint time, const Map& snapshot) {
+      write(snapshots, time, [&](record::PackedJson& out) { out.value(snapshot); });
+    });
+    snapshot_at(std::max(when + kSnapshotPeriod, inside->scheduler().now()));
+  }
+
+  // The run as one value, unless something of it has no saved form.
+  void snapshot_whole(TimePoint when, mission::State state) {
     mission::forget_history(state, kSnapshotTrailMax);
     const auto saved = mission::save(plan, state);
-    if (!saved) return Captured::kNeverCan;
+    if (!saved) return snapshot_parts(when);
     // Base64 hides from a chunk's compression what repeats.
     std::string packed;
     record::compress(record::Compression::kZstd, *saved, packed);
@@ -492,7 +524,7 @@ struct RunRecorder::Impl {
                                {"size", static_cast<std::int64_t>(saved->size())},
                                {"state", Bytes{{octets, octets + packed.size()}}}};
     write(snapshots, state.now, [&](record::PackedJson& out) { out.value(snapshot); });
-    return Captured::kWritten;
+    snapshot_at(std::max(when + kSnapshotPeriod, inside->scheduler().now()));
   }
 
   struct Seen {
@@ -524,6 +556,7 @@ struct RunRecorder::Impl {
   std::function<std::string(const runtime::MonitorReport&)> story;
   std::string written_blackboard;  // of the mission's actor
   runtime::RunInside* inside = nullptr;
+  bool can_be_whole = true;  // as one value, as far as is known. Of the director's actor
   std::unique_ptr<RobotTopics> robots;
   TimePoint last_time{};
   std::uint64_t tick = 0;
@@ -605,7 +638,7 @@ record::RecorderReport RunRecorder::finish(const runtime::RunReport& report) {
   record::Metadata result{std::string(kResultMetadata), {}};
   const auto fact = [&](const char* key, std::string value) { result.entries.emplace_back(key, std::move(value)); };
   fact("mission", std::string(to_string(report.mission)));
-  fact("reason", report.reason);
+  fact("reason", in_project(impl_->plan, report.reason));
   fact("ended_ns", decimal(report.ended.time_since_epoch().count()));
   fact("observations", std::to_string(report.observations));
   fact("ticks", std::to_string(report.timing.ticks));
@@ -613,7 +646,7 @@ record::RecorderReport RunRecorder::finish(const runtime::RunReport& report) {
                    : report.timed_out      ? "time limit"
                    : !report.error.empty() ? "error"
                                            : "mission");
-  if (!report.error.empty()) fact("error", report.error);
+  if (!report.error.empty()) fact("error", in_project(impl_->plan, report.error));
   Map verdicts;
   for (const runtime::MonitorReport& monitor : report.monitors)
     verdicts[monitor.name] = monitor::to_string(monitor.verdict);

@@ -31,6 +31,9 @@ inline constexpr std::string_view kSnapshotTopic = "/snapshots";
 inline constexpr std::string_view kInterventionsTopic = "/interventions";
 /// In `kRunMetadata` of a run in real time: what faults hold back of leaves is observed ("<leaf>.tick.delayed").
 inline constexpr const char* kTellsDelays = "tells_delays";
+/// Likewise: a JSON list of the leaves whose skills are executed elsewhere. Of the others it is observed when a timer
+/// rings ("<leaf>.timer.taken"), unless the run is durable.
+inline constexpr const char* kLeavesElsewhere = "leaves_elsewhere";
 /// Before the names of attached project files.
 inline constexpr std::string_view kProjectPrefix = "project/";
 

@@ -24,12 +24,13 @@ struct Recorded {
   std::vector<Message> observations;
 };
 
-// Runs a scenario of the recharge example in virtual time and records it.
-Recorded record_run(const std::string& scenario, Duration duration, runtime::RunOptions options = {}) {
+const fs::path kRecordedProject = fs::path(SENTREE_SOURCE_DIR) / "examples/recharge";
+
+// Runs a scenario in virtual time and records it.
+Recorded record_file(const fs::path& scenario, Duration duration, runtime::RunOptions options = {}) {
   Recorded recorded;
   const text::ReadLog log;
-  auto loaded =
-      project::load_scenario(fs::path(SENTREE_SOURCE_DIR) / "examples/recharge/scenarios" / (scenario + ".yaml"));
+  auto loaded = project::load_scenario(scenario);
   EXPECT_TRUE(loaded.ok());
   loaded.value->duration = duration;
   loaded.value->virtual_time = true;
@@ -42,6 +43,11 @@ Recorded record_run(const std::string& scenario, Duration duration, runtime::Run
   recorded.report = run.execute();
   recorder.finish(recorded.report);
   return recorded;
+}
+
+// One of the recharge example.
+Recorded record_run(const std::string& scenario, Duration duration, runtime::RunOptions options = {}) {
+  return record_file(kRecordedProject / "scenarios" / (scenario + ".yaml"), duration, std::move(options));
 }
 
 class Recording : public ::testing::Test {
@@ -81,6 +87,36 @@ TEST_F(Recording, IsTheSameBytesForTheSameSeedAndChangesNothing) {
   options.listeners.push_back([&](const Message& message) { unrecorded.push_back(message); });
   (void)runtime::Run(*plan.value, std::move(options)).execute();
   EXPECT_EQ(unrecorded, first.observations);
+}
+
+// A violation of a requirement with its place, and a problem with one.
+TEST_F(Recording, IsTheSameBytesHoweverItsProjectIsNamed) {
+  for (const char* part : {"interfaces", "mission.xml", "monitors", "requirements", "scenarios", "sentree.yaml",
+                           "skills", "world", "models"}) {
+    if (fs::exists(kRecordedProject / part))
+      fs::copy(kRecordedProject / part, folder_.path() / part, fs::copy_options::recursive);
+  }
+  const fs::path scenario = fs::path("scenarios") / "killed.yaml";
+  ASSERT_TRUE(text::write_file(folder_.path() / scenario,
+                               "override: {world: {battery: {initial: 10 %}}}\n"
+                               "timeline:\n  - {at: 1 s, restart: GoToKitchen}\n"));
+  const fs::path before = fs::current_path();
+  const auto record = [&](const fs::path& in, const fs::path& project) {
+    fs::current_path(in);
+    Recorded recorded = record_file(project / scenario, std::chrono::seconds(5));
+    fs::current_path(before);
+    return recorded;
+  };
+  const Recorded absolute = record("/", folder_.path());
+  EXPECT_THAT(absolute.report.problems, Contains(::testing::HasSubstr("has not been killed")));
+  ASSERT_TRUE(absolute.report.monitors.back().explanation || absolute.report.any_violated());
+  const fs::path above = folder_.path().parent_path();
+  const fs::path name = folder_.path().filename();
+  const fs::path below = folder_.path() / "skills";
+  for (const auto& [in, project] :
+       {std::pair(above, name), std::pair(above, "." / name / ""), std::pair(below, fs::path("..")),
+        std::pair(folder_.path(), fs::path()), std::pair(folder_.path(), fs::path("."))})
+    EXPECT_TRUE(record(in, project).file == absolute.file) << project << " in " << in;
 }
 
 TEST_F(Recording, HoldsAProjectThatRunsAgain) {

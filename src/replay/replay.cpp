@@ -21,6 +21,7 @@
 #include "sentree/runtime/steering.h"
 #include "sentree/sim/services.h"
 #include "sentree/sim/simulation.h"
+#include "sentree/text/json.h"
 
 namespace sentree::replay {
 
@@ -343,12 +344,25 @@ class Replay {
            is_live(service->second);
   }
 
+  // None of a recording that does not say where its skills ran.
+  [[nodiscard]] std::set<std::size_t> leaves_that_tell_timers() const {
+    std::set<std::size_t> leaves;
+    const auto elsewhere = text::parse_json(recorded_.fact(kLeavesElsewhere));
+    const List* const names = elsewhere ? elsewhere->as_list() : nullptr;
+    if (names == nullptr || !recorded_.fact("durable").empty()) return leaves;
+    for (std::size_t leaf = 0; leaf < plan_.leaves.size(); ++leaf) {
+      if (std::find(names->begin(), names->end(), Value(plan_.leaves[leaf].name)) == names->end()) leaves.insert(leaf);
+    }
+    return leaves;
+  }
+
   void remember(const std::vector<Message>& messages, Arrivals::From from) {
     std::map<std::uint64_t, Exchange*> open;  // by call
     std::set<std::string_view> leaves;
     for (const project::LeafPlan& leaf : plan_.leaves) leaves.insert(leaf.name);
     arrivals_.emplace(plan_, process_skills_,
-                      is_own_ ? Arrivals::NeverCame::kDoesNotCome : Arrivals::NeverCame::kComesAtOnce, from);
+                      is_own_ ? Arrivals::NeverCame::kDoesNotCome : Arrivals::NeverCame::kComesAtOnce,
+                      leaves_that_tell_timers(), from);
     for (const Message& message : messages) {
       then_behaviour_.observe(message);
       const bool is_arrival = arrivals_->note(message);

@@ -44,6 +44,17 @@ struct LeafReplies {
   std::function<void(const std::string&)> problem;
 };
 
+/// What a part elsewhere says of what it remembers (mission/memory_elsewhere.h).
+struct ToldMemory {
+  enum class Kind : std::uint8_t {
+    kTold,
+    kNotNow,  ///< It is not there, or not between two steps.
+    kNever,   ///< It does not know the question, and is not asked again.
+  };
+  Kind kind = Kind::kNotNow;
+  std::string octets;  ///< From anybody.
+};
+
 /// The services of a run, by name.
 using Services = std::map<std::string, project::ServicePlan>;
 
@@ -95,6 +106,12 @@ class Elsewhere {
   /// Hands on what has been observed elsewhere so far: before anything is published that may follow from it. From any
   /// thread; nothing to do costs one read of a socket.
   virtual void take_observations() = 0;
+  /// Asks each skill that was made with `make_leaf`, and a simulator that the run has started, what it remembers:
+  /// beside what else it is asked, so that no tick waits for that. `told` is called once for each, with the index of
+  /// the leaf or `kSimulator`, within a second [wall time], from any thread. Returns how many; what was asked ends with
+  /// `close`.
+  static constexpr std::size_t kSimulator = static_cast<std::size_t>(-1);
+  [[nodiscard]] virtual std::size_t ask_memories(std::function<void(std::size_t part, ToldMemory)> told) = 0;
   /// Serves those who look at the run from other programs of this machine, until `end_speaking`.
   virtual void serve_control(ControlHandler handler) = 0;
 
@@ -110,9 +127,12 @@ class Elsewhere {
   virtual void end_speaking() = 0;
   /// Ends the processes that are left, and removes what they shared.
   virtual void end() = 0;
-  /// Ends, and waits for, every thread that calls into the run. `left_behind`: threads that may be in a script that
-  /// never ends are not waited for; this lives on. Idempotent.
-  virtual void close(bool left_behind) = 0;
+  enum class Closed : std::uint8_t {
+    kWhole,
+    kButLeftBehind,  ///< Threads that may be in a script that never ends are not waited for; this lives on.
+  };
+  /// Ends, and waits for, every thread that calls into the run. Idempotent.
+  virtual void close(Closed how) = 0;
 };
 
 }  // namespace sentree::runtime

@@ -2,6 +2,9 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
 
 #include "sentree/base/message.h"
 #include "sentree/base/result.h"
@@ -53,9 +56,17 @@ class RunInside {
   /// done, for `patience` at most. Errors: run.ended; run.cannot-carry (somebody is at work, or was left behind).
   [[nodiscard]] virtual Result<void> settle(std::chrono::milliseconds patience) = 0;
   /// In the director's actor, in real time once it has settled: the whole run as a value, from which
-  /// `RunOptions::from` goes on. All parts run in this process. What somebody who takes part in the run has in mind (a
-  /// recorder's samples, a person's `run_until`) is not in it.
+  /// `RunOptions::from` goes on. Skills elsewhere are in it as new ones. What somebody who takes part in the run has in
+  /// mind (a recorder's samples, a person's `run_until`) is not in it.
   [[nodiscard]] virtual mission::State capture() = 0;
+  struct Uncaptured {
+    bool is_at_work = false;  ///< Something is, or was while parts elsewhere were asked.
+    std::string why_never;    ///< Else: which part elsewhere does not say what it remembers, and why.
+  };
+  /// In the director's actor, in virtual time or while nobody else is at work: the same with what parts elsewhere
+  /// remember. `told` is called in that actor, before this returns if all parts are here; never, if the run ends first.
+  using CaptureTold = std::function<void(tl::expected<mission::State, Uncaptured>)>;
+  virtual void capture_at_rest(CaptureTold told) = 0;
   /// Ends the run as it is, without halting anything.
   virtual void end() = 0;
 };

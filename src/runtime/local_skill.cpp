@@ -158,8 +158,8 @@ bool SkillActor::held_back(std::string_view message, mission::SkillDelivery& wha
   return true;
 }
 
-void SkillActor::tick(std::uint64_t tick, bool started, Map inputs, TimePoint asked) {
-  mission::SkillDelivery what = mission::TickSkill{tick, started, std::move(inputs)};
+void SkillActor::tick(mission::TickSkill tick, TimePoint asked) {
+  mission::SkillDelivery what = std::move(tick);
   {
     const std::lock_guard lock(order_mutex_);
     asked_ = kNever;

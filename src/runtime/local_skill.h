@@ -61,7 +61,7 @@ class SkillActor final : private mission::SkillHost, private scxml::GuardObserve
 
   // From any thread.
   /// @param asked  When the request was published.
-  void tick(std::uint64_t tick, bool started, Map inputs, TimePoint asked);
+  void tick(mission::TickSkill tick, TimePoint asked);
   void halt(TimePoint asked);
   void cancel(TimePoint asked);
   /// Ends it as if its process had been killed: nothing of its chart runs any more, what is asked of it fails.

@@ -18,9 +18,9 @@ namespace sentree::runtime {
 class LeafDriver {
  public:
   virtual ~LeafDriver() = default;
-  /// Answered by `Mission::answered` with the same `tick`, once at most.
+  /// Answered by `Mission::answered` with its number, once at most.
   /// @param asked  When the request was published.
-  virtual void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint asked) = 0;
+  virtual void tick(mission::TickSkill what, TimePoint asked) = 0;
   /// Answered by `Mission::halted`.
   virtual void halt(TimePoint asked) = 0;
   /// The run is given up; no answer is expected, late ones are ignored.
@@ -82,7 +82,7 @@ class Mission final : private mission::TreeHost {
   std::uint64_t next_call() override { return stream_.next_call(); }
   void set_tick(std::uint64_t tick) override { stream_.set_tick(tick); }
   void tick(std::size_t leaf, std::uint64_t tick, bool started, const Map& inputs) override {
-    drivers_[leaf]->tick(tick, started, inputs, state_.leaves.at(leaf).asked);
+    drivers_[leaf]->tick({tick, started, inputs}, state_.leaves.at(leaf).asked);
   }
   void halt(std::size_t leaf, TimePoint asked) override { drivers_[leaf]->halt(asked); }
   void cancel(std::size_t leaf, TimePoint asked) override { drivers_[leaf]->cancel(asked); }

@@ -12,7 +12,11 @@ struct PageAt {
   std::string url;
   std::string recording;
 };
-/// Opens a run's page if it is not open yet, at [HOST:]PORT (empty: the usual place).
-using OpenPage = std::function<Result<PageAt>(const std::string& at, bool insecure)>;
+struct AskedPage {
+  std::string at;         ///< [HOST:]PORT; empty: the usual place.
+  bool insecure = false;  ///< Other machines may connect without TLS.
+};
+/// Opens a run's page if it is not open yet.
+using OpenPage = std::function<Result<PageAt>(const AskedPage& asked)>;
 
 }  // namespace sentree::runtime

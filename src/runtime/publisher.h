@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -7,6 +8,9 @@
 #include "sentree/runtime/stream.h"
 
 namespace sentree::runtime {
+
+/// Calls of skills in other processes have numbers from here on, those of the run's own process lower ones.
+inline constexpr std::uint64_t kCallsElsewhere = std::uint64_t{1} << 40U;
 
 /// Where a skill publishes what it does: the run's stream, or another process's.
 class Publisher {

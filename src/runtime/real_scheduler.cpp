@@ -42,7 +42,7 @@ class StretchedClock final : public Clock {
     const std::lock_guard lock(mutex_);
     anchor(at, factor_);
   }
-  void hold(bool held) {
+  void set_held(bool held) {
     const std::lock_guard lock(mutex_);
     const TimePoint present = now();
     held_ = held;
@@ -207,11 +207,8 @@ class RealScheduler final : public Scheduler {
   void on_order(std::function<std::size_t(std::uint64_t, std::span<const mission::Delivery* const>)>,
                 std::function<bool(const mission::Delivery&)>) override {}
 
-  void hold(bool held) override {
-    clock_.hold(held);
-    const std::lock_guard lock(mutex_);
-    if (watching_) watch_until({});  // and then as the clock goes
-  }
+  void hold() override { set_held(true); }
+  void go_on() override { set_held(false); }
   Result<void> settle(ActorId actor, std::chrono::milliseconds patience) override {
     std::unique_lock lock(mutex_);
     Worker* const me = own_worker();
@@ -390,6 +387,12 @@ class RealScheduler final : public Scheduler {
     Actor* actor;
     bool operator<(const Due& other) const { return when > other.when; }
   };
+
+  void set_held(bool held) {
+    clock_.set_held(held);
+    const std::lock_guard lock(mutex_);
+    if (watching_) watch_until({});  // and then as the clock goes
+  }
 
   // All below: with the lock held.
 

@@ -215,7 +215,8 @@ void Run::Impl::interrupt() {
 }
 
 void Run::Impl::end_callers() {
-  if (elsewhere_) elsewhere_->close(left_behind_);
+  using Closed = Elsewhere::Closed;
+  if (elsewhere_) elsewhere_->close(left_behind_ ? Closed::kButLeftBehind : Closed::kWhole);
 }
 
 std::vector<ProcessReport> Run::Impl::processes() {
@@ -244,7 +245,7 @@ mission::State Run::Impl::capture() {
   stream_.save(state);
   steering_.save(state);
   state.tree = mission_->state();
-  for (SkillActor* skill : skills_) state.skills.push_back(skill->state());
+  for (SkillActor* skill : skills_) state.skills.push_back(skill != nullptr ? skill->state() : mission::SkillState());
   for (const auto& model : models_) state.models.push_back(model->state());
   if (sim_) state.world = sim_->snapshot();
   state.monitors = monitors_.memory();

@@ -1,9 +1,12 @@
 #include "sentree/runtime/detail/run_impl.h"
 
 #include <algorithm>
+#include <mutex>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "sentree/mission/memory_elsewhere.h"
 #include "sentree/runtime/detail/decision_record.h"
 
 namespace sentree::runtime {
@@ -165,6 +168,68 @@ std::optional<MonitorReport> Run::Impl::note_decision(const std::string& name, c
   slot->decision = decision;
   if (durability_) slot->gaps = gaps_within(decision, durability_->gaps());
   return *slot;
+}
+
+// The run when it was at rest, and what parts elsewhere have said since.
+struct Run::Impl::Gathered {
+  struct Part {
+    std::size_t index = 0;
+    ToldMemory memory;
+    TimePoint at{};  // half-way between question and answer
+  };
+  mission::State state;
+  std::mutex mutex;  // of what follows
+  std::vector<Part> parts;
+  std::size_t asked = static_cast<std::size_t>(-1);  // until that is known
+};
+
+void Run::Impl::capture_at_rest(CaptureTold told) {
+  const auto gathered = std::make_shared<Gathered>();
+  if (!scheduler_->look_at_rest(director_, [&] { gathered->state = capture(); }))
+    return told(tl::unexpected(Uncaptured{.is_at_work = true, .why_never = {}}));
+  const TimePoint asked = scheduler_->now();
+  const auto end = [this, gathered, told] {
+    scheduler_->post(director_, [this, gathered, told] { told(whole(*gathered)); });
+  };
+  std::size_t count = 0;
+  if (elsewhere_ && !durability_) {
+    count = elsewhere_->ask_memories([this, gathered, asked, end](std::size_t part, ToldMemory memory) {
+      const TimePoint now = scheduler_->now();
+      const std::lock_guard lock(gathered->mutex);
+      gathered->parts.push_back({part, std::move(memory), asked + (now - asked) / 2});
+      if (gathered->parts.size() == gathered->asked) end();
+    });
+  }
+  if (count == 0) return told(std::move(gathered->state));
+  const std::lock_guard lock(gathered->mutex);
+  gathered->asked = count;
+  if (gathered->parts.size() == count) end();
+}
+
+tl::expected<mission::State, RunInside::Uncaptured> Run::Impl::whole(Gathered& gathered) {
+  const tl::unexpected at_work(Uncaptured{.is_at_work = true, .why_never = {}});
+  // A part that has gone on meanwhile is not what the others knew of.
+  take_observations();
+  mission::State& state = gathered.state;
+  if (stream_.published() != state.published) return at_work;
+  const std::lock_guard lock(gathered.mutex);
+  for (const Gathered::Part& part : gathered.parts) {
+    if (part.memory.kind == ToldMemory::Kind::kNotNow) return at_work;
+    const bool is_world = part.index == Elsewhere::kSimulator;
+    const auto never = [&](const std::string& why) {
+      return tl::unexpected(Uncaptured{
+          .is_at_work = false,
+          .why_never = fmt::format("{}: {}", is_world ? "the simulator" : plan_.leaves[part.index].name, why)});
+    };
+    if (part.memory.kind == ToldMemory::Kind::kNever) return never("it does not say what it remembers");
+    if (!is_world && !plan_.leaves[part.index].chart) return never("the project has no chart of it");
+    const auto recalled = is_world ? mission::recall_world(plan_, part.memory.octets, part.at, state)
+                                   : mission::recall_skill(plan_, part.index, part.memory.octets, part.at, state);
+    if (!recalled) return never(recalled.error().message);
+  }
+  if (plan_.world && !state.world)
+    return tl::unexpected(Uncaptured{.is_at_work = false, .why_never = "the simulator is none of the run's processes"});
+  return std::move(state);
 }
 
 }  // namespace sentree::runtime

@@ -285,9 +285,9 @@ void Run::Impl::fail_leaf(std::size_t leaf, const std::string& reason) {
 
 struct Run::Impl::LocalDriver final : LeafDriver {
   LocalDriver(Impl& of, std::size_t leaf) : run(of), index(leaf) {}
-  void tick(std::uint64_t tick, bool started, const Map& inputs, TimePoint asked) override {
+  void tick(mission::TickSkill what, TimePoint asked) override {
     run.pass(index, RunOptions::LeafMessage::kTick,
-             [this, tick, started, inputs, asked] { skill->tick(tick, started, inputs, asked); });
+             [this, what = std::move(what), asked]() mutable { skill->tick(std::move(what), asked); });
   }
   void halt(TimePoint asked) override {
     run.pass(index, RunOptions::LeafMessage::kHalt, [this, asked] { skill->halt(asked); });

@@ -122,9 +122,10 @@ class Scheduler : public Clock {
   /// on their way still arrive.
   virtual void set_pace(Pace pace) = 0;
   [[nodiscard]] virtual Pace pace() const = 0;
-  /// In real time: whatever the pace is, time stands until it is held no more; for a moment that nobody should notice.
-  /// From any thread. Virtual time stands between two tasks anyway.
-  virtual void hold(bool /*held*/) {}
+  /// In real time: whatever the pace is, time stands until `go_on`; for a moment that nobody should notice. From any
+  /// thread. Virtual time stands between two tasks anyway.
+  virtual void hold() {}
+  virtual void go_on() {}
   /// While it is held, in a task of `actor`: waits until nobody else has anything left to do, for `patience` at most.
   /// Errors: run.cannot-carry (names who has), run.ended (it was stopped meanwhile).
   [[nodiscard]] virtual Result<void> settle(ActorId /*actor*/, std::chrono::milliseconds /*patience*/) { return {}; }

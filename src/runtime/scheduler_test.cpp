@@ -408,7 +408,7 @@ TEST(RealScheduler, IsSettledOnceAllThatIsDueIsDoneWhileTimeStands) {
   std::atomic<bool> rang = false;
   scheduler->at(other, TimePoint(std::chrono::hours(1)), mission::Rank::kTimer, [&] { rang = true; });
   scheduler->post(asking, [&] {
-    scheduler->hold(true);
+    scheduler->hold();
     const TimePoint held = scheduler->now();
     // What is due, each told by the one before.
     scheduler->at(other, held, mission::Rank::kTimer, [&] {
@@ -423,7 +423,7 @@ TEST(RealScheduler, IsSettledOnceAllThatIsDueIsDoneWhileTimeStands) {
     EXPECT_EQ(done, 2);
     EXPECT_FALSE(rang);
     EXPECT_EQ(scheduler->now(), held);
-    scheduler->hold(false);
+    scheduler->go_on();
   });
   EXPECT_EQ(scheduler->run(), std::nullopt);
   EXPECT_TRUE(rang);
@@ -436,7 +436,7 @@ TEST(RealScheduler, SaysWhoDoesNotSettle) {
   Signal asked;
   scheduler->post(busy, [&] { asked.wait(); });
   scheduler->post(asking, [&] {
-    scheduler->hold(true);
+    scheduler->hold();
     const auto settled = scheduler->settle(asking, milliseconds(5));
     ASSERT_FALSE(settled);
     EXPECT_EQ(settled.error().code, "run.cannot-carry");
@@ -521,7 +521,7 @@ TEST(RealScheduler, GoesOnFromWhatAnotherOneHadToDeliverEachOnce) {
     }
     scheduler->at(asking, TimePoint(std::chrono::hours(2)), mission::Rank::kTimer, [] { FAIL() << "is no delivery"; });
     scheduler->at(asking, TimePoint(milliseconds(1)), mission::Rank::kTimer, [&] {
-      scheduler->hold(true);
+      scheduler->hold();
       for (std::size_t leaf = 0; leaf < kLeaves; ++leaf) scheduler->post(actors[leaf], tick(leaf, 1));
       ASSERT_TRUE(scheduler->settle(asking, std::chrono::minutes(1)));
       scheduler->save(state);

@@ -122,7 +122,7 @@ struct RunBeside::Impl {
       {
         const std::lock_guard lock(mutex);
         asked.reset();
-        run.scheduler().hold(false);  // before the next one is asked for, which holds it again
+        run.scheduler().go_on();  // before the next one is asked for, which holds it again
       }
       to->answer.set_value(std::move(carried.diagnostics));
       return;
@@ -252,11 +252,11 @@ Loaded<std::vector<std::string>> RunBeside::replace(project::Plan plan, std::vec
       why = {{Severity::kError, "run.busy", "the run is being replaced already", {}}};
     } else {
       impl_->asked = successor;
-      run->scheduler().hold(true);
+      run->scheduler().hold();
       if (!run->scheduler().inject(run->director(),
                                    [impl = impl_.get(), run, successor] { impl->hand_over(*run, successor); })) {
         impl_->asked.reset();
-        run->scheduler().hold(false);
+        run->scheduler().go_on();
         why = {{Severity::kError, "steering.busy", "too many commands wait", {}}};
       }
     }

@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -38,8 +39,11 @@ class Arrivals {
   /// Whether all observations are noted, or those behind a moment at which nothing was on its way.
   enum class From : std::uint8_t { kBeginning, kMiddle };
 
-  /// @param plan  Of which leaves and deadlines are looked at; borrowed.
-  Arrivals(const project::Plan& plan, ProcessSkills processes, NeverCame never_came, From from = From::kBeginning);
+  /// @param plan         Of which leaves and deadlines are looked at; borrowed.
+  /// @param tell_timers  The leaves of which it was observed when a timer rang. A leaf of which one is noted is one of
+  ///                     them, too.
+  Arrivals(const project::Plan& plan, ProcessSkills processes, NeverCame never_came, std::set<std::size_t> tell_timers,
+           From from);
   Arrivals(const Arrivals&) = delete;
   Arrivals& operator=(const Arrivals&) = delete;
 
@@ -108,6 +112,7 @@ class Arrivals {
   const project::Plan& plan_;
   ProcessSkills processes_;
   NeverCame never_came_;
+  std::set<std::size_t> tell_timers_;
   From from_;
   TimePoint ended_{};                          // the latest observation
   std::map<std::uint64_t, TimePoint> ticked_;  // when each tick of the root began

@@ -70,6 +70,7 @@ class Run::Impl final : public RunView, private RunInside {
   void spare(Spared what) override { steering_.faults().spare(what); }
   Result<void> settle(std::chrono::milliseconds patience) override;
   mission::State capture() override;
+  void capture_at_rest(CaptureTold told) override;
   void end() override;
 
   // run.cpp: how it begins, goes on and ends. An error is why it does not begin.
@@ -144,6 +145,9 @@ class Run::Impl final : public RunView, private RunInside {
   void take_decision(const std::string& name, const monitor::Decision& decision);
   // Nothing: it is an observer that is no monitor of the project, or one of a run that goes on, and known.
   std::optional<MonitorReport> note_decision(const std::string& name, const monitor::Decision& decision);
+  struct Gathered;
+  // In the director's actor, once all parts elsewhere have said what they remember.
+  tl::expected<mission::State, Uncaptured> whole(Gathered& gathered);
 
   // run_durable.cpp: what its journal says, and how it goes on from there.
   [[nodiscard]] std::optional<std::string> prepare_durability();
