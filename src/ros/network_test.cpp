@@ -408,7 +408,7 @@ TEST_F(RosServices, AreServedWithAWarningOnThisMachineToo) {
 }
 
 TEST_F(RosServices, AreOpenedWithWhatIsOddAboutTheEnvironmentOnce) {
-  const Environment odd({{"ROS_DISTRO", "foxy"}});
+  const Environment odd({{"ROS_DISTRO", "foxy"}, {"RMW_IMPLEMENTATION", nullptr}});
   Heard<std::string> told;
   const auto ros = make_middleware({.find = load, .warn = [&](const std::string& what) { told.add(what); }});
   const auto trigger = interface("std_srvs/srv/Trigger");
