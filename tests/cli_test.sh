@@ -786,6 +786,13 @@ printf 'often: event(request(d.note)) at least every 60 ms.\n' >"$work/ends/r.re
 printf 'mission: {file: mission.xml, rate: 10 Hz}\nservices: {d: {interface: d.thrift/D, at: model}}\nmodels: [{file: m.scxml, serves: [d]}]\nmonitors: [{file: r.req}]\n' >"$work/ends/sentree.yaml"
 expect 124 'often: undecided .pending: owes' "$sentree" run "$work/ends" --clock virtual --duration '1 s'
 expect 0 'often +violated in 0 of 20' "$sentree" verify "$work/ends" --runs 20 --ticks 10
+# What is due behind the end of all runs is open, and not kept.
+sed -i 's/void note()/void note()\n  oneway void other()/' "$work/ends/interfaces/d.thrift"
+printf 'soon: eventually event(request(d.other)) within 2 s.\n' >>"$work/ends/r.req"
+expect 0 'soon +violated in 0 of 20: 0–100 % .95 %., still owed at the end of 20' "$sentree" verify "$work/ends" --runs 20 --ticks 10
+expect 0 '"still_owed":20,.*"problems":\["soon: its bound of 2 s is no shorter than a run .1.0 s.' "$sentree" verify "$work/ends" --runs 20 --ticks 10 --only soon --json
+expect 124 'soon .* at least 95%: undecided' "$sentree" verify "$work/ends" --at-least 95% --runs 200 --ticks 10 --only soon
+expect 0 'soon +violated with probability 0: 0 to 1 .*, still owed at the end of 6000 of 6000 runs' "$sentree" verify "$work/ends" --split owed --ticks 10 --only soon
 # What a model did it allows; the simulated robot does what that model does not.
 expect 0 'robot: allows all [0-9]+ answers' "$sentree" verify "$work/verified" --against "$work/verified/verify/never_empty.mcap" --tolerance '0 s' --exact
 "$sentree" run examples/recharge --clock virtual --record "$work/simulated.mcap" >/dev/null </dev/null || true

@@ -15,6 +15,7 @@
 #include "sentree/cli/verify_result.h"
 #include "sentree/cli/watched_work.h"
 #include "sentree/project/faults_file.h"
+#include "sentree/verify/monitor_memory.h"
 
 namespace sentree::cli {
 
@@ -104,6 +105,15 @@ std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const p
   }
   out.length =
       command.ticks ? plan.scenario.project.period * static_cast<std::int64_t>(*command.ticks) : plan.scenario.duration;
+  for (const std::size_t i : out.monitors) {
+    const monitor::Model& model = plan.monitors[i];
+    if (!verify::outlasts(model, out.length, plan.scenario.project.period)) continue;
+    out.warnings.push_back(
+        fmt::format("{}: its bound of {} is no shorter than a run ({} s), so no run comes to its end; "
+                    "make them longer (--ticks)",
+                    model.name(), model.origin()->requirement.bound->text(), shortest_decimal(seconds(out.length))));
+    say("! " + out.warnings.back());
+  }
   if (!command.memory) return out;
   out.memory = bytes_of(*command.memory);
   if (out.memory) return out;

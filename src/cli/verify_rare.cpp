@@ -25,11 +25,17 @@ struct Estimate {
   campaign::Interval in;
 };
 
-// Of what hardly ever happens, no repetition may have seen anything: then as many runs as began have not.
+// Of what hardly ever happens, no repetition may have seen anything: then as many runs as began have not. What is open
+// where a run is ended counts as kept below, and as violated above.
 Estimate estimate(const verify::Splits& found, double confidence) {
+  const auto interval = [&](const std::vector<double>& shares) {
+    const bool nothing = std::all_of(shares.begin(), shares.end(), [](double share) { return share == 0; });
+    return nothing ? campaign::clopper_pearson(0, found.runs, confidence)
+                   : campaign::mean_of_shares(shares, confidence);
+  };
   const double sum = std::accumulate(found.estimates.begin(), found.estimates.end(), 0.0);
-  if (sum == 0) return {0, campaign::clopper_pearson(0, found.runs, confidence)};
-  return {sum / static_cast<double>(found.estimates.size()), campaign::mean_of_shares(found.estimates, confidence)};
+  return {sum / std::max<double>(1, static_cast<double>(found.estimates.size())),
+          {interval(found.estimates).low, interval(found.with_open).high}};
 }
 
 }  // namespace
@@ -92,6 +98,7 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
     const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     Map result = verify_result(command, plan, any_replies, {});
     result["requirements"] = std::move(requirements);
+    result["problems"] = to_list(sampled.warnings);
     result["faults_left_out"] = static_cast<std::int64_t>(sampled.faults_left_out);
     (*result["limits"].as_map())["run_s"] = seconds(splitting.length);
     if (is_interrupted()) (*result["limits"].as_map())["ended_by"] = "interrupted";

@@ -73,7 +73,9 @@ class TallyOfRuns {
 
  private:
   Map tell_one(std::size_t k, std::uint64_t runs, std::string& out) const {
-    const campaign::Interval in = campaign::clopper_pearson(violated_[k], runs, sampled_.confidence);
+    // Nobody knows of what is open where a run is ended: below it counts as kept, above as violated.
+    const campaign::Interval in{campaign::clopper_pearson(violated_[k], runs, sampled_.confidence).low,
+                                campaign::clopper_pearson(violated_[k] + owed_[k], runs, sampled_.confidence).high};
     const std::string& name = plan_.monitors[asked_[k]].name();
     out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({} %)", name, width_, violated_[k], runs,
                        in.low * 100, in.high * 100, as_percent(sampled_.confidence));
@@ -147,6 +149,7 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan, cons
     Map result = verify_result(command, plan, any, {});
     result["requirements"] = std::move(requirements);
     result["runs"] = static_cast<std::int64_t>(*runs);
+    result["problems"] = to_list(sampled.warnings);
     result["faults_left_out"] = static_cast<std::int64_t>(sampled.faults_left_out);
     (*result["limits"].as_map())["run_s"] = seconds(sampling.length);
     if (is_interrupted()) (*result["limits"].as_map())["ended_by"] = "interrupted";
