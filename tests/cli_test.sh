@@ -793,6 +793,14 @@ expect 0 'soon +violated in 0 of 20: 0–100 % .95 %., still owed at the end of 
 expect 0 '"still_owed":20,.*"problems":\["soon: its bound of 2 s is no shorter than a run .1.0 s.' "$sentree" verify "$work/ends" --runs 20 --ticks 10 --only soon --json
 expect 124 'soon .* at least 95%: undecided' "$sentree" verify "$work/ends" --at-least 95% --runs 200 --ticks 10 --only soon
 expect 0 'soon +violated with probability 0: 0 to 1 .*, still owed at the end of 6000 of 6000 runs' "$sentree" verify "$work/ends" --split owed --ticks 10 --only soon
+# What is interrupted does not read like all of it.
+for signal in INT HUP; do
+  expect 130 'INTERRUPTED after [0-9]+ of 100000000 runs' timeout --foreground --preserve-status --signal $signal 2 \
+    "$sentree" verify "$work/ends" --runs 100000000 --only often --ticks 10
+done
+expect 1 'grasps .*, INTERRUPTED before the other [0-9]+' timeout --foreground --preserve-status --signal INT 2 \
+  "$sentree" verify examples/grasp --split owed --runs 1000000000 --only grasps
+expect 130 'INTERRUPTED: [0-9]+ more were not tried' timeout --foreground --preserve-status --signal INT 2 "$sentree" verify "$work/verified" --mutate
 # What a model did it allows; the simulated robot does what that model does not.
 expect 0 'robot: allows all [0-9]+ answers' "$sentree" verify "$work/verified" --against "$work/verified/verify/never_empty.mcap" --tolerance '0 s' --exact
 "$sentree" run examples/recharge --clock virtual --record "$work/simulated.mcap" >/dev/null </dev/null || true

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/cli/interrupts.h"
@@ -55,16 +57,23 @@ class Mutating {
     for (const auto& [name, service] : plan_.services) {
       if (service.service) verify::collect_passed(name, *service.service, passed);
     }
+    std::vector<std::pair<const fs::path*, verify::Mutant>> all;
     for (const text::ReadFile& file : files) {
-      for (verify::Mutant& mutant : verify::mutants(file.content, shown(file.path), passed)) {
-        if (is_interrupted()) break;
-        show_status(fmt::format("{} mutants tried", tried_.size()));
-        tried_.push_back(tried(file.path, std::move(mutant)));
-      }
+      for (verify::Mutant& mutant : verify::mutants(file.content, shown(file.path), passed))
+        all.emplace_back(&file.path, std::move(mutant));
     }
+    for (auto& [file, mutant] : all) {
+      if (is_interrupted()) break;
+      show_status(fmt::format("{} of {} mutants tried", tried_.size(), all.size()));
+      Tried one = tried(*file, std::move(mutant));
+      // What Ctrl-C has ended is not tried.
+      if (is_interrupted() && one.fate == Fate::kUnknown) break;
+      tried_.push_back(std::move(one));
+    }
+    not_tried_ = all.size() - tried_.size();
     show_status("");
     print(command_.json ? to_json(json()) + "\n" : text());
-    return is_interrupted() ? kInterrupted : kOk;
+    return not_tried_ > 0 ? kInterrupted : kOk;
   }
 
  private:
@@ -174,6 +183,7 @@ class Mutating {
         fmt::format("mutants     {} tried: {} noticed, {} not noticed, {} behave the same, {} refused, {} not known\n",
                     tried_.size(), count(Fate::kNoticed), count(Fate::kNotNoticed), count(Fate::kSame),
                     count(Fate::kRefused), count(Fate::kUnknown));
+    if (not_tried_ > 0) out += fmt::format("INTERRUPTED: {} more were not tried\n", not_tried_);
     std::map<std::string, std::size_t> by;
     for (const verify::Judgement& judgement : original_.judgements) by[judgement.requirement];
     for (const Tried& one : tried_) {
@@ -210,8 +220,10 @@ class Mutating {
     Map counts;
     for (const Fate fate : {Fate::kNoticed, Fate::kNotNoticed, Fate::kSame, Fate::kRefused, Fate::kUnknown})
       counts[kFates[static_cast<std::size_t>(fate)]] = static_cast<std::int64_t>(count(fate));
+    counts["not tried"] = static_cast<std::int64_t>(not_tried_);
     return Map{{"tool", "sentree verify"},
                {"version", SENTREE_VERSION},
+               {"ended_by", not_tried_ > 0 ? Value("interrupted") : Value()},
                {"counts", std::move(counts)},
                {"mutants", std::move(mutants)}};
   }
@@ -224,6 +236,7 @@ class Mutating {
   TemporaryFolder any_{"mutants"};  // models of services without one
   std::size_t loaded_ = 0;
   std::vector<Tried> tried_;
+  std::size_t not_tried_ = 0;  // it was interrupted
 };
 
 }  // namespace

@@ -58,21 +58,27 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
   };
   std::string out = fmt::format(
       "{} repetitions of {} runs of at most {} s, split by {}, seed {}: what is left open without a probability comes "
-      "by "
-      "the throw of a die\n",
+      "by the throw of a die\n",
       splitting.repetitions, splitting.walkers, shortest_decimal(seconds(splitting.length)), splitting.score,
       splitting.seed);
   out += sampled.left_out();
   List requirements;
   bool any = false;
+  bool is_cut = false;  // by an interruption
   std::size_t width = 0;
   for (const std::size_t i : sampled.monitors) width = std::max(width, plan.monitors[i].name().size());
   const auto began = std::chrono::steady_clock::now();
   for (const std::size_t i : sampled.monitors) {
+    const std::string& name = plan.monitors[i].name();
+    if (is_interrupted()) {
+      out += fmt::format("{:<{}}   INTERRUPTED before it was begun\n", name, width);
+      requirements.emplace_back(requirement_result(name, "unknown"));
+      is_cut = true;
+      continue;
+    }
     const auto found = verify::split(plan, i, splitting);
     show_status("");
     if (!found) return refuse(command, {found.error()});
-    const std::string& name = plan.monitors[i].name();
     const auto [mean, in] = estimate(*found, sampled.confidence);
     const auto seen =
         std::count_if(found->estimates.begin(), found->estimates.end(), [](double share) { return share > 0; });
@@ -80,6 +86,10 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
         fmt::format("{:<{}}   violated with probability {:.3g}: {:.3g} to {:.3g} ({} %), seen in {} of {} repetitions",
                     name, width, mean, in.low, in.high, as_percent(sampled.confidence), seen, found->estimates.size());
     if (found->owed > 0) out += fmt::format(", still owed at the end of {} of {} runs", found->owed, found->runs);
+    if (found->estimates.size() < splitting.repetitions) {
+      out += fmt::format(", INTERRUPTED before the other {}", splitting.repetitions - found->estimates.size());
+      is_cut = true;
+    }
     out += '\n';
     any = any || mean > 0;
     Map probability = probability_result(in.low, in.high, "adaptive multilevel splitting", sampled.confidence);
@@ -92,7 +102,6 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
     one["probability"] = std::move(probability);
     one["still_owed"] = static_cast<std::int64_t>(found->owed);
     requirements.emplace_back(std::move(one));
-    if (is_interrupted()) break;
   }
   if (command.json) {
     const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -101,12 +110,12 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
     result["problems"] = to_list(sampled.warnings);
     result["faults_left_out"] = static_cast<std::int64_t>(sampled.faults_left_out);
     (*result["limits"].as_map())["run_s"] = seconds(splitting.length);
-    if (is_interrupted()) (*result["limits"].as_map())["ended_by"] = "interrupted";
+    if (is_cut) (*result["limits"].as_map())["ended_by"] = "interrupted";
     result["wall_s"] = wall_s;
     out = to_json(Value(std::move(result))) + "\n";
   }
   print(out);
-  return any ? kFindings : is_interrupted() ? kInterrupted : kOk;
+  return any ? kFindings : is_cut ? kInterrupted : kOk;
 }
 
 }  // namespace sentree::cli

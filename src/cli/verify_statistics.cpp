@@ -38,7 +38,6 @@ class TallyOfRuns {
   /// @return  Whether more runs are wanted.
   bool add(const std::vector<verify::Came>& of_run) {
     if (++done_ % 256 == 0) show_status(fmt::format("{} runs", done_));
-    bool open = tests_.empty();
     for (std::size_t k = 0; k < asked_.size(); ++k) {
       const verify::Came came = of_run[asked_[k]];
       violated_[k] += came == verify::Came::kViolated ? 1U : 0U;
@@ -47,9 +46,8 @@ class TallyOfRuns {
       tests_[k].add(came == verify::Came::kViolated    ? verify::AtLeast::Run::kViolated
                     : came == verify::Came::kStillOwed ? verify::AtLeast::Run::kUnknown
                                                        : verify::AtLeast::Run::kKept);
-      open = open || tests_[k].state() == verify::AtLeast::State::kOpen;
     }
-    return open;
+    return is_open();
   }
 
   /// Of all runs, as text and as the list of --json.
@@ -60,15 +58,20 @@ class TallyOfRuns {
     }
   }
 
-  [[nodiscard]] int code() const {
-    bool open = false;
+  /// More runs would tell more.
+  [[nodiscard]] bool is_open() const {
+    return tests_.empty() || std::any_of(tests_.begin(), tests_.end(), [](const verify::AtLeast& one) {
+             return one.state() == verify::AtLeast::State::kOpen;
+           });
+  }
+
+  [[nodiscard]] int code(bool is_cut) const {
     for (std::size_t k = 0; k < asked_.size(); ++k) {
       const bool refuted = is_tested() ? tests_[k].state() == verify::AtLeast::State::kRefuted : violated_[k] > 0;
       if (refuted) return kFindings;
-      open = open || (is_tested() && tests_[k].state() == verify::AtLeast::State::kOpen);
     }
-    if (is_interrupted()) return kInterrupted;
-    return open ? kTimeLimit : kOk;
+    if (is_cut) return kInterrupted;
+    return is_tested() && is_open() ? kTimeLimit : kOk;
   }
 
  private:
@@ -139,9 +142,12 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan, cons
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   show_status("");
   if (!runs) return refuse(command, {runs.error()});
+  const bool is_cut = is_interrupted() && *runs < sampling.runs && tally.is_open();
   std::string out = fmt::format(
-      "{} runs of at most {} s, seed {}: what is left open without a probability comes by the throw of a die\n", *runs,
-      shortest_decimal(seconds(sampling.length)), sampling.seed);
+      "{}{} runs of at most {} s, seed {}: what is left open without a probability comes by the throw of a "
+      "die\n",
+      is_cut ? fmt::format("INTERRUPTED after {} of {}", *runs, tally.is_tested() ? "at most " : "") : "",
+      is_cut ? sampling.runs : *runs, shortest_decimal(seconds(sampling.length)), sampling.seed);
   out += sampled.left_out();
   List requirements;
   tally.tell(*runs, out, requirements);
@@ -152,12 +158,12 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan, cons
     result["problems"] = to_list(sampled.warnings);
     result["faults_left_out"] = static_cast<std::int64_t>(sampled.faults_left_out);
     (*result["limits"].as_map())["run_s"] = seconds(sampling.length);
-    if (is_interrupted()) (*result["limits"].as_map())["ended_by"] = "interrupted";
+    if (is_cut) (*result["limits"].as_map())["ended_by"] = "interrupted";
     result["wall_s"] = wall_s;
     out = to_json(Value(std::move(result))) + "\n";
   }
   print(out);
-  return tally.code();
+  return tally.code(is_cut);
 }
 
 }  // namespace sentree::cli
