@@ -110,6 +110,23 @@ TEST_F(Verify, HoldsOnEveryBehaviourOrShowsOne) {
   EXPECT_EQ(verdict_of(some, fails), monitor::Verdict::kViolated);
 }
 
+TEST_F(Verify, SaysOfAScopeWhetherItNeverBeginsOrNeverEnds) {
+  write("interfaces/door.thrift", "service Door { i32 ask() i32 other() }\n");
+  model("pick('says', 1, 2)");
+  requirements(
+      "a: between said = 1 and reply(door.other) = 3, never said = 7.\n"
+      "b: between said = 1 and said = 9, never said = 7.\n"
+      "c: between said = 9 and said = 1, never said = 7.\n"
+      "d: between said = 1 and said < 2, never said = 7.\n");
+  const Verification found = verify(plan(), {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  const auto why = [&](std::size_t i) { return found.judgements[i].vacuous; };
+  EXPECT_EQ(why(0), "its scope never ends, and only what is closed counts");
+  EXPECT_EQ(why(1), "its scope never ends, and only what is closed counts");
+  EXPECT_EQ(why(2), "its scope never begins");
+  EXPECT_EQ(why(3), "its scope never begins") << "what opens it closes it";
+}
+
 TEST_F(Verify, ShowsWhatTheEndOfTheMissionLeavesOpen) {
   model("pick('says', 1, 6)");
   requirements("answered: whenever said = 6, event(request(door.ask)) within 2 s.\n");
