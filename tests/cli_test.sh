@@ -775,6 +775,8 @@ expect 2 'excludes' "$sentree" verify examples/grasp --split owed --at-least '99
 # A hand that drops it in 2.7 % of all runs: near that it takes many of them, and there it stays open.
 expect 0 'at least 97 %: holds' "$sentree" verify examples/grasp --at-least '97 %' --only grasps
 expect 1 'at least 97.6 %: REFUTED' "$sentree" verify examples/grasp --at-least '97.6 %' --only grasps
+expect 0 '"verdict":"holds".*"violated":[1-9].*"at_least":"holds"' "$sentree" verify examples/grasp --at-least '97 %' --only grasps --json
+expect 1 '"verdict":"refuted".*"at_least":"refuted"' "$sentree" verify examples/grasp --at-least '97.6 %' --only grasps --json
 expect 124 'undecided, so many runs do not tell 9[67][.0-9]*–9[78][.0-9]* % apart' "$sentree" verify examples/grasp --at-least '97.3 %' --runs 5000 --only grasps
 expect 124 '"at_least":"undecided","indifference":\{"low":0.9' "$sentree" verify examples/grasp --at-least '97.3 %' --runs 5000 --only grasps --json
 # A run by chance ends where one of that length does: what is due behind its end is kept.

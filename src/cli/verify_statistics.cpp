@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <string_view>
 
 #include "sentree/campaign/statistics.h"
 #include "sentree/cli/interrupts.h"
@@ -75,6 +76,16 @@ class TallyOfRuns {
   }
 
  private:
+  // Of what was asked for: that it holds in that share of all runs.
+  static std::string_view verdict_of(verify::AtLeast::State state) {
+    switch (state) {
+      case verify::AtLeast::State::kOpen: return "unknown";
+      case verify::AtLeast::State::kHolds: return "holds";
+      case verify::AtLeast::State::kRefuted: return "refuted";
+    }
+    return "";
+  }
+
   Map tell_one(std::size_t k, std::uint64_t runs, std::string& out) const {
     // Nobody knows of what is open where a run is ended: below it counts as kept, above as violated.
     const campaign::Interval in{campaign::clopper_pearson(violated_[k], runs, sampled_.confidence).low,
@@ -85,14 +96,16 @@ class TallyOfRuns {
     if (owed_[k] > 0) out += fmt::format(", still owed at the end of {}", owed_[k]);
     Map probability = probability_result(in.low, in.high, "Clopper-Pearson", sampled_.confidence);
     probability["runs"] = static_cast<std::int64_t>(runs);
-    Map one = requirement_result(name, violated_[k] > 0 ? "refuted" : "unknown");
+    Map one = requirement_result(name, is_tested()        ? verdict_of(tests_[k].state())
+                                       : violated_[k] > 0 ? "refuted"
+                                                          : "unknown");
     one["probability"] = std::move(probability);
     one["violated"] = static_cast<std::int64_t>(violated_[k]);
     one["still_owed"] = static_cast<std::int64_t>(owed_[k]);
     if (!is_tested()) return one;
     const auto state = tests_[k].state();
     out += fmt::format("   at least {}: {}", command_.at_least, verify::to_string(state));
-    one["at_least"] = verify::to_string(state);
+    one["at_least"] = state == verify::AtLeast::State::kOpen ? "undecided" : verdict_of(state);
     if (state == verify::AtLeast::State::kOpen) {
       const auto [low, high] = tests_[k].indifference();
       out += fmt::format(", so many runs do not tell {:.4g}–{:.4g} % apart", low * 100, high * 100);
