@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <map>
 #include <memory>
+#include <new>
 #include <utility>
 
 #include "sentree/verify/detail/scout.h"
@@ -17,7 +18,7 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-const std::string kMemory = "the limit of memory";
+const std::string kNoMemory = "there is no more memory";
 // Code of a period that a limit has ended.
 const std::string kLimit = "verify.limit";
 
@@ -44,26 +45,20 @@ class Explorer {
       if (!scouts_.front()->can()) scouts_.clear();
     }
     Graph& graph = periods_.graph();
-    for (std::uint32_t at = 0; at < graph.nodes.size(); ++at) {
-      graph.limit = limit(graph.nodes[at].depth);
-      graph.complete_to = graph.nodes[at].depth;  // of those before all is known
-      if (!graph.limit.empty()) break;
-      if (at >= ahead_end_) go_ahead(at);
-      graph.nodes[at].first_edge = static_cast<std::uint32_t>(graph.edges.size());
-      if (graph.nodes[at].ended) continue;
-      if (!follow_scout(at)) {
-        if (auto done = expand(at); !done) return tl::unexpected(done.error());
-      }
-      // How likely something is can depend on any order.
-      if (graph.reduced && graph.probabilistic) return std::move(graph);
-      graph.nodes[at].edges = static_cast<std::uint32_t>(graph.edges.size()) - graph.nodes[at].first_edge;
-      if (!graph.limit.empty()) {
-        graph.partial = at;
-        break;
-      }
-      periods_.drop();
-      if (options_.progress && at % 1024 == 0) options_.progress(graph.nodes.size(), graph.edges.size());
+    try {
+      if (auto done = expand_all(); !done) return tl::unexpected(done.error());
+    } catch (const std::bad_alloc&) {
+      // Edges that are there lead to states that are there.
+      scouts_.clear();
+      Graph::Node& node = graph.nodes[at_];
+      node.edges = static_cast<std::uint32_t>(graph.edges.size()) - node.first_edge;
+      graph.partial = at_;
+      graph.limit = kNoMemory;
+      graph.complete = false;
+      return std::move(graph);
     }
+    // How likely something is can depend on any order.
+    if (graph.reduced && graph.probabilistic) return std::move(graph);
     graph.complete = graph.limit.empty();
     if (graph.complete) graph.complete_to = graph.nodes.back().depth + 1;
     // What grows without end, most likely; of ticks somebody wanted so many.
@@ -74,6 +69,31 @@ class Explorer {
   }
 
  private:
+  // One state after the other, until a limit is reached.
+  Result<void> expand_all() {
+    Graph& graph = periods_.graph();
+    for (std::uint32_t& at = at_; at < graph.nodes.size(); ++at) {
+      graph.nodes[at].first_edge = static_cast<std::uint32_t>(graph.edges.size());
+      graph.limit = limit(graph.nodes[at].depth);
+      graph.complete_to = graph.nodes[at].depth;  // of those before all is known
+      if (!graph.limit.empty()) break;
+      if (at >= ahead_end_) go_ahead(at);
+      if (graph.nodes[at].ended) continue;
+      if (!follow_scout(at)) {
+        if (auto done = expand(at); !done) return tl::unexpected(done.error());
+      }
+      if (graph.reduced && graph.probabilistic) return {};
+      graph.nodes[at].edges = static_cast<std::uint32_t>(graph.edges.size()) - graph.nodes[at].first_edge;
+      if (!graph.limit.empty()) {
+        graph.partial = at;
+        break;
+      }
+      periods_.drop();
+      if (options_.progress && at % 1024 == 0) options_.progress(graph.nodes.size(), graph.edges.size());
+    }
+    return {};
+  }
+
   std::string limit(std::uint32_t depth) const {
     if (depth >= options_.ticks) return fmt::format("the limit of {} ticks", options_.ticks);
     if (periods_.graph().nodes.size() > options_.states) return fmt::format("the limit of {} states", options_.states);
@@ -83,7 +103,8 @@ class Explorer {
   std::string limit_now() const {
     if (options_.interrupted && options_.interrupted()) return "interrupted";
     if (options_.time && SteadyClock::now() - started_ > *options_.time) return "the limit of time";
-    if (periods_.bytes() > options_.memory) return kMemory;
+    if (periods_.bytes() > options_.memory)
+      return fmt::format("the limit of memory ({} MB; --memory)", options_.memory / 1'000'000);
     return {};
   }
 
@@ -191,6 +212,7 @@ class Explorer {
   Periods periods_;
   Ways ways_;
   SteadyClock::time_point started_;
+  std::uint32_t at_ = 0;  // the state that is being expanded
   bool too_many_ways_ = false;
   // States that scouts have gone through, a share each.
   std::vector<std::unique_ptr<Scout>> scouts_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <new>
 #include <set>
 #include <string>
 #include <utility>
@@ -78,6 +79,16 @@ class Judge {
     }
     if (out_.finding == Finding::kRefuted) out_.can_stay_open.reset();
     if (wants_all()) probability();
+    return std::move(out_);
+  }
+
+  /// What is known when there is no more memory.
+  Judgement without_memory() {
+    out_.can_stay_open.reset();
+    if (out_.finding != Finding::kRefuted) {
+      out_.finding = Finding::kUnknown;
+      out_.limit = "there was no more memory while it was judged; judge it alone (--only)";
+    }
     return std::move(out_);
   }
 
@@ -169,8 +180,8 @@ class Judge {
   }
 
   void refute(std::uint32_t at, const std::string& observation, TimePoint time, const std::string& state) {
-    out_.finding = Finding::kRefuted;
     out_.path = path_to(at);
+    out_.finding = Finding::kRefuted;
     out_.at = time;
     out_.observation = observation;
     out_.state = state;
@@ -440,7 +451,12 @@ Judgement left_open(const Judgement& judgement) {
 }
 
 Judgement judge(const Graph& graph, const monitor::Model& model, const JudgeOptions& options) {
-  return Judge(graph, model, options)();
+  Judge judge(graph, model, options);
+  try {
+    return judge();
+  } catch (const std::bad_alloc&) {
+    return judge.without_memory();
+  }
 }
 
 }  // namespace sentree::verify

@@ -732,7 +732,7 @@ TEST_F(Verify, StopsAtItsLimitsWithinAPeriod) {
   EXPECT_EQ(all.graph.nodes.size(), 2U);
   asked.explore.memory = 500'000;
   const Verification few = verify(plan(), asked);
-  EXPECT_EQ(few.graph.limit, "the limit of memory");
+  EXPECT_EQ(few.graph.limit, "the limit of memory (0 MB; --memory)");
   EXPECT_EQ(few.graph.nodes.size(), 1U);
 }
 
