@@ -173,6 +173,14 @@ class Mutating {
            (before.limit.empty() && !now.path->loop && now.path->edges.size() <= original_.graph.complete_to);
   }
 
+  [[nodiscard]] std::vector<std::string> refuted_as_they_are() const {
+    std::vector<std::string> out;
+    for (const verify::Judgement& one : original_.judgements) {
+      if (one.finding == verify::Finding::kRefuted) out.push_back(one.requirement);
+    }
+    return out;
+  }
+
   [[nodiscard]] std::size_t count(Fate fate) const {
     return static_cast<std::size_t>(
         std::count_if(tried_.begin(), tried_.end(), [&](const Tried& one) { return one.fate == fate; }));
@@ -189,7 +197,12 @@ class Mutating {
     for (const Tried& one : tried_) {
       for (const std::string& requirement : one.by) ++by[requirement];
     }
-    for (const auto& [requirement, noticed] : by) out += fmt::format("  {} notices {}\n", requirement, noticed);
+    const std::vector<std::string> refuted = refuted_as_they_are();
+    for (const auto& [requirement, noticed] : by) {
+      const bool is_refuted = std::find(refuted.begin(), refuted.end(), requirement) != refuted.end();
+      out += fmt::format("  {} notices {}{}\n", requirement, noticed,
+                         is_refuted ? ", since it is refuted as it is: that a change violates it tells nothing" : "");
+    }
     const auto list = [&](Fate fate, const std::string& title) {
       bool first = true;
       for (const Tried& one : tried_) {
@@ -224,6 +237,7 @@ class Mutating {
     return Map{{"tool", "sentree verify"},
                {"version", SENTREE_VERSION},
                {"ended_by", not_tried_ > 0 ? Value("interrupted") : Value()},
+               {"refuted_as_they_are", to_list(refuted_as_they_are())},
                {"counts", std::move(counts)},
                {"mutants", std::move(mutants)}};
   }

@@ -56,6 +56,18 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
   splitting.progress = [&](std::uint64_t done) {
     show_status(fmt::format("{} of {} repetitions", done, splitting.repetitions));
   };
+  std::vector<std::string> warnings = sampled.warnings;
+  if (splitting.score == verify::kOwed) {
+    for (const std::size_t i : sampled.monitors) {
+      const monitor::Model& model = plan.monitors[i];
+      if (model.origin() != nullptr && model.origin()->requirement.bound) continue;
+      warnings.push_back(
+          fmt::format("{} has no bound that could be used up, so that nothing is nearer to a violation; "
+                      "--split MODEL.DATA names something that is",
+                      model.name()));
+      say("! " + warnings.back());
+    }
+  }
   std::string out = fmt::format(
       "{} repetitions of {} runs of at most {} s, split by {}, seed {}: what is left open without a probability comes "
       "by the throw of a die\n",
@@ -107,7 +119,7 @@ int verify_rare(const VerifyCommand& command, const project::Plan& plan, const S
     const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     Map result = verify_result(command, plan, any_replies, {});
     result["requirements"] = std::move(requirements);
-    result["problems"] = to_list(sampled.warnings);
+    result["problems"] = to_list(warnings);
     result["faults_left_out"] = static_cast<std::int64_t>(sampled.faults_left_out);
     (*result["limits"].as_map())["run_s"] = seconds(splitting.length);
     if (is_cut) (*result["limits"].as_map())["ended_by"] = "interrupted";

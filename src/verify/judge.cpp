@@ -213,7 +213,7 @@ class Judge {
     path.loop = path.edges.size();
     path.edges.insert(path.edges.end(), loop.edges.begin(), loop.edges.end());
     out_.finding = Finding::kRefuted;
-    out_.at = time_of(loop.begin);
+    out_.at = time_of(loop.begin) + graph_.lasts(graph_.edges[loop.edges.front()]);
     out_.path = std::move(path);
     out_.observation.clear();
     out_.state = "for ever";

@@ -338,6 +338,8 @@ TEST_F(Verify, ShowsALoopOfTheFewestTicks) {
   ASSERT_EQ(judgement.finding, Finding::kRefuted);
   ASSERT_TRUE(judgement.path->loop);
   EXPECT_EQ(judgement.path->edges.size() - *judgement.path->loop, 1U);
+  EXPECT_EQ(judgement.at, TimePoint{} + found.graph.period * static_cast<std::int64_t>(*judgement.path->loop))
+      << "the time of the tick with which it begins";
   EXPECT_EQ(verdict_of(found, plan()), monitor::Verdict::kUndecided) << "it owes for ever";
 }
 
