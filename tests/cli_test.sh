@@ -536,6 +536,9 @@ expect 0 '8 tried: 1 noticed, 5 not noticed, 2 behave the same, 0 refused, 0 not
 sed -i 's|/D}}|/D, at: model}}\nmodels: [{file: m.scxml, serves: [d]}]|' "$work/mutants/sentree.yaml"
 expect 0 '"what":"cond 6 → 7","fate":"not noticed"' "$sentree" verify "$work/mutants" --mutate --json
 expect 0 '"what":"Sequence: Sequence → Fallback","fate":"same"' "$sentree" verify "$work/mutants" --mutate --json
+printf 'six: never said = 6.\n' >>"$work/mutants/r.req"
+expect 0 'six notices [0-9]+, since it is refuted as it is' "$sentree" verify "$work/mutants" --mutate
+expect 0 '"refuted_as_they_are":\["six"\]' "$sentree" verify "$work/mutants" --mutate --json
 # Another goal: one that is forbidden is noticed, one of which nothing is said is not.
 mkdir -p "$work/goals/skills" "$work/goals/interfaces"
 printf 'enum Place { KITCHEN, STATION, CELLAR }\nservice Base { void go(1: Place to, 2: i32 goal) }\n' >"$work/goals/interfaces/b.thrift"
@@ -775,6 +778,8 @@ expect 2 'excludes' "$sentree" verify examples/grasp --split owed --at-least '99
 # A hand that drops it in 2.7 % of all runs: near that it takes many of them, and there it stays open.
 expect 0 'at least 97 %: holds' "$sentree" verify examples/grasp --at-least '97 %' --only grasps
 expect 1 'at least 97.6 %: REFUTED' "$sentree" verify examples/grasp --at-least '97.6 %' --only grasps
+expect 0 '"verdict":"holds".*"violated":[1-9].*"at_least":"holds"' "$sentree" verify examples/grasp --at-least '97 %' --only grasps --json
+expect 1 '"verdict":"refuted".*"at_least":"refuted"' "$sentree" verify examples/grasp --at-least '97.6 %' --only grasps --json
 expect 124 'undecided, so many runs do not tell 9[67][.0-9]*–9[78][.0-9]* % apart' "$sentree" verify examples/grasp --at-least '97.3 %' --runs 5000 --only grasps
 expect 124 '"at_least":"undecided","indifference":\{"low":0.9' "$sentree" verify examples/grasp --at-least '97.3 %' --runs 5000 --only grasps --json
 # A run by chance ends where one of that length does: what is due behind its end is kept.
@@ -786,6 +791,46 @@ printf 'often: event(request(d.note)) at least every 60 ms.\n' >"$work/ends/r.re
 printf 'mission: {file: mission.xml, rate: 10 Hz}\nservices: {d: {interface: d.thrift/D, at: model}}\nmodels: [{file: m.scxml, serves: [d]}]\nmonitors: [{file: r.req}]\n' >"$work/ends/sentree.yaml"
 expect 124 'often: undecided .pending: owes' "$sentree" run "$work/ends" --clock virtual --duration '1 s'
 expect 0 'often +violated in 0 of 20' "$sentree" verify "$work/ends" --runs 20 --ticks 10
+# What is due behind the end of all runs is open, and not kept.
+sed -i 's/void note()/void note()\n  oneway void other()/' "$work/ends/interfaces/d.thrift"
+printf 'soon: eventually event(request(d.other)) within 2 s.\n' >>"$work/ends/r.req"
+expect 0 'soon +violated in 0 of 20: 0–100 % .95 %., still owed at the end of 20' "$sentree" verify "$work/ends" --runs 20 --ticks 10
+expect 0 '"still_owed":20,.*"problems":\["soon: its bound of 2 s is no shorter than a run .1.0 s.' "$sentree" verify "$work/ends" --runs 20 --ticks 10 --only soon --json
+expect 124 'soon .* at least 95%: undecided' "$sentree" verify "$work/ends" --at-least 95% --runs 200 --ticks 10 --only soon
+expect 0 'soon +violated with probability 0: 0 to 1 .*, still owed at the end of 6000 of 6000 runs' "$sentree" verify "$work/ends" --split owed --ticks 10 --only soon
+# What is interrupted does not read like all of it.
+for signal in INT HUP; do
+  expect 130 'INTERRUPTED after [0-9]+ of 100000000 runs' timeout --foreground --preserve-status --signal $signal 3 \
+    "$sentree" verify "$work/ends" --runs 100000000 --only often --ticks 10
+done
+expect 130 'often .*, INTERRUPTED before the other [0-9]+' timeout --foreground --preserve-status --signal INT 3 \
+  "$sentree" verify "$work/ends" --split owed --runs 1000000000 --only often --ticks 10
+expect 130 'INTERRUPTED: [0-9]+ more were not tried' timeout --foreground --preserve-status --signal INT 3 "$sentree" verify "$work/verified" --mutate
+# What counts without end ends where memory does, whoever says where that is.
+cp -r "$work/ends" "$work/counts"
+printf '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"><datamodel><data id="n" expr="0"/></datamodel><state id="a"><onentry><send event="t" delay="50ms"/></onentry><transition event="t" target="a"><assign location="n" expr="n + 1"/><send type="thrift" target="d" event="note"/></transition></state></scxml>' >"$work/counts/m.scxml"
+expect 124 'up to tick [0-9]+: the limit of memory .[0-9]+ MB; --memory.' bash -c "ulimit -v 400000; '$sentree' verify '$work/counts' --only often"
+for threads in 1 3; do
+  expect 124 'there is no more memory' bash -c "ulimit -v 400000; '$sentree' verify '$work/counts' --only often --memory '4 GB' --threads $threads"
+done
+# What has no bound is owed all the same, however long; a model may serve nothing; all that is known has no last tick.
+printf 'quiet: never event(request(d.other)).\n' >>"$work/ends/r.req"
+printf '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0"><state id="a"><transition event="d.note"/></state></scxml>' >"$work/ends/idle.scxml"
+sed -i 's/serves: .d.}/&, {file: idle.scxml, subscribe: [d.note]}/' "$work/ends/sentree.yaml"
+expect 0 'quiet has no bound that could be used up' "$sentree" verify "$work/ends" --split owed --ticks 10 --runs 2000 --only quiet
+expect 0 'models      m .d., idle .serves nothing.' "$sentree" verify "$work/ends" --only often
+expect 0 '"complete_to_tick":null,"ended_by":null' "$sentree" verify "$work/ends" --only often --json
+# What is wrong is told with what would be right; whole numbers of between() are written as such.
+mkdir -p "$work/ends/scenarios" && cp "$work/ends/sentree.yaml" "$work/ends.yaml"
+printf 'loop: {from: 4, to: 3, choices: {m: [1, 2]}, orders: [1, 2]}\n' >"$work/ends/scenarios/round.yaml"
+expect 1 '^no key is wrong' bash -c "'$sentree' run '$work/ends' --scenario round 2>&1 | grep 'has no key' || { echo no key is wrong; exit 1; }"
+printf 'wrong: always observation(mission.tick).zzz > 3.\n' >"$work/wrong.req"
+sed -i 's|{file: r.req}|{file: ../wrong.req}|' "$work/ends/sentree.yaml"
+expect 3 'has no member "zzz"; it has ' "$sentree" verify "$work/ends"
+cp "$work/ends.yaml" "$work/ends/sentree.yaml"
+sed -i "s|delay=.50ms.|delayexpr=\"between(40, 60, 20) + 'ms'\"|" "$work/ends/m.scxml"
+sed -i 's/60 ms/50 ms/' "$work/ends/r.req"
+expect 1 'chosen: m = 40 .* 60 at m.scxml:1' "$sentree" verify "$work/ends" --only often
 # What a model did it allows; the simulated robot does what that model does not.
 expect 0 'robot: allows all [0-9]+ answers' "$sentree" verify "$work/verified" --against "$work/verified/verify/never_empty.mcap" --tolerance '0 s' --exact
 "$sentree" run examples/recharge --clock virtual --record "$work/simulated.mcap" >/dev/null </dev/null || true
@@ -862,6 +907,8 @@ cp -r "$source/examples/minimal" "$work/unmodelled"
 expect 0 'leaves_charged +holds ' "$sentree" verify "$work/unmodelled"
 expect 0 'any reply   battery.getBatteryState.percentage: 0, 0.2, 1' "$sentree" verify "$work/unmodelled"
 expect 0 'name: any_battery, serves: .battery.' "$sentree" verify "$work/unmodelled" --model
+echo '<!-- mine -->' >>"$work/unmodelled/models/battery.scxml"
+expect 3 '"file":"[^"]*models/battery.scxml"' "$sentree" verify "$work/unmodelled" --model --json
 for how in '' '--runs 5' '--split owed' '--mutate'; do
   # shellcheck disable=SC2086
   expect 3 'did you mean "never_empty"' "$sentree" verify "$work/verified" --only never_emty $how

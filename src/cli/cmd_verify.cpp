@@ -4,7 +4,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
+#include <new>
 
 #include "sentree/base/shown.h"
 #include "sentree/cli/commands.h"
@@ -402,6 +404,25 @@ class Verifying {
 
 }  // namespace
 
+namespace {
+
+// What nothing is known of then ends in order too.
+std::function<int()> within_memory(const VerifyCommand& command, std::function<int()> work) {
+  return [&command, work = std::move(work)] {
+    try {
+      return work();
+    } catch (const std::bad_alloc&) {
+      (void)refuse(command, {{Severity::kError,
+                              "verify.memory",
+                              "there is no more memory; give it less (--memory, --threads), or free some",
+                              {}}});
+      return static_cast<int>(kTimeLimit);
+    }
+  };
+}
+
+}  // namespace
+
 int verify(const VerifyCommand& command) {
   std::optional<text::ReadLog> files(std::in_place);
   auto loaded = load_verified(command);
@@ -431,7 +452,7 @@ int verify(const VerifyCommand& command) {
     if (!plan.ok()) return refuse(command, plan.diagnostics);
     say(plan.diagnostics);
   }
-  return watched_work(*plan.value, command.json, [&] {
+  return watched_work(*plan.value, command.json, within_memory(command, [&] {
     if (command.mutate) return verify_mutants(command, *plan.value);
     if (command.runs || !command.at_least.empty() || !command.split.empty()) {
       const Diagnostics in_the_way = verify::obstacles(*plan.value);
@@ -440,7 +461,7 @@ int verify(const VerifyCommand& command) {
       return verify_by_runs(command, *plan.value, *any);
     }
     return Verifying(command, *plan.value, *any, std::move(read), parts)();
-  });
+  }));
 }
 
 }  // namespace sentree::cli

@@ -182,7 +182,9 @@ void add_verify(CLI::App& app, Commands& commands) {
   sub->add_option("--ticks", command.ticks, "Stop behind so many ticks")->check(whole_number(1));
   CLI::Option* const states =
       sub->add_option("--states", command.states, "Stop behind so many states")->check(whole_number(1));
-  sub->add_option("--memory", command.memory, "Stop when about so much is used, e.g. \"2 GB\"");
+  sub->add_option("--memory", command.memory,
+                  "Stop when the states of the mission take about so much, e.g. \"2 GB\" (default: 4 GB, or three "
+                  "eighths of what is free); judging may take as much again");
   CLI::Option* const time = sub->add_option("--time", command.time, "Stop after that time, e.g. \"30 s\"");
   sub->add_option("--out", command.out, "Folder of counterexamples (default: verify/ in the project)");
   CLI::Option* const graph =

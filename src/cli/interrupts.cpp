@@ -15,6 +15,7 @@ std::atomic<bool> interrupted = false;
 std::atomic<std::int64_t> last_ns = 0;  // when one came that counts
 struct sigaction interrupt_before {};
 struct sigaction terminate_before {};
+struct sigaction hangup_before {};
 
 // What is asked to end and does not come to look at it, in a script without an end, ends when it is asked again.
 void note(int signal) {
@@ -40,11 +41,14 @@ Interrupts::Interrupts() {
   action.sa_handler = note;
   sigaction(SIGINT, &action, &interrupt_before);
   sigaction(SIGTERM, &action, &terminate_before);
+  sigaction(SIGHUP, nullptr, &hangup_before);
+  if (hangup_before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // unless nohup started it
 }
 
 Interrupts::~Interrupts() {
   sigaction(SIGINT, &interrupt_before, nullptr);
   sigaction(SIGTERM, &terminate_before, nullptr);
+  sigaction(SIGHUP, &hangup_before, nullptr);
 }
 
 bool is_interrupted() { return interrupted; }

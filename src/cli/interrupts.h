@@ -2,8 +2,8 @@
 
 namespace sentree::cli {
 
-/// As long as it lives, SIGINT and SIGTERM end nothing, but are noted; the next one ends the program, unless the first
-/// has been taken. One at a time.
+/// As long as it lives, SIGINT, SIGTERM and SIGHUP (unless nohup has it ignored) end nothing, but are noted; the next
+/// one ends the program, unless the first has been taken. One at a time.
 class Interrupts {
  public:
   Interrupts();

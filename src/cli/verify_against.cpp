@@ -41,6 +41,8 @@ std::string agreement_text(const verify::Agreement& of) {
                        any_of(one->allowed));
     if (known[one->call] > 1) out += fmt::format("    and {} more of {}\n", known[one->call] - 1, one->call);
   }
+  if (of.disallowed.size() < of.not_allowed)
+    out += fmt::format("  and {} more, of whatever method\n", of.not_allowed - of.disallowed.size());
   if (!of.given_up.empty())
     out += fmt::format("  given up at {} s: {}\n", shortest_decimal(seconds(of.followed_to)), of.given_up);
   return out;

@@ -33,7 +33,9 @@ class Telling {
         return project::kAnyReplyPrefix + m.service == model.name;
       });
       models += (models.empty() ? "" : ", ") + (is_any ? serves : model.name) +
-                (is_any ? ": any reply" : fmt::format(" ({})", serves));
+                (is_any           ? ": any reply"
+                 : serves.empty() ? " (serves nothing)"
+                                  : fmt::format(" ({})", serves));
     }
     std::string out = fmt::format("models      {}   {}\n", models.empty() ? "none" : models, basis());
     if (const std::string nodes = project::shown_cpp_nodes(found_.plan); !nodes.empty())
@@ -78,7 +80,7 @@ class Telling {
             {"kinds", *studio::coverage_value(reached, found_.plan.scenario.project.folder).find("kinds")}};
     out["problems"] = to_list(graph.problems);
     Map& limits = *out["limits"].as_map();
-    limits["complete_to_tick"] = static_cast<std::int64_t>(graph.complete_to);
+    if (!graph.complete) limits["complete_to_tick"] = static_cast<std::int64_t>(graph.complete_to);
     if (graph.faultless_from != UINT32_MAX) {
       limits["without_faults"] =
           Map{{"complete", graph.faultless_complete}, {"to_tick", static_cast<std::int64_t>(graph.faultless_to)}};

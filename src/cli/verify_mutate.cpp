@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "sentree/base/temporary_folder.h"
 #include "sentree/cli/interrupts.h"
@@ -55,16 +57,23 @@ class Mutating {
     for (const auto& [name, service] : plan_.services) {
       if (service.service) verify::collect_passed(name, *service.service, passed);
     }
+    std::vector<std::pair<const fs::path*, verify::Mutant>> all;
     for (const text::ReadFile& file : files) {
-      for (verify::Mutant& mutant : verify::mutants(file.content, shown(file.path), passed)) {
-        if (is_interrupted()) break;
-        show_status(fmt::format("{} mutants tried", tried_.size()));
-        tried_.push_back(tried(file.path, std::move(mutant)));
-      }
+      for (verify::Mutant& mutant : verify::mutants(file.content, shown(file.path), passed))
+        all.emplace_back(&file.path, std::move(mutant));
     }
+    for (auto& [file, mutant] : all) {
+      if (is_interrupted()) break;
+      show_status(fmt::format("{} of {} mutants tried", tried_.size(), all.size()));
+      Tried one = tried(*file, std::move(mutant));
+      // What Ctrl-C has ended is not tried.
+      if (is_interrupted() && one.fate == Fate::kUnknown) break;
+      tried_.push_back(std::move(one));
+    }
+    not_tried_ = all.size() - tried_.size();
     show_status("");
     print(command_.json ? to_json(json()) + "\n" : text());
-    return is_interrupted() ? kInterrupted : kOk;
+    return not_tried_ > 0 ? kInterrupted : kOk;
   }
 
  private:
@@ -164,6 +173,14 @@ class Mutating {
            (before.limit.empty() && !now.path->loop && now.path->edges.size() <= original_.graph.complete_to);
   }
 
+  [[nodiscard]] std::vector<std::string> refuted_as_they_are() const {
+    std::vector<std::string> out;
+    for (const verify::Judgement& one : original_.judgements) {
+      if (one.finding == verify::Finding::kRefuted) out.push_back(one.requirement);
+    }
+    return out;
+  }
+
   [[nodiscard]] std::size_t count(Fate fate) const {
     return static_cast<std::size_t>(
         std::count_if(tried_.begin(), tried_.end(), [&](const Tried& one) { return one.fate == fate; }));
@@ -174,12 +191,18 @@ class Mutating {
         fmt::format("mutants     {} tried: {} noticed, {} not noticed, {} behave the same, {} refused, {} not known\n",
                     tried_.size(), count(Fate::kNoticed), count(Fate::kNotNoticed), count(Fate::kSame),
                     count(Fate::kRefused), count(Fate::kUnknown));
+    if (not_tried_ > 0) out += fmt::format("INTERRUPTED: {} more were not tried\n", not_tried_);
     std::map<std::string, std::size_t> by;
     for (const verify::Judgement& judgement : original_.judgements) by[judgement.requirement];
     for (const Tried& one : tried_) {
       for (const std::string& requirement : one.by) ++by[requirement];
     }
-    for (const auto& [requirement, noticed] : by) out += fmt::format("  {} notices {}\n", requirement, noticed);
+    const std::vector<std::string> refuted = refuted_as_they_are();
+    for (const auto& [requirement, noticed] : by) {
+      const bool is_refuted = std::find(refuted.begin(), refuted.end(), requirement) != refuted.end();
+      out += fmt::format("  {} notices {}{}\n", requirement, noticed,
+                         is_refuted ? ", since it is refuted as it is: that a change violates it tells nothing" : "");
+    }
     const auto list = [&](Fate fate, const std::string& title) {
       bool first = true;
       for (const Tried& one : tried_) {
@@ -210,8 +233,11 @@ class Mutating {
     Map counts;
     for (const Fate fate : {Fate::kNoticed, Fate::kNotNoticed, Fate::kSame, Fate::kRefused, Fate::kUnknown})
       counts[kFates[static_cast<std::size_t>(fate)]] = static_cast<std::int64_t>(count(fate));
+    counts["not tried"] = static_cast<std::int64_t>(not_tried_);
     return Map{{"tool", "sentree verify"},
                {"version", SENTREE_VERSION},
+               {"ended_by", not_tried_ > 0 ? Value("interrupted") : Value()},
+               {"refuted_as_they_are", to_list(refuted_as_they_are())},
                {"counts", std::move(counts)},
                {"mutants", std::move(mutants)}};
   }
@@ -224,6 +250,7 @@ class Mutating {
   TemporaryFolder any_{"mutants"};  // models of services without one
   std::size_t loaded_ = 0;
   std::vector<Tried> tried_;
+  std::size_t not_tried_ = 0;  // it was interrupted
 };
 
 }  // namespace

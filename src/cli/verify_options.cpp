@@ -5,16 +5,20 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <map>
+#include <mutex>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
 
+#include "sentree/cli/available_memory.h"
 #include "sentree/cli/output.h"
 #include "sentree/cli/share.h"
 #include "sentree/cli/verify_result.h"
 #include "sentree/cli/watched_work.h"
 #include "sentree/project/faults_file.h"
+#include "sentree/verify/monitor_memory.h"
 
 namespace sentree::cli {
 
@@ -22,6 +26,14 @@ namespace {
 
 // Of statistics: ten years.
 constexpr std::chrono::hours kRunMax{24 * 3652};
+
+// As much for the states of the mission, and again for requirements beside them: together three quarters of what there
+// is.
+// @param shares  Who takes so much.
+std::uint64_t memory_by_default(std::uint64_t most, std::size_t shares = 1) {
+  const std::uint64_t available = available_memory();
+  return available == 0 ? most : std::min(most, available / 8 * 3 / std::max<std::size_t>(1, shares));
+}
 
 }  // namespace
 
@@ -49,18 +61,30 @@ verify::Each in_threads(std::size_t threads) {
       for (std::size_t i = next++; i < count; i = next++) work(i);
     };
     std::vector<std::thread> others;
+    std::mutex mutex;
+    std::exception_ptr thrown;  // the first
+    const auto guarded = [&] {
+      try {
+        worker();
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!thrown) thrown = std::current_exception();
+        next = count;
+      }
+    };
     try {
       while (others.size() + 1 < std::min(threads, count)) {
         others.emplace_back([&] {
           const Watching watching(watch);
-          worker();
+          guarded();
         });
       }
     } catch (const std::system_error&) {
       // Those that there are do it all.
     }
-    worker();
+    guarded();
     for (std::thread& other : others) other.join();
+    if (thrown) std::rethrow_exception(thrown);
   };
 }
 
@@ -104,7 +128,19 @@ std::variant<Sampled, int> read_statistics(const VerifyCommand& command, const p
   }
   out.length =
       command.ticks ? plan.scenario.project.period * static_cast<std::int64_t>(*command.ticks) : plan.scenario.duration;
-  if (!command.memory) return out;
+  for (const std::size_t i : out.monitors) {
+    const monitor::Model& model = plan.monitors[i];
+    if (!verify::outlasts(model, out.length, plan.scenario.project.period)) continue;
+    out.warnings.push_back(
+        fmt::format("{}: its bound of {} is no shorter than a run ({} s), so no run comes to its end; "
+                    "make them longer (--ticks)",
+                    model.name(), model.origin()->requirement.bound->text(), shortest_decimal(seconds(out.length))));
+    say("! " + out.warnings.back());
+  }
+  if (!command.memory) {
+    out.memory = memory_by_default(1'000'000'000, command.threads);
+    return out;
+  }
   out.memory = bytes_of(*command.memory);
   if (out.memory) return out;
   say(fmt::format("--memory {}: not a size such as 500 MB or 2 GB", *command.memory));
@@ -141,6 +177,7 @@ bool read_options(const VerifyCommand& command, const project::Plan& plan, verif
   asked.judge.all_fair = command.fair;
   if (command.ticks) asked.explore.ticks = *command.ticks;
   if (command.states) asked.explore.states = *command.states;
+  asked.explore.memory = memory_by_default(asked.explore.memory);
   if (command.memory) {
     const auto bytes = bytes_of(*command.memory);
     if (!bytes) {

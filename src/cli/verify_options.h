@@ -26,7 +26,8 @@ struct Sampled {
   std::vector<std::size_t> monitors;  ///< By index in the plan.
   Duration length{};                  ///< Of a run.
   std::optional<std::uint64_t> memory;
-  std::size_t faults_left_out = 0;  ///< Of `verify:`. Nobody says how likely they are, so none comes.
+  std::vector<std::string> warnings;  ///< Of bounds that no run comes to; said already.
+  std::size_t faults_left_out = 0;    ///< Of `verify:`. Nobody says how likely they are, so none comes.
   /// One line that says so; empty: there are none.
   [[nodiscard]] std::string left_out() const;
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <string_view>
 
 #include "sentree/campaign/statistics.h"
 #include "sentree/cli/interrupts.h"
@@ -38,7 +39,6 @@ class TallyOfRuns {
   /// @return  Whether more runs are wanted.
   bool add(const std::vector<verify::Came>& of_run) {
     if (++done_ % 256 == 0) show_status(fmt::format("{} runs", done_));
-    bool open = tests_.empty();
     for (std::size_t k = 0; k < asked_.size(); ++k) {
       const verify::Came came = of_run[asked_[k]];
       violated_[k] += came == verify::Came::kViolated ? 1U : 0U;
@@ -47,9 +47,8 @@ class TallyOfRuns {
       tests_[k].add(came == verify::Came::kViolated    ? verify::AtLeast::Run::kViolated
                     : came == verify::Came::kStillOwed ? verify::AtLeast::Run::kUnknown
                                                        : verify::AtLeast::Run::kKept);
-      open = open || tests_[k].state() == verify::AtLeast::State::kOpen;
     }
-    return open;
+    return is_open();
   }
 
   /// Of all runs, as text and as the list of --json.
@@ -60,34 +59,53 @@ class TallyOfRuns {
     }
   }
 
-  [[nodiscard]] int code() const {
-    bool open = false;
+  /// More runs would tell more.
+  [[nodiscard]] bool is_open() const {
+    return tests_.empty() || std::any_of(tests_.begin(), tests_.end(), [](const verify::AtLeast& one) {
+             return one.state() == verify::AtLeast::State::kOpen;
+           });
+  }
+
+  [[nodiscard]] int code(bool is_cut) const {
     for (std::size_t k = 0; k < asked_.size(); ++k) {
       const bool refuted = is_tested() ? tests_[k].state() == verify::AtLeast::State::kRefuted : violated_[k] > 0;
       if (refuted) return kFindings;
-      open = open || (is_tested() && tests_[k].state() == verify::AtLeast::State::kOpen);
     }
-    if (is_interrupted()) return kInterrupted;
-    return open ? kTimeLimit : kOk;
+    if (is_cut) return kInterrupted;
+    return is_tested() && is_open() ? kTimeLimit : kOk;
   }
 
  private:
+  // Of what was asked for: that it holds in that share of all runs.
+  static std::string_view verdict_of(verify::AtLeast::State state) {
+    switch (state) {
+      case verify::AtLeast::State::kOpen: return "unknown";
+      case verify::AtLeast::State::kHolds: return "holds";
+      case verify::AtLeast::State::kRefuted: return "refuted";
+    }
+    return "";
+  }
+
   Map tell_one(std::size_t k, std::uint64_t runs, std::string& out) const {
-    const campaign::Interval in = campaign::clopper_pearson(violated_[k], runs, sampled_.confidence);
+    // Nobody knows of what is open where a run is ended: below it counts as kept, above as violated.
+    const campaign::Interval in{campaign::clopper_pearson(violated_[k], runs, sampled_.confidence).low,
+                                campaign::clopper_pearson(violated_[k] + owed_[k], runs, sampled_.confidence).high};
     const std::string& name = plan_.monitors[asked_[k]].name();
     out += fmt::format("{:<{}}   violated in {} of {}: {:.4g}–{:.4g} % ({} %)", name, width_, violated_[k], runs,
                        in.low * 100, in.high * 100, as_percent(sampled_.confidence));
     if (owed_[k] > 0) out += fmt::format(", still owed at the end of {}", owed_[k]);
     Map probability = probability_result(in.low, in.high, "Clopper-Pearson", sampled_.confidence);
     probability["runs"] = static_cast<std::int64_t>(runs);
-    Map one = requirement_result(name, violated_[k] > 0 ? "refuted" : "unknown");
+    Map one = requirement_result(name, is_tested()        ? verdict_of(tests_[k].state())
+                                       : violated_[k] > 0 ? "refuted"
+                                                          : "unknown");
     one["probability"] = std::move(probability);
     one["violated"] = static_cast<std::int64_t>(violated_[k]);
     one["still_owed"] = static_cast<std::int64_t>(owed_[k]);
     if (!is_tested()) return one;
     const auto state = tests_[k].state();
     out += fmt::format("   at least {}: {}", command_.at_least, verify::to_string(state));
-    one["at_least"] = verify::to_string(state);
+    one["at_least"] = state == verify::AtLeast::State::kOpen ? "undecided" : verdict_of(state);
     if (state == verify::AtLeast::State::kOpen) {
       const auto [low, high] = tests_[k].indifference();
       out += fmt::format(", so many runs do not tell {:.4g}–{:.4g} % apart", low * 100, high * 100);
@@ -137,9 +155,12 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan, cons
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   show_status("");
   if (!runs) return refuse(command, {runs.error()});
+  const bool is_cut = is_interrupted() && *runs < sampling.runs && tally.is_open();
   std::string out = fmt::format(
-      "{} runs of at most {} s, seed {}: what is left open without a probability comes by the throw of a die\n", *runs,
-      shortest_decimal(seconds(sampling.length)), sampling.seed);
+      "{}{} runs of at most {} s, seed {}: what is left open without a probability comes by the throw of a "
+      "die\n",
+      is_cut ? fmt::format("INTERRUPTED after {} of {}", *runs, tally.is_tested() ? "at most " : "") : "",
+      is_cut ? sampling.runs : *runs, shortest_decimal(seconds(sampling.length)), sampling.seed);
   out += sampled.left_out();
   List requirements;
   tally.tell(*runs, out, requirements);
@@ -147,14 +168,15 @@ int verify_by_runs(const VerifyCommand& command, const project::Plan& plan, cons
     Map result = verify_result(command, plan, any, {});
     result["requirements"] = std::move(requirements);
     result["runs"] = static_cast<std::int64_t>(*runs);
+    result["problems"] = to_list(sampled.warnings);
     result["faults_left_out"] = static_cast<std::int64_t>(sampled.faults_left_out);
     (*result["limits"].as_map())["run_s"] = seconds(sampling.length);
-    if (is_interrupted()) (*result["limits"].as_map())["ended_by"] = "interrupted";
+    if (is_cut) (*result["limits"].as_map())["ended_by"] = "interrupted";
     result["wall_s"] = wall_s;
     out = to_json(Value(std::move(result))) + "\n";
   }
   print(out);
-  return tally.code();
+  return tally.code(is_cut);
 }
 
 }  // namespace sentree::cli

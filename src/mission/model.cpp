@@ -216,7 +216,13 @@ void ModelMachine::add_choices() {
                   fmt::format("between(low, high, step) has more than {} steps: a greater step has fewer",
                               static_cast<std::uint64_t>(kStepsMax)));
     Choice choice{.function = "between", .place = place(), .count = static_cast<std::uint64_t>(steps) + 1};
-    choice.alternative = [low, step](std::uint64_t i) { return Value(low + step * static_cast<double>(i)); };
+    choice.alternative = [low, step](std::uint64_t i) {
+      constexpr double kWholeMax = 9007199254740992;  // as far as every whole number is one
+      const double number = low + step * static_cast<double>(i);
+      const bool is_whole = number == std::floor(number) && std::abs(number) <= kWholeMax;
+      return is_whole && !(number == 0 && std::signbit(number)) ? Value(static_cast<std::int64_t>(number))
+                                                                : Value(number);
+    };
     const std::uint64_t count = choice.count;
     return decide(choice, [count](Rng& rng) { return rng.below(count); });
   });

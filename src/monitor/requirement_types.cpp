@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sentree/base/value.h"
 #include "sentree/monitor/observed.h"
@@ -285,9 +286,11 @@ class Checker {
       const auto member = std::find_if(type->members.begin(), type->members.end(),
                                        [&](const auto& entry) { return entry.name == name; });
       if (member == type->members.end()) {
+        const std::vector<std::string> known = names(type->members);
+        const std::string near = did_you_mean(name, known);
         error(c.span, "requirement.unknown-member",
               fmt::format("{}: {} has no member \"{}\"{}", to_text(c), type->name.empty() ? "it" : type->name, name,
-                          did_you_mean(name, names(type->members))));
+                          near.empty() && !known.empty() ? fmt::format("; it has {}", fmt::join(known, ", ")) : near));
         return {};
       }
       type = &member->type;

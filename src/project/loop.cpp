@@ -88,6 +88,8 @@ void read_loop(const text::YamlNode& node, Scenario& scenario, Diagnostics& diag
   ScenarioLoop loop{.ticks = {}, .choices = {}, .orders = {}, .span = node.span};
   const auto from = reader.integer("from");
   const auto to = reader.integer("to");
+  const text::YamlNode* const choices = reader.mapping("choices");
+  const text::YamlNode* const orders = reader.node("orders");
   // Times of ticks are counted in nanoseconds.
   constexpr std::chrono::hours kLongest{24 * 365 * 100};
   if (!from || !to || *from < 1 || *to < *from || *to > kLongest / scenario.project.period) {
@@ -103,7 +105,7 @@ void read_loop(const text::YamlNode& node, Scenario& scenario, Diagnostics& diag
                    fmt::format("{} of a loop are [FIRST, LAST]: the numbers of those in its first round", what));
     return read;
   };
-  if (const auto* choices = reader.mapping("choices")) {
+  if (choices != nullptr) {
     std::vector<std::string> names;
     for (const ModelEntry& model : scenario.project.models) names.push_back(model.name);
     for (const auto& [name, numbers] : choices->entries) {
@@ -113,7 +115,7 @@ void read_loop(const text::YamlNode& node, Scenario& scenario, Diagnostics& diag
       if (const auto read = range(numbers, "choices")) loop.choices[name.scalar] = *read;
     }
   }
-  if (const auto* orders = reader.node("orders")) loop.orders = range(*orders, "orders");
+  if (orders != nullptr) loop.orders = range(*orders, "orders");
   scenario.loop = std::move(loop);
   for (const Injection& injection : scenario.timeline) {
     if (injection.at <= tick_time(scenario, scenario.loop->ticks.last)) continue;

@@ -430,9 +430,10 @@ Result<std::vector<MadeModel>> add_models(project::Scenario& scenario, const pro
     const std::filesystem::path file = folder / (service.name + ".scxml");
     std::error_code error;
     if (keeps && std::filesystem::exists(file, error) && text::read_file(file) != reply->chart) {
-      return fail("verify.any-reply", file.string() +
-                                          " is there already and says something else; name it under "
-                                          "`models:`, or take it away");
+      return tl::unexpected(Diagnostic{Severity::kError, "verify.any-reply",
+                                       "is there already and says something else; name it under `models:`, or take it "
+                                       "away",
+                                       SourceSpan{file.string()}});
     }
     std::filesystem::create_directories(folder, error);
     if (const auto written = text::write_file(file, reply->chart); !written) return tl::unexpected(written.error());

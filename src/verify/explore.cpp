@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <map>
 #include <memory>
+#include <new>
 #include <utility>
 
 #include "sentree/verify/detail/scout.h"
@@ -17,8 +18,8 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-const std::string kMemory = "the limit of memory";
 const std::string kInterrupted = "interrupted";
+const std::string kNoMemory = "there is no more memory";
 // Code of a period that a limit has ended.
 const std::string kLimit = "verify.limit";
 
@@ -45,30 +46,27 @@ class Explorer {
       if (!scouts_.front()->can()) scouts_.clear();
     }
     Graph& graph = periods_.graph();
-    for (std::uint32_t at = 0; at < graph.nodes.size(); ++at) {
-      graph.limit = limit(graph.nodes[at].depth);
-      graph.complete_to = graph.nodes[at].depth;  // of those before all is known
+    try {
+      if (auto done = expand_all(); !done) return tl::unexpected(done.error());
       if (!graph.limit.empty()) {
-        if (auto done = go_on_without_faults(at); !done) return tl::unexpected(done.error());
-        break;
+        if (auto done = go_on_without_faults(); !done) return tl::unexpected(done.error());
       }
-      if (at >= ahead_end_) go_ahead(at);
-      graph.nodes[at].first_edge = static_cast<std::uint32_t>(graph.edges.size());
-      if (graph.nodes[at].ended) continue;
-      if (!follow_scout(at)) {
-        if (auto done = expand(at); !done) return tl::unexpected(done.error());
+    } catch (const std::bad_alloc&) {
+      // Edges that are there lead to states that are there.
+      scouts_.clear();
+      Graph::Node& node = graph.nodes[at_];
+      if (is_faultless_) {
+        forget_edges(at_);
+      } else {
+        node.edges = static_cast<std::uint32_t>(graph.edges.size()) - node.first_edge;
+        graph.partial = at_;
       }
-      // How likely something is can depend on any order.
-      if (graph.reduced && graph.probabilistic) return std::move(graph);
-      graph.nodes[at].edges = static_cast<std::uint32_t>(graph.edges.size()) - graph.nodes[at].first_edge;
-      if (!graph.limit.empty()) {
-        graph.partial = at;
-        if (auto done = go_on_without_faults(at); !done) return tl::unexpected(done.error());
-        break;
-      }
-      periods_.drop();
-      if (options_.progress && at % 1024 == 0) options_.progress(graph.nodes.size(), graph.edges.size());
+      graph.limit = kNoMemory;
+      graph.complete = false;
+      return std::move(graph);
     }
+    // How likely something is can depend on any order.
+    if (graph.reduced && graph.probabilistic) return std::move(graph);
     graph.complete = graph.limit.empty();
     if (graph.complete) graph.complete_to = graph.nodes.back().depth + 1;
     // What grows without end, most likely; of ticks somebody wanted so many.
@@ -79,6 +77,31 @@ class Explorer {
   }
 
  private:
+  // One state after the other, until a limit is reached.
+  Result<void> expand_all() {
+    Graph& graph = periods_.graph();
+    for (std::uint32_t& at = at_; at < graph.nodes.size(); ++at) {
+      graph.nodes[at].first_edge = static_cast<std::uint32_t>(graph.edges.size());
+      graph.limit = limit(graph.nodes[at].depth);
+      graph.complete_to = graph.nodes[at].depth;  // of those before all is known
+      if (!graph.limit.empty()) break;
+      if (at >= ahead_end_) go_ahead(at);
+      if (graph.nodes[at].ended) continue;
+      if (!follow_scout(at)) {
+        if (auto done = expand(at); !done) return tl::unexpected(done.error());
+      }
+      if (graph.reduced && graph.probabilistic) return {};
+      graph.nodes[at].edges = static_cast<std::uint32_t>(graph.edges.size()) - graph.nodes[at].first_edge;
+      if (!graph.limit.empty()) {
+        graph.partial = at;
+        break;
+      }
+      periods_.drop();
+      if (options_.progress && at % 1024 == 0) options_.progress(graph.nodes.size(), graph.edges.size());
+    }
+    return {};
+  }
+
   std::string limit(std::uint32_t depth) const {
     if (depth >= options_.ticks) return fmt::format("the limit of {} ticks", options_.ticks);
     if (periods_.graph().nodes.size() > allowed(options_.states))
@@ -89,7 +112,8 @@ class Explorer {
   std::string limit_now() const {
     if (options_.interrupted && options_.interrupted()) return kInterrupted;
     if (options_.time && SteadyClock::now() - started_ > allowed(*options_.time)) return "the limit of time";
-    if (periods_.bytes() > allowed(options_.memory)) return kMemory;
+    if (periods_.bytes() > allowed(options_.memory))
+      return fmt::format("the limit of memory ({} MB; --memory)", options_.memory / 1'000'000);
     return {};
   }
   // Where faults may come, a quarter is kept for what goes on without them.
@@ -100,12 +124,14 @@ class Explorer {
 
   // Faults multiply states, and hide behind a limit what goes wrong without any. So what no fault has touched by now
   // is gone on from to its end, without faults.
-  Result<void> go_on_without_faults(std::uint32_t at) {
+  Result<void> go_on_without_faults() {
     Graph& graph = periods_.graph();
+    std::uint32_t& at = at_;
     if (options_.faults.empty() || graph.limit == kInterrupted) return {};
     const std::string limit_of_all = std::exchange(graph.limit, {});
-    std::vector<bool> untouched = untouched_by_faults();
-    if (graph.partial != UINT32_MAX && untouched[at]) {
+    Untouched untouched(graph);
+    untouched.reach(0);
+    if (graph.partial != UINT32_MAX && untouched.is[at]) {
       forget_edges(at);
       graph.partial = UINT32_MAX;
     } else if (graph.partial != UINT32_MAX) {
@@ -113,12 +139,14 @@ class Explorer {
       periods_.drop();
     }
     graph.faultless_from = at;
+    untouched.begin = at;
     is_faultless_ = true;
     periods_.leave_faults_out();
     for (; at < graph.nodes.size(); ++at) {
       graph.nodes[at].first_edge = static_cast<std::uint32_t>(graph.edges.size());
       if (graph.nodes[at].ended) continue;
-      if (untouched[at]) {
+      untouched.now = at;
+      if (untouched.is[at]) {
         graph.faultless_to = graph.nodes[at].depth;
         graph.limit = limit(graph.nodes[at].depth);
         if (graph.limit.empty()) {
@@ -129,13 +157,12 @@ class Explorer {
           break;
         }
         graph.nodes[at].edges = static_cast<std::uint32_t>(graph.edges.size()) - graph.nodes[at].first_edge;
-        untouched.resize(graph.nodes.size());
         for (std::size_t e = graph.nodes[at].first_edge; e < graph.edges.size(); ++e)
-          untouched[graph.edges[e].to] = true;
+          untouched.reach(graph.edges[e].to);
       }
       periods_.drop();
     }
-    graph.faultless_complete = graph.limit.empty();
+    graph.faultless_complete = graph.limit.empty() && !untouched.missed;
     graph.limit = limit_of_all;
     return {};
   }
@@ -147,30 +174,36 @@ class Explorer {
     graph.nodes[at].edges = 0;
   }
 
-  // By state: whether a way without faults leads to it.
-  std::vector<bool> untouched_by_faults() const {
-    const Graph& graph = periods_.graph();
-    std::vector<bool> has_fault(graph.decisions.size());
-    for (std::size_t i = 0; i < has_fault.size(); ++i) {
-      has_fault[i] = std::any_of(graph.decisions[i].begin(), graph.decisions[i].end(), [](const Made& made) {
-        return made.kind == Made::Kind::kFault && made.alternative > 0;
-      });
-    }
-    std::vector<bool> untouched(graph.nodes.size());
-    std::vector<std::uint32_t> open{0};
-    untouched[0] = true;
-    while (!open.empty()) {
-      const Graph::Node& node = graph.nodes[open.back()];
-      open.pop_back();
-      for (std::size_t e = node.first_edge; e < std::size_t{node.first_edge} + node.edges; ++e) {
-        const Edge& edge = graph.edges[e];
-        if (has_fault[edge.made] || untouched[edge.to]) continue;
-        untouched[edge.to] = true;
-        open.push_back(edge.to);
+  // States to which a way without faults leads.
+  struct Untouched {
+    explicit Untouched(const Graph& of) : graph(of) {}
+
+    void reach(std::uint32_t first) {
+      is.resize(graph.nodes.size());
+      std::vector<std::uint32_t> open{first};
+      while (!open.empty()) {
+        const std::uint32_t at = open.back();
+        open.pop_back();
+        if (is[at]) continue;
+        is[at] = true;
+        const Graph::Node& node = graph.nodes[at];
+        // It was left out, since only a fault had led to it by then.
+        missed = missed || (at >= begin && at <= now && !node.ended);
+        for (std::size_t e = node.first_edge; e < std::size_t{node.first_edge} + node.edges; ++e) {
+          const auto& made = graph.decisions[graph.edges[e].made];
+          if (std::none_of(made.begin(), made.end(),
+                           [](const Made& one) { return one.kind == Made::Kind::kFault && one.alternative > 0; }))
+            open.push_back(graph.edges[e].to);
+        }
       }
     }
-    return untouched;
-  }
+
+    const Graph& graph;
+    std::vector<bool> is;
+    std::uint32_t begin = UINT32_MAX;  // from which on nothing is gone on from but what is untouched,
+    std::uint32_t now = 0;             // up to which
+    bool missed = false;
+  };
 
   // Has the states from `at` on gone through by what is known, where there are many.
   void go_ahead(std::uint32_t at) {
@@ -276,6 +309,7 @@ class Explorer {
   Periods periods_;
   Ways ways_;
   SteadyClock::time_point started_;
+  std::uint32_t at_ = 0;  // the state that is being expanded
   bool too_many_ways_ = false;
   bool is_faultless_ = false;
   // States that scouts have gone through, a share each.

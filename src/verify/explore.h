@@ -145,7 +145,8 @@ struct Options {
   /// Goes through periods that are known already, several at a time; the graph is the same, whoever gives one. Where a
   /// limit of memory or of time ends it may differ.
   Each each;
-  std::uint64_t memory = 4'000'000'000;  ///< Bytes, of which a rough account is kept.
+  /// Bytes, of which a rough account is kept. Where there are not so many, it ends when there are no more.
+  std::uint64_t memory = 4'000'000'000;
   std::optional<std::chrono::nanoseconds> time;
   std::function<bool()> interrupted;                                    ///< May be empty.
   std::function<void(std::size_t states, std::size_t edges)> progress;  ///< Told now and then; may be empty.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <new>
 #include <set>
 #include <string>
 #include <utility>
@@ -78,6 +79,16 @@ class Judge {
     }
     if (out_.finding == Finding::kRefuted) out_.can_stay_open.reset();
     if (wants_all()) probability();
+    return std::move(out_);
+  }
+
+  /// What is known when there is no more memory.
+  Judgement without_memory() {
+    out_.can_stay_open.reset();
+    if (out_.finding != Finding::kRefuted) {
+      out_.finding = Finding::kUnknown;
+      out_.limit = "there was no more memory while it was judged; judge it alone (--only)";
+    }
     return std::move(out_);
   }
 
@@ -170,8 +181,8 @@ class Judge {
   }
 
   void refute(std::uint32_t at, const std::string& observation, TimePoint time, const std::string& state) {
-    out_.finding = Finding::kRefuted;
     out_.path = path_to(at);
+    out_.finding = Finding::kRefuted;
     out_.at = time;
     out_.observation = observation;
     out_.state = state;
@@ -195,6 +206,7 @@ class Judge {
     if (!found.loop) return;
     refute_by(*found.loop);
     drop_faults(owing, goes_on);
+    drop_orders(owing, goes_on);
   }
 
   void refute_by(const Lasso& loop) {
@@ -202,7 +214,7 @@ class Judge {
     path.loop = path.edges.size();
     path.edges.insert(path.edges.end(), loop.edges.begin(), loop.edges.end());
     out_.finding = Finding::kRefuted;
-    out_.at = time_of(loop.begin);
+    out_.at = time_of(loop.begin) + graph_.lasts(graph_.edges[loop.edges.front()]);
     out_.path = std::move(path);
     out_.observation.clear();
     out_.state = "for ever";
@@ -217,6 +229,7 @@ class Judge {
   void drop_faults(const Places& owing, const Allowed& goes_on) {
     std::vector<bool> tried(graph_.choices.size());
     std::vector<bool> without(graph_.choices.size());
+    const auto is_without = [&](const Made& made) { return is_fault(made) && without[made.what]; };
     for (const char* const function : {"fault", "end of fault"}) {
       const auto untried = [&]() -> std::optional<std::uint32_t> {
         const auto& edges = out_.path->edges;
@@ -230,17 +243,42 @@ class Judge {
       for (auto fault = untried(); fault; fault = untried()) {
         if (options_.interrupted && options_.interrupted()) return;
         tried[*fault] = without[*fault] = true;
-        without[*fault] = find_loop_without(without, owing, goes_on);
+        without[*fault] = find_loop_without(is_without, owing, goes_on);
       }
     }
   }
 
-  // Refutes by a loop, and a way to it, without faults; false: there is none.
-  bool find_loop_without(const std::vector<bool>& faults, Places owing, Allowed goes_on) {
+  // Looks for loops on which everything comes in the order of virtual time, or else on which fewer parts are ever
+  // before that; with no other faults than are needed.
+  void drop_orders(const Places& owing, const Allowed& goes_on) {
+    std::vector<bool> without(graph_.parts.size(), true);
+    std::vector<bool> needed(graph_.choices.size());
+    const auto is_other = [](const Made& made) { return made.kind == Made::Kind::kOrder && made.alternative > 0; };
+    const auto is_without = [&](const Made& made) {
+      return (is_fault(made) && !needed[made.what]) || (is_other(made) && without[made.what]);
+    };
+    std::set<std::uint32_t> first;  // other parts than in virtual time, on the loop that was found
+    for (const std::uint32_t edge : out_.path->edges) {
+      for (const Made& made : graph_.decisions[graph_.edges[edge].made]) {
+        if (is_other(made)) first.insert(made.what);
+        if (is_fault(made)) needed[made.what] = true;
+      }
+    }
+    if (first.empty() || find_loop_without(is_without, owing, goes_on) || first.size() == 1) return;
+    without.assign(without.size(), false);
+    for (const std::uint32_t part : first) {
+      if (options_.interrupted && options_.interrupted()) return;
+      without[part] = true;
+      without[part] = find_loop_without(is_without, owing, goes_on);
+    }
+  }
+
+  // Refutes by a loop, and a way to it, without such decisions; false: there is none.
+  bool find_loop_without(const std::function<bool(const Made&)>& is_left_out, Places owing, Allowed goes_on) {
     std::vector<bool> without(graph_.decisions.size());
     for (std::size_t i = 0; i < without.size(); ++i) {
       const auto& all = graph_.decisions[i];
-      without[i] = std::any_of(all.begin(), all.end(), [&](const Made& m) { return is_fault(m) && faults[m.what]; });
+      without[i] = std::any_of(all.begin(), all.end(), is_left_out);
     }
     const auto is_without = [&](const Step& step) { return without[graph_.edges[step.edge].made]; };
     const Branching& of = branches();
@@ -414,7 +452,12 @@ Judgement left_open(const Judgement& judgement) {
 }
 
 Judgement judge(const Graph& graph, const monitor::Model& model, const JudgeOptions& options) {
-  return Judge(graph, model, options)();
+  Judge judge(graph, model, options);
+  try {
+    return judge();
+  } catch (const std::bad_alloc&) {
+    return judge.without_memory();
+  }
 }
 
 }  // namespace sentree::verify

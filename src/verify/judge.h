@@ -36,7 +36,7 @@ struct Judgement {
   /// If refuted: one of the shortest behaviours that show it. A loop and the way to it have no fault without which
   /// there is such a loop too.
   std::optional<Path> path;
-  TimePoint at{};                       ///< When it is violated on that path.
+  TimePoint at{};                       ///< When it is violated on that path; of a loop, its first tick.
   std::string observation;              ///< Name of what violates it; empty: time that passed, or a loop.
   std::string state;                    ///< Of the monitor, then.
   std::string vacuous;                  ///< Why it says nothing that it holds; empty: it was put to the test.

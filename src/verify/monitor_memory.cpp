@@ -40,6 +40,33 @@ bool owes_without_bound(const monitor::Model& model, const Core& core) {
          counts(model, core);
 }
 
+bool is_to_come(const monitor::Model& model, const Core& core) {
+  if (model.origin() == nullptr || core.verdict != Verdict::kUndecided) return false;
+  const monitor::Requirement& of = model.origin()->requirement;
+  if (!of.bound) return owes_without_bound(model, core);
+  const bool comes = of.pattern == monitor::Pattern::kRespond || of.pattern == monitor::Pattern::kEventually ||
+                     of.pattern == monitor::Pattern::kAtLeastEvery;
+  return comes && monitor::standing(model, core).pending;
+}
+
+bool outlasts(const monitor::Model& model, Duration run, Duration period) {
+  if (model.origin() == nullptr || !model.origin()->requirement.bound) return false;
+  const monitor::Requirement& of = model.origin()->requirement;
+  if (of.pattern == monitor::Pattern::kAtMost || of.pattern == monitor::Pattern::kPrecedes) return false;
+  const monitor::Bound& bound = *of.bound;
+  switch (bound.unit) {
+    case monitor::Bound::Unit::kTime: return bound.time >= run;
+    case monitor::Bound::Unit::kTicks: return bound.count >= run / period;
+    case monitor::Bound::Unit::kEvents: return false;
+  }
+  return false;
+}
+
+bool leaves_open(const monitor::Model& model, Duration run, Duration period) {
+  return model.origin() != nullptr &&
+         (model.origin()->requirement.pattern != monitor::Pattern::kAtLeastEvery || outlasts(model, run, period));
+}
+
 MonitorMemory::MonitorMemory(const Graph& graph, const monitor::Model& model)
     : graph_(graph), model_(model), dispatch_(std::span<const monitor::Model>(&model, 1)) {}
 
@@ -101,12 +128,14 @@ std::optional<std::uint32_t> MonitorMemory::intern(Core core, TimePoint at, bool
     const monitor::Standing standing = monitor::standing(model_, core);
     const bool undecided = core.verdict == Verdict::kUndecided;
     const bool owes = owes_without_bound(model_, core);
+    const bool to_come = is_to_come(model_, core);
     const bool bounded = standing.deadline.has_value() || !standing.counted.empty();
     bytes_ += sizeof(Kept) + 6 * form_.size() + 500;
     cores_.push_back({.core = std::move(core),
                       .at = at,
                       .owes = owes,
                       .owes_until = undecided && standing.pending && bounded,
+                      .to_come = to_come,
                       .violated = violated});
   }
   return found->second;

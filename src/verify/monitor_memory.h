@@ -19,6 +19,15 @@ namespace sentree::verify {
 
 /// Whether a monitor owes something without a bound, which is never done if nothing follows.
 [[nodiscard]] bool owes_without_bound(const monitor::Model& model, const monitor::Core& core);
+/// Whether something that has to come, with a bound or without, has not come yet. That something comes again (at least
+/// every …) is due at all times.
+[[nodiscard]] bool is_to_come(const monitor::Model& model, const monitor::Core& core);
+/// Whether a run of that length is over before a bound of the requirement can be. How often something comes within
+/// one, and what is to come before, is known in any run.
+[[nodiscard]] bool outlasts(const monitor::Model& model, Duration run, Duration period);
+/// Whether a run of that length that ends where something `is_to_come` tells nothing of the requirement. What has to
+/// come again and again does so wherever the run ends: it has been kept if it was due before.
+[[nodiscard]] bool leaves_open(const monitor::Model& model, Duration run, Duration period);
 
 /// What a monitor does with the periods of a graph: its states are numbers, and what a sequence of observations does to
 /// each of them is found out once.
@@ -30,6 +39,7 @@ class MonitorMemory {
     TimePoint at{};           ///< Means nothing but what its own times are relative to.
     bool owes = false;        ///< Something without a bound.
     bool owes_until = false;  ///< With one.
+    bool to_come = false;     ///< As `is_to_come` has it.
     bool violated = false;    ///< In the period that led here.
   };
   /// What a period does to it.

@@ -49,10 +49,15 @@ class Splitter {
         splitting_(splitting),
         monitor_(monitor),
         datum_(std::move(datum)),
+        leaves_open_(leaves_open(plan.monitors[monitor], splitting.length, plan.scenario.project.period)),
         walk_(plan, splitting.order, score()) {}
 
+  struct Estimates {
+    double violated = 0;
+    double open = 0;
+  };
   // One repetition; nothing: interrupted.
-  Result<std::optional<double>> operator()(std::uint64_t number, Splits& counted) {
+  Result<std::optional<Estimates>> operator()(std::uint64_t number, Splits& counted) {
     if (!begun_ || walk_.bytes() > splitting_.memory) {
       if (auto begun = walk_.begin(); !begun) return tl::unexpected(begun.error());
       owed_.clear();
@@ -63,12 +68,18 @@ class Splitter {
     for (Trail& trail : trails) {
       trail.marks.push_back({score_of(0, walk_.first(monitor_)), 0, walk_.first(monitor_), TimePoint{}});
       if (auto done = go_on(trail, rng); !done) return tl::unexpected(done.error());
-      if (interrupted()) return std::optional<double>();
+      if (interrupted()) return std::optional<Estimates>();
       ++counted.runs;
       counted.violated += trail.best() == kViolated ? 1U : 0U;
       counted.owed += trail.owed ? 1U : 0U;
     }
+    // What is given up stands for its share all the same (Bréhier et al.): so is known how likely a run ends open.
+    const auto open_of = [](const std::vector<Trail>& of) {
+      return static_cast<double>(std::count_if(of.begin(), of.end(), [](const Trail& trail) { return trail.owed; }));
+    };
+    const auto walkers = static_cast<double>(trails.size());
     double left = 1;
+    double open = 0;
     std::vector<double> best;
     for (std::size_t levels = 0;; ++levels) {
       if (levels > kLevelsMax)
@@ -82,8 +93,9 @@ class Splitter {
       std::vector<std::size_t> above;
       std::vector<std::size_t> given_up;
       for (std::size_t i = 0; i < trails.size(); ++i) (trails[i].best() > level ? above : given_up).push_back(i);
-      if (above.empty()) return std::optional(0.0);
-      left *= static_cast<double>(above.size()) / static_cast<double>(trails.size());
+      if (above.empty()) return std::optional(Estimates{0, open + left * open_of(trails) / walkers});
+      for (const std::size_t i : given_up) open += trails[i].owed ? left / walkers : 0;
+      left *= static_cast<double>(above.size()) / walkers;
       for (const std::size_t i : given_up) {
         const Trail& from = trails[above[rng.below(above.size())]];
         const auto passed =
@@ -93,10 +105,11 @@ class Splitter {
         trails[i] = std::move(branch);
         ++counted.branches;
       }
-      if (interrupted()) return std::optional<double>();
+      if (interrupted()) return std::optional<Estimates>();
     }
     const auto violated = std::count(best.begin(), best.end(), kViolated);
-    return std::optional(left * static_cast<double>(violated) / static_cast<double>(trails.size()));
+    return std::optional(
+        Estimates{left * static_cast<double>(violated) / walkers, open + left * open_of(trails) / walkers});
   }
 
  private:
@@ -109,7 +122,7 @@ class Splitter {
   };
   struct Trail {
     std::vector<Mark> marks;  // of growing scores
-    bool owed = false;        // where it was ended, without a bound
+    bool owed = false;        // something is still to come where it was ended
     [[nodiscard]] double best() const { return marks.back().score; }
   };
 
@@ -175,9 +188,8 @@ class Splitter {
       if (reached > trail.best()) trail.marks.push_back({reached, at, core, now});
       if (outcome->violated) return {};
     }
-    const bool owes = monitor.kept(core).owes;
-    if (ended && owes) trail.marks.push_back({kViolated, at, core, now});
-    trail.owed = owes && !ended;
+    if (ended && monitor.kept(core).owes) trail.marks.push_back({kViolated, at, core, now});
+    trail.owed = !ended && monitor.kept(core).to_come && leaves_open_;
     return {};
   }
 
@@ -187,6 +199,7 @@ class Splitter {
   const Splitting& splitting_;
   std::size_t monitor_;
   std::optional<Datum> datum_;
+  bool leaves_open_;
   Walk walk_;
   bool begun_ = false;
   std::vector<double> owed_;  // by state of the monitor
@@ -202,7 +215,7 @@ Result<Splits> split(const project::Plan& plan, std::size_t monitor, const Split
   for (std::size_t i = 0; i < workers; ++i)
     splitters.push_back(std::make_unique<Splitter>(plan, monitor, splitting, *datum));
   struct Repetition {
-    Result<std::optional<double>> estimate = std::optional<double>();
+    Result<std::optional<Splitter::Estimates>> estimate = std::optional<Splitter::Estimates>();
     Splits counted;
   };
   Splits out;
@@ -215,7 +228,9 @@ Result<Splits> split(const project::Plan& plan, std::size_t monitor, const Split
     for (const Repetition& one : block) {
       if (!one.estimate) return tl::unexpected(one.estimate.error());
       if (!*one.estimate) return out;
-      out.estimates.push_back(**one.estimate);
+      const Splitter::Estimates& found = **one.estimate;
+      out.estimates.push_back(found.violated);
+      out.with_open.push_back(found.violated + found.open);
       out.runs += one.counted.runs;
       out.violated += one.counted.violated;
       out.owed += one.counted.owed;

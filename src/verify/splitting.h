@@ -36,10 +36,13 @@ struct Splitting {
 /// What the repetitions found, each on its own.
 struct Splits {
   std::vector<double> estimates;  ///< Of the probability; each right on average, whatever the score is.
-  std::uint64_t runs = 0;         ///< That were begun at the beginning of the mission,
-  std::uint64_t violated = 0;     ///< of which so many violated the requirement without being split.
-  std::uint64_t owed = 0;         ///< Of them those that were ended while something without a bound was owed.
-  std::uint64_t branches = 0;     ///< Runs that went on from where others were.
+  /// Of that and the probability together with which a run is ended while something is still to come (`is_to_come`), of
+  /// which nobody knows whether it violates the requirement; likewise, one for each of `estimates`.
+  std::vector<double> with_open;
+  std::uint64_t runs = 0;      ///< That were begun at the beginning of the mission,
+  std::uint64_t violated = 0;  ///< of which so many violated the requirement without being split.
+  std::uint64_t owed = 0;      ///< Of them those that were ended while something was still to come.
+  std::uint64_t branches = 0;  ///< Runs that went on from where others were.
 };
 
 /// Estimates how likely a run violates a monitor by adaptive multilevel splitting: of `walkers` runs those with the

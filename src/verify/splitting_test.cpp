@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -153,6 +154,57 @@ TEST_F(Splits, GoByWhatAMonitorOwes) {
   }
 }
 
+TEST_F(Splits, LeaveOpenWhatIsDueBehindTheEndOfARun) {
+  const project::Plan of = plan(70, "down \"He comes down.\": eventually at = 0 within 400 ms.\n");
+  const Verification found = verify(of, {});
+  ASSERT_TRUE(found.judgements.front().least);
+  const double exact = found.judgements.front().least->low;
+  EXPECT_GT(exact, 0.05);
+  const auto runs = [&](std::uint64_t count, bool memory, Duration length) {
+    std::vector<Came> all;
+    Sampling sampling;
+    sampling.runs = count;
+    sampling.length = length;
+    sampling.memory_of_periods = memory;
+    sampling.told = [&](const std::vector<Came>& came) {
+      all.push_back(came.front());
+      return true;
+    };
+    EXPECT_TRUE(sample(of, sampling));
+    return all;
+  };
+  const auto share = [](const std::vector<Came>& all, Came came) {
+    return static_cast<double>(std::count(all.begin(), all.end(), came)) / static_cast<double>(all.size());
+  };
+  const Duration short_run = std::chrono::milliseconds(300);
+  const auto all = runs(4'000, true, short_run);
+  EXPECT_EQ(runs(20, false, short_run), std::vector(all.begin(), all.begin() + 20));
+  EXPECT_EQ(share(all, Came::kViolated), 0);
+  const double open = share(all, Came::kStillOwed);
+  EXPECT_GT(open, exact);
+  EXPECT_LT(open, 1);
+  const auto long_ones = runs(4'000, true, std::chrono::seconds(60));
+  EXPECT_EQ(share(long_ones, Came::kStillOwed), 0);
+  EXPECT_NEAR(share(long_ones, Came::kViolated), exact, 4 * std::sqrt(exact / 4'000));
+
+  // By splitting likewise, whatever is given up on the way.
+  for (const char* const score : {kOwed, "man.x"}) {
+    Splitting one = splitting(score);
+    one.order = Order::kAny;
+    one.length = short_run;
+    const auto splits = split(of, 0, one);
+    ASSERT_TRUE(splits) << to_string(splits.error());
+    EXPECT_EQ(splits->estimates, std::vector<double>(splits->estimates.size())) << score;
+    const auto [low, high] = interval_of(splits->with_open, 3.659);
+    EXPECT_LE(low, open + 0.03) << score;
+    EXPECT_GE(high, open - 0.03) << score;
+    one.length = std::chrono::seconds(60);
+    const auto decided = split(of, 0, one);
+    ASSERT_TRUE(decided) << to_string(decided.error());
+    EXPECT_EQ(decided->with_open, decided->estimates) << score;
+  }
+}
+
 TEST_F(Splits, AreTheSameHoweverManyWorkersThereAre) {
   const project::Plan of = plan(12, kNeverUp + "12.\n");
   Splitting one = splitting("man.x");
@@ -228,14 +280,14 @@ class EndOfARun : public InFolder {
     for (const Diagnostic& one : prepared.diagnostics) EXPECT_NE(one.severity, Severity::kError) << to_string(one);
     return std::move(prepared.value.value());
   }
-  // Whether the first requirement is violated in a run of that length; however it is made.
-  static bool is_violated(const project::Plan& of, Duration length) {
-    std::vector<bool> all;
+  // What comes of the first requirement in a run of that length; however it is made.
+  static Came came_of(const project::Plan& of, Duration length) {
+    std::vector<Came> all;
     Sampling sampling;
     sampling.runs = 1;
     sampling.length = length;
     sampling.told = [&](const std::vector<Came>& came) {
-      all.push_back(came.front() == Came::kViolated);
+      all.push_back(came.front());
       return true;
     };
     for (const bool remembers : {true, false}) {
@@ -248,10 +300,13 @@ class EndOfARun : public InFolder {
     splitting.repetitions = 1;
     const auto splits = split(of, 0, splitting);
     EXPECT_TRUE(splits) << to_string(splits.error());
-    all.push_back(splits->estimates.front() == 1);
-    EXPECT_EQ(all, std::vector<bool>(3, all.front()));
+    all.push_back(splits->estimates.front() == 1   ? Came::kViolated
+                  : splits->with_open.front() == 1 ? Came::kStillOwed
+                                                   : Came::kKept);
+    EXPECT_EQ(all, std::vector<Came>(3, all.front()));
     return all.front();
   }
+  static bool is_violated(const project::Plan& of, Duration length) { return came_of(of, length) == Came::kViolated; }
 };
 
 TEST_F(EndOfARun, IsComeToByWhateverIsDueBeforeIt) {
@@ -262,6 +317,11 @@ TEST_F(EndOfARun, IsComeToByWhateverIsDueBeforeIt) {
     const project::Plan goes_on = plan(1000, std::string("r: ") + requirement + ".\n");
     for (const int length : {950, 999, 1000, 1001, 1050})
       EXPECT_FALSE(is_violated(goes_on, milliseconds(length))) << requirement << ", " << length;
+  }
+  // It comes again wherever a run ends; only what no run can come to the end of is open.
+  for (const char* const bound : {"60 ms", "999 ms", "9 ticks", "1 s", "10 ticks"}) {
+    const project::Plan again = plan(1000, std::string("r: event(request(d.note)) at least every ") + bound + ".\n");
+    EXPECT_EQ(came_of(again, milliseconds(1000)) == Came::kStillOwed, bound[0] == '1') << bound;
   }
   // The last one is at 900 ms; what is due at the end is kept.
   const project::Plan stops = plan(18, "r: event(request(d.note)) at least every 60 ms.\n");

@@ -18,8 +18,13 @@ namespace {
 // Runs that one worker makes before all are told of.
 constexpr std::uint64_t kBlockMax = 256;
 
-void note_end(Came& came, bool owes, bool of_the_mission) {
-  if (owes && came == Came::kKept) came = of_the_mission ? Came::kViolated : Came::kStillOwed;
+// Where the mission ends, what has no bound never comes.
+void note_end(Came& came, bool of_the_mission, bool owes, bool is_open) {
+  if (came != Came::kKept) return;
+  if (of_the_mission)
+    came = owes ? Came::kViolated : Came::kKept;
+  else if (is_open)
+    came = Came::kStillOwed;
 }
 
 // One run that is executed: its die, its gates and its monitors.
@@ -62,9 +67,12 @@ class Thrower final : public mission::Surroundings {
   void end_at(TimePoint end) { end_ = end; }
 
   // Nothing follows.
-  void end(bool of_the_mission) {
-    for (std::size_t i = 0; i < of_run.size(); ++i)
-      note_end(of_run[i], owes_without_bound(plan_.monitors[i], monitors_.state(i)), of_the_mission);
+  void end(bool of_the_mission, Duration length) {
+    for (std::size_t i = 0; i < of_run.size(); ++i) {
+      const monitor::Model& model = plan_.monitors[i];
+      note_end(of_run[i], of_the_mission, owes_without_bound(model, monitors_.state(i)),
+               is_to_come(model, monitors_.state(i)) && leaves_open(model, length, plan_.scenario.project.period));
+    }
   }
 
   std::vector<Came> of_run;
@@ -111,7 +119,7 @@ class Executed {
     // What would come at its very end is not known any more.
     const bool ended = mission::VirtualHost::ended(state) && (!is_last || state.now < end);
     thrower.advance(ended ? mission::judged_until(state.now, bt::is_completed(state.tree.root)) : end - Duration(1));
-    thrower.end(ended);
+    thrower.end(ended, sampling_.length);
     return std::move(thrower.of_run);
   }
 
@@ -124,7 +132,10 @@ class Executed {
 // Walks through what is known, and executes a period where that ends.
 class Walked {
  public:
-  Walked(const project::Plan& plan, const Sampling& sampling) : sampling_(sampling), walk_(plan, sampling.order) {}
+  Walked(const project::Plan& plan, const Sampling& sampling) : sampling_(sampling), walk_(plan, sampling.order) {
+    for (const monitor::Model& model : plan.monitors)
+      leaves_open_.push_back(leaves_open(model, sampling.length, plan.scenario.project.period));
+  }
 
   Result<std::vector<Came>> operator()(std::uint64_t number) {
     if (!begun_ || walk_.bytes() > sampling_.memory) {
@@ -166,7 +177,8 @@ class Walked {
     }
     for (std::size_t i = 0; i < walk_.monitors(); ++i) {
       if (of_run[i] == Came::kViolated) continue;
-      note_end(of_run[i], walk_.monitor(i).kept(cores_[i]).owes, ended);
+      const MonitorMemory::Kept& kept = walk_.monitor(i).kept(cores_[i]);
+      note_end(of_run[i], ended, kept.owes, kept.to_come && leaves_open_[i]);
     }
     return of_run;
   }
@@ -174,6 +186,7 @@ class Walked {
  private:
   const Sampling& sampling_;
   Walk walk_;
+  std::vector<bool> leaves_open_;  // by monitor
   bool begun_ = false;
   std::vector<std::uint32_t> cores_;
 };

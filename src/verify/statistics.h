@@ -13,7 +13,7 @@ namespace sentree::verify {
 /// What came of a requirement in one run.
 enum class Came : std::uint8_t {
   kKept,
-  kStillOwed,  ///< Something without a bound, where the run was ended before the mission was.
+  kStillOwed,  ///< Something was to come, where the run was ended before the mission was: nobody knows.
   kViolated,
 };
 

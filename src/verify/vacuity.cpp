@@ -166,14 +166,18 @@ class Looking {
   [[nodiscard]] bool is_ever_open(const Requirement& of) const {
     if (of.scope.kind == monitor::Scope::Kind::kAfter || of.scope.kind == monitor::Scope::Kind::kWhile)
       return is_ever(of, of.scope.open);
-    // What opens it belongs to it, unless it closes it as well.
-    auto closed = std::make_shared<Condition>();
-    closed->kind = Condition::Kind::kNot;
-    closed->operands = {of.scope.close};
-    auto opens = std::make_shared<Condition>();
-    opens->kind = Condition::Kind::kAnd;
-    opens->operands = {of.scope.open, std::move(closed)};
-    return is_ever(of, std::move(opens));
+    // As the scope itself has it, also while nothing is known of what closes it: nothing holds in it.
+    auto nothing = std::make_shared<Condition>();
+    nothing->kind = Condition::Kind::kTruth;
+    Requirement never;
+    never.name = of.name;
+    never.span = of.span;
+    never.scope = of.scope;
+    never.scope.kind = monitor::Scope::Kind::kAfterUntil;
+    never.pattern = Pattern::kAlways;
+    never.p = std::move(nothing);
+    const auto made = monitor::Model::make(never);
+    return !made.ok() || is_violated(*made.value);
   }
   // @param as  The truth value that is looked for.
   [[nodiscard]] bool is_ever(const Requirement& of, monitor::ConditionPtr condition, bool as = true) const {

@@ -110,6 +110,23 @@ TEST_F(Verify, HoldsOnEveryBehaviourOrShowsOne) {
   EXPECT_EQ(verdict_of(some, fails), monitor::Verdict::kViolated);
 }
 
+TEST_F(Verify, SaysOfAScopeWhetherItNeverBeginsOrNeverEnds) {
+  write("interfaces/door.thrift", "service Door { i32 ask() i32 other() }\n");
+  model("pick('says', 1, 2)");
+  requirements(
+      "a: between said = 1 and reply(door.other) = 3, never said = 7.\n"
+      "b: between said = 1 and said = 9, never said = 7.\n"
+      "c: between said = 9 and said = 1, never said = 7.\n"
+      "d: between said = 1 and said < 2, never said = 7.\n");
+  const Verification found = verify(plan(), {});
+  ASSERT_THAT(found.errors, IsEmpty());
+  const auto why = [&](std::size_t i) { return found.judgements[i].vacuous; };
+  EXPECT_EQ(why(0), "its scope never ends, and only what is closed counts");
+  EXPECT_EQ(why(1), "its scope never ends, and only what is closed counts");
+  EXPECT_EQ(why(2), "its scope never begins");
+  EXPECT_EQ(why(3), "its scope never begins") << "what opens it closes it";
+}
+
 TEST_F(Verify, ShowsWhatTheEndOfTheMissionLeavesOpen) {
   model("pick('says', 1, 6)");
   requirements("answered: whenever said = 6, event(request(door.ask)) within 2 s.\n");
@@ -321,6 +338,8 @@ TEST_F(Verify, ShowsALoopOfTheFewestTicks) {
   ASSERT_EQ(judgement.finding, Finding::kRefuted);
   ASSERT_TRUE(judgement.path->loop);
   EXPECT_EQ(judgement.path->edges.size() - *judgement.path->loop, 1U);
+  EXPECT_EQ(judgement.at, TimePoint{} + found.graph.period * static_cast<std::int64_t>(*judgement.path->loop))
+      << "the time of the tick with which it begins";
   EXPECT_EQ(verdict_of(found, plan()), monitor::Verdict::kUndecided) << "it owes for ever";
 }
 
@@ -715,7 +734,7 @@ TEST_F(Verify, StopsAtItsLimitsWithinAPeriod) {
   EXPECT_EQ(all.graph.nodes.size(), 2U);
   asked.explore.memory = 500'000;
   const Verification few = verify(plan(), asked);
-  EXPECT_EQ(few.graph.limit, "the limit of memory");
+  EXPECT_EQ(few.graph.limit, "the limit of memory (0 MB; --memory)");
   EXPECT_EQ(few.graph.nodes.size(), 1U);
 }
 
