@@ -319,6 +319,8 @@ struct Scenario {
 /// which has been read and told of already, it is not read again.
 [[nodiscard]] Loaded<Scenario> load_scenario(const std::filesystem::path& file, const Project* known = nullptr);
 
+/// The same over a project that it does not lie in, whatever project it names.
+[[nodiscard]] Loaded<Scenario> load_scenario_of(const Project& project, const std::filesystem::path& file);
 /// The scenario of a project that has no timeline and expects nothing.
 [[nodiscard]] Scenario plain_scenario(Project project);
 
