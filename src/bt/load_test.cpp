@@ -369,6 +369,34 @@ TEST(Load, NumbersLeavesWithoutNamesAsBehaviorTreeCppDoes) {
   EXPECT_EQ(tree.value->event_name(tree.value->find("s.Go::10")), "s.Go__10");
 }
 
+TEST(Load, BeginsWithTheEntriesThatItIsGiven) {
+  LoadOptions options;
+  options.entries = {{"n", Value(std::int64_t{3}), {"p.yaml", 1, 1, 0}}, {"speed", Value("0.5"), {}}};
+  const std::string body =
+      "<Sequence><ScriptCondition code=\"n == 3\"/><SubTree ID=\"S\" name=\"s\" speed=\"{speed}\"/></Sequence>";
+  const std::string more =
+      "<BehaviorTree ID=\"S\"><Go speed=\"{speed}\"/></BehaviorTree><TreeNodesModel><Action ID=\"Go\"><input_port "
+      "name=\"speed\" type=\"double\"/></Action></TreeNodesModel>";
+  const auto tree = load(in_tree(body, more), options, "m.xml");
+  ASSERT_TRUE(tree.ok()) << told(tree);
+  EXPECT_EQ(told(tree), "");
+  EXPECT_TRUE(tree.value->model().unwritten.empty());
+  const State state(*tree.value);
+  EXPECT_EQ(*entry(*tree.value, state, "n"), Value(std::int64_t{3}));
+  EXPECT_EQ(*entry(*tree.value, state, "speed"), Value(0.5)) << "as the port has it";
+
+  options.entries = {{"speed", Value("fast"), {"p.yaml", 1, 1, 0}}};
+  EXPECT_THAT(
+      told(load(in_tree(body, more), options, "m.xml")),
+      HasSubstr("p.yaml:1:1: entry \"speed\" begins with \"fast\", which is no double, as port \"speed\" of Go has it"));
+  options.entries = {{"sped", Value(0.5), {"p.yaml", 1, 1, 0}}};
+  EXPECT_THAT(told(load(in_tree(body, more), options, "m.xml")),
+              HasSubstr("p.yaml:1:1: warning: nothing in tree \"Main\" names entry \"sped\"; did you mean \"speed\"?"));
+  const std::string closed = "<SubTree ID=\"S\" name=\"s\"/>";
+  options.entries = {{"speed", Value(0.5), {"p.yaml", 1, 1, 0}}};
+  EXPECT_THAT(told(load(in_tree(closed, more), options, "m.xml")),
+              HasSubstr("; SubTree \"s\" has one of its own: give it speed=\"{speed}\", or _autoremap=\"true\""));
+}
 TEST(Load, KnowsALeafByItsSkill) {
   LoadOptions options;
   options.skill_kind = [](std::string_view id, std::string_view) {

@@ -43,6 +43,7 @@ class MissionLoader {
       for (const FileRef& folder : project_.packages) folders.push_back(project_.shown(folder.path));
       return bt::find_ros_package(package, folders);
     };
+    for (const MissionEntry& entry : project_.entries) options.entries.push_back({entry.name, entry.value, entry.span});
     library_.serve(options);
     auto loaded = bt::load(std::move(*source), options, project_.shown(project_.mission.path));
     loaded.diagnostics.insert(loaded.diagnostics.begin(), diagnostics_.begin(), diagnostics_.end());

@@ -186,6 +186,8 @@ class Loader {
   /// Gives leaves that are called alike their numbers, and finds those that stay alike.
   void check_leaf_names();
   void name_scopes();
+  /// Makes the entries that are there before the first tick, as the ports that name them have them.
+  void start_entries();
 
   // check.cpp: what loads, and still deserves a word.
   [[nodiscard]] std::set<std::uint32_t> named_by_broken() const;
