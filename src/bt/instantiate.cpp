@@ -655,6 +655,7 @@ void Loader::check_leaf_names() {
   std::unordered_map<std::string, std::size_t> uses;
   for (const NodeId id : model_->externals) ++uses[event_name(path_of(id, false))];
   std::unordered_map<std::string, NodeId> seen;
+  std::vector<std::pair<NodeId, NodeId>> alike;  // each with the first of its name
   for (const NodeId id : model_->externals) {
     std::string path = path_of(id, false);
     const std::string& kind = model_->manifest(id).id;
@@ -668,27 +669,45 @@ void Loader::check_leaf_names() {
       if (numbered != path) path = model_->numbered[id] = std::move(numbered);
     }
     const auto [place, fresh] = seen.try_emplace(event_name(path), id);
-    if (!fresh) {
-      // One leaf of a BehaviorTree that is there twice: their SubTrees are what differs.
-      NodeId one = id;
-      NodeId other = place->second;
-      const auto is_one_element = [&] { return to_string(span_of(one)) == to_string(span_of(other)); };
-      while (is_one_element()) {
-        const NodeId above = model_->trees[model_->infos[one].tree].subtree;
-        const NodeId above_other = model_->trees[model_->infos[other].tree].subtree;
-        if (above == kNoNode || above_other == kNoNode || above == above_other) break;
-        one = above;
-        other = above_other;
-      }
-      missing("bt.duplicate-leaf",
-              one == id ? fmt::format("there are two leaves \"{}\" in messages; the other is at {}. Give one of them, "
-                                      "or its SubTree, another name",
-                                      place->first, to_string(span_of(other)))
-                        : fmt::format("there are two leaves \"{}\" in messages, of this SubTree and of the one at {}. "
-                                      "Give one of the two another name",
-                                      place->first, to_string(span_of(other))),
-              span_of(one));
+    if (!fresh) alike.emplace_back(id, place->second);
+  }
+  // Names of their own do not tell these apart; numbers do, as those of leaves without a name.
+  std::unordered_set<NodeId> are_numbered;
+  const auto number = [&](NodeId id) {
+    const auto known = model_->numbered.find(id);
+    std::string path = known != model_->numbered.end() ? known->second : path_of(id, false);
+    if (are_numbered.insert(id).second) {
+      do path += fmt::format("::{}", id + 1);
+      while (!seen.try_emplace(event_name(path), id).second);
+      model_->numbered[id] = path;
     }
+    return event_name(path);
+  };
+  for (const auto& [id, first] : alike) {
+    const std::string name = event_name(path_of(id, false));
+    const std::string of_first = number(first);
+    const std::string own = number(id);
+    // One leaf of a BehaviorTree that is there twice: their SubTrees are what differs.
+    NodeId one = id;
+    NodeId other = first;
+    const auto is_one_element = [&] { return to_string(span_of(one)) == to_string(span_of(other)); };
+    while (is_one_element()) {
+      const NodeId above = model_->trees[model_->infos[one].tree].subtree;
+      const NodeId above_other = model_->trees[model_->infos[other].tree].subtree;
+      if (above == kNoNode || above_other == kNoNode || above == above_other) break;
+      one = above;
+      other = above_other;
+    }
+    const std::string place = to_string(span_of(other));
+    warn("bt.duplicate-leaf",
+         one == id ? fmt::format("two leaves are called \"{}\", this one and that at {}; in messages they are \"{}\" "
+                                 "and \"{}\". Give one of them another name",
+                                 name, place, own, of_first)
+                   : fmt::format("two SubTrees have one name, this one and that at {}, which BehaviorTree.CPP 4.10 "
+                                 "refuses; in messages their leaf \"{}\" is \"{}\" and \"{}\". Give one of them "
+                                 "another name",
+                                 place, name, own, of_first),
+         span_of(one));
   }
 }
 

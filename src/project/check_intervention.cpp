@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sentree/base/numbered.h"
 #include "sentree/idl/conform.h"
 #include "sentree/monitor/observed.h"
 
@@ -70,6 +71,19 @@ class Check {
     return fail(std::move(code), std::move(message), span_);
   }
 
+
+  // Behind "there is no leaf of that name": which leaves may be meant. `names`: all that may be said.
+  std::string way_to_leaf(const std::string& wanted, const Names& names) const {
+    if (scope_.leaves == nullptr) return did_you_mean(wanted, names);
+    Names alike = numbered(wanted, names);
+    if (!alike.empty()) return fmt::format("; several leaves have that name: say {}", fmt::join(alike, " or "));
+    for (const LeafPlan& leaf : *scope_.leaves) {
+      if (leaf.id == wanted && contains(names, leaf.name) && !leaf.name.ends_with(wanted)) alike.push_back(leaf.name);
+    }
+    if (!alike.empty()) return fmt::format("; it is the skill of {}", fmt::join(alike, ", "));
+    return did_you_mean(wanted, names);
+  }
+
   Result<void> check(const Call& what) const {
     const auto dot = what.method.rfind('.');
     const std::string name = what.method.substr(0, dot);
@@ -124,7 +138,7 @@ class Check {
     Names names;
     for (const SteeredPart& part : parts_of(scope_)) names.push_back(part.name);
     if (contains(names, wanted)) return {};
-    std::string way_out = did_you_mean(wanted, names);
+    std::string way_out = way_to_leaf(wanted, names);
     constexpr std::size_t kShownMax = 8;
     if (way_out.empty() && !names.empty() && names.size() <= kShownMax)
       way_out = fmt::format("; there are {}", fmt::join(names, ", "));
@@ -226,7 +240,7 @@ class Check {
     const LeafPlan* found = leaf(what.leaf);
     if (found == nullptr) {
       return refuse("steering.unknown-leaf", fmt::format("no leaf that runs a skill is called \"{}\"{}", what.leaf,
-                                                         did_you_mean(what.leaf, leaf_names())));
+                                                         way_to_leaf(what.leaf, leaf_names())));
     }
     const Names statuses{"SUCCESS", "FAILURE", "RUNNING"};
     if (!contains(statuses, what.status)) {

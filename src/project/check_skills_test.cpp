@@ -367,6 +367,34 @@ TEST(CheckSkills, KnowsTheTextsThatSubTreesAreGiven) {
               HasSubstr("did you mean \"pot\"?"));
 }
 
+TEST(CheckSkills, NamesTheLeavesOfOneName) {
+  const std::vector<ExampleEdit> twice{{"mission.xml", "name=\"GoToDesk\"", "name=\"GoToDoor\""}};
+  const auto told = [&](ExampleEdit edit) {
+    std::vector<ExampleEdit> edits = twice;
+    edits.push_back(edit);
+    return told_of("minimal", edits);
+  };
+  EXPECT_THAT(told_of("minimal", twice),
+              Contains(HasSubstr("warning: two leaves are called \"GoToDoor\", this one and that at")));
+  EXPECT_THAT(
+      told({"scenarios/k.yaml", nullptr, "timeline:\n  - {at: 1 s, kill: GoToDoor}\n"}),
+      Contains(HasSubstr("is called \"GoToDoor\"; several leaves have that name: say GoToDoor__3 or GoToDoor__4")));
+  for (const char* requirement : {"R: never event(GoToDoor.halt).",
+                                  "R: never request(navigation.stopNavigation from "
+                                  "GoToDoor)."}) {
+    EXPECT_THAT(told({"requirements/battery.req", nullptr, requirement}),
+                Contains(HasSubstr("several leaves are called \"GoToDoor\"; say GoToDoor__3")))
+        << requirement;
+  }
+  const std::vector<std::string> both =
+      told({"sentree.yaml", "monitors:", "skills: {GoToDoor: {file: skills/GoTo.scxml}}\nmonitors:"});
+  EXPECT_THAT(both, Not(Contains(HasSubstr("would be that of")))) << "one skill is that of both";
+  EXPECT_THAT(
+      told_of("minimal", {{"mission.xml", "name=\"BatteryOk\"", "name=\"GoToDoor\""},
+                          {"sentree.yaml", "monitors:", "skills: {GoToDoor: {file: skills/GoTo.scxml}}\nmonitors:"}}),
+      Contains(HasSubstr("skill \"GoToDoor\" would be that of leaves of several IDs: GoToDoor__2 "
+                         "(BatteryAbove), GoToDoor__3 (GoTo); give one of them another name")));
+}
 TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
   const auto told = [](const std::vector<ExampleEdit>& edits) {
     const TemporaryFolder temporary("check-unnamed");
