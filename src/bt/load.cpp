@@ -301,6 +301,7 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
     constexpr std::size_t kNamedMax = 8;
     if (hint.empty() && !ids.empty() && ids.size() <= kNamedMax)
       hint = fmt::format("; there is \"{}\"", fmt::join(ids, "\", \""));
+    if (std::string place = where(options_.main_tree); !place.empty()) hint = std::move(place);
     error("bt.unknown-tree", fmt::format("there is no BehaviorTree \"{}\"{}", options_.main_tree, hint), root.span());
     return kNone;
   }
@@ -309,8 +310,8 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
     if (const auto found = find_definition(*wanted, place); found != kNone) return found;
     const bool elsewhere = options_.partial && missing_files_;
     report(elsewhere ? Severity::kWarning : Severity::kError, "bt.unknown-tree",
-           fmt::format("main_tree_to_execute is \"{}\", and there is no such BehaviorTree{}", *wanted,
-                       did_you_mean(*wanted, ids)),
+           fmt::format("main_tree_to_execute is \"{}\", and there is no such BehaviorTree{}{}", *wanted,
+                       did_you_mean(*wanted, ids), where(*wanted)),
            place);
     return elsewhere && !definitions_.empty() ? likely_main() : kNone;
   }

@@ -67,6 +67,9 @@ struct LoadOptions {
   /// The file with the BehaviorTree of that ID, for one that is in none of the files read so far; nothing: there is
   /// none. It is read by `read_file`, as if it were included. Null: nothing.
   std::function<std::optional<std::filesystem::path>(std::string_view id)> find_tree;
+  /// Behind the message that there is no BehaviorTree of that ID: where there is one, "; trees/charge.xml has it; …",
+  /// or nothing. Null: nothing.
+  std::function<std::string(std::string_view id)> where_tree;
   /// Errors: bt.entry-type, where ports have the entry as another type. Warnings: bt.unused-entry.
   std::vector<StartEntry> entries;
   /// Reads an included file by the path as resolved against the including file. Null: <include> is refused.

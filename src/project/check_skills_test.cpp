@@ -395,11 +395,14 @@ TEST(CheckSkills, NamesTheLeavesOfOneName) {
       Contains(HasSubstr("skill \"GoToDoor\" would be that of leaves of several IDs: GoToDoor__2 "
                          "(BatteryAbove), GoToDoor__3 (GoTo); give one of them another name")));
 }
+
+
 TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
   const auto told = [](const std::vector<ExampleEdit>& edits) {
     const TemporaryFolder temporary("check-unnamed");
     const fs::path folder = temporary.path() / "project";
     fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/minimal", folder, fs::copy_options::recursive);
+    fs::create_directory(folder / "models");
     for (const ExampleEdit& edit : edits) std::ofstream(folder / edit.file, std::ios::app) << edit.after;
     std::string all;
     const auto project = load_project(folder);
@@ -413,6 +416,7 @@ TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
   const std::string all =
       told({{"requirements/speed.req", nullptr, "R: always reply(batery.getBatteryState).percentage > 0.2."},
             {"monitors/other.scxml", nullptr, "<scxml/>"},
+            {"models/other.scxml", nullptr, "<scxml/>"},
             {"skills/Unused.scxml", nullptr, "<scxml/>"},
             {"scenarios/other.yml", nullptr, "duration: 1 s"}});
   EXPECT_THAT(all,
@@ -420,6 +424,8 @@ TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
                         "monitors: - {file: requirements/speed.req}"));
   EXPECT_THAT(all, HasSubstr("speed.req:1:17: warning: the project has no service \"batery\""));
   EXPECT_THAT(all, HasSubstr("warning: monitors/other.scxml is watched by nobody"));
+  EXPECT_THAT(all, HasSubstr("warning: models/other.scxml serves nobody; name it under models: - {file: "
+                             "models/other.scxml, serves: […]}"));
   EXPECT_THAT(all, HasSubstr("note: skills/Unused.scxml is run by nobody: the mission has no leaf \"Unused\""));
   EXPECT_THAT(all, HasSubstr("warning: scenarios/other.yml is no scenario by its name, so it is not run; call it "
                              "scenarios/other.yaml"));

@@ -110,6 +110,18 @@ TEST(MissionFiles, SayWhatIsMissing) {
   EXPECT_THAT(folder.told(TreePurpose::kLook), HasSubstr("warning: there is no BehaviorTree \"Gone\""));
 }
 
+TEST(MissionFiles, SayWhichFileHasATreeThatIsMissed) {
+  TreeFolder folder;
+  folder.yaml("mission: {file: main.xml}\n")
+      .tree("main.xml", "Main", "<SubTree ID=\"Charge\"/>")
+      .tree("trees/charge.xml", "Charge", "<AlwaysSuccess/>");
+  EXPECT_THAT(folder.told(), HasSubstr("main.xml:1:61: there is no BehaviorTree \"Charge\"; trees/charge.xml has it: "
+                                       "write mission: {files: [main.xml, trees/charge.xml]}"));
+  folder.yaml("mission: {files: [main.xml]}\n");
+  EXPECT_THAT(folder.told(), HasSubstr("; trees/charge.xml has it; name it under mission.files"));
+  folder.yaml("mission: {file: main.xml, tree: Charge}\n");
+  EXPECT_THAT(folder.told(), HasSubstr("there is no BehaviorTree \"Charge\"; trees/charge.xml has it"));
+}
 
 TEST(MissionEntries, AreThereBeforeTheFirstTick) {
   TreeFolder folder;

@@ -195,6 +195,10 @@ class Loader {
   void name_scopes();
   /// Makes the entries that are there before the first tick, as the ports that name them have them.
   void start_entries();
+  /// What is known of a BehaviorTree that is nowhere, behind a message.
+  [[nodiscard]] std::string where(std::string_view id) const {
+    return options_.where_tree ? options_.where_tree(id) : "";
+  }
 
   // check.cpp: what loads, and still deserves a word.
   [[nodiscard]] std::set<std::uint32_t> named_by_broken() const;
