@@ -396,6 +396,14 @@ TEST(CheckSkills, NamesTheLeavesOfOneName) {
                          "(BatteryAbove), GoToDoor__3 (GoTo); give one of them another name")));
 }
 
+TEST(CheckScenarios, TellOfABrokenInterfaceOnce) {
+  EXPECT_THAT(
+      told_of("pick-and-place",
+              {{"sentree.yaml", "interface: cell.thrift/Arm", "interface: cel.thrift/Arm"},
+               {"scenarios/b.yaml", nullptr,
+                "timeline:\n  - {at: 1 s, unreachable: arm.pick}\n  - {at: 2 s, late: arm.pick}\n"}}),
+      Not(Contains(HasSubstr("b.yaml"))));
+}
 
 TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
   const auto told = [](const std::vector<ExampleEdit>& edits) {
