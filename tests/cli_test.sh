@@ -69,6 +69,11 @@ expect 0 '1 of 1 scenarios held' "$sentree" test examples/minimal/scenarios/visi
 expect 3 'no such file' "$sentree" test examples/minimal/scenarios/vist.yaml
 expect 3 'no scenario "vist"; did you mean "visit"' "$sentree" test examples/minimal --scenario vist
 expect 124 'ended by its time limit' "$sentree" run examples/recharge --clock virtual --duration '5 s'
+# All warnings are counted, in whichever files, and the command names the project as it was typed.
+cp -r examples/minimal "$work/warned"
+sed -i 's|<data id="percent"/>|&<data id="spare" expr="1"/>|' "$work/warned/skills/BatteryAbove.scxml"
+sed -i 's|<data id="place"/>|&<data id="spare" expr="1"/><data id="other" expr="2"/>|' "$work/warned/skills/GoTo.scxml"
+expect 124 '3 warnings; `sentree check .*/warned` tells them' "$sentree" run "$work/warned" --clock virtual --duration '1 s'
 
 # Requirements: checked, made into charts, watched and explained.
 expect 0 'nothing to complain about' "$sentree" check examples/requirements

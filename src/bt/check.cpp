@@ -299,7 +299,7 @@ std::vector<ScriptType> Loader::entry_types(const std::function<std::uint32_t(st
     seen[cell] = true;
   };
   for (const Constant& constant : model_->constants) {
-    note(constant.cell, constant.datum.value.is_number() ? ScriptType::kNumber : ScriptType::kText);
+    note(constant.cell, constant.datum.value.as_string() != nullptr ? ScriptType::kText : ScriptType::kNumber);
   }
   for (NodeId id = 0; id < model_->nodes.size(); ++id) {
     const Node& node = model_->nodes[id];

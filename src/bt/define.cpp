@@ -471,7 +471,7 @@ void Loader::define_subtree(Definition& definition, DefinedNode& node, const std
   const std::uint32_t target = find_definition(*id, place);
   if (target == kNone) {
     missing("bt.unknown-tree",
-            fmt::format("there is no BehaviorTree \"{}\"{}{}", *id, hint(*id, tree_ids()),
+            fmt::format("there is no BehaviorTree \"{}\"{}{}{}", *id, hint(*id, tree_ids()), where(*id),
                         options_.partial ? "; it is a closed box here, unless a file that has it is given too" : ""),
             place);
     if (options_.partial) define_closed(definition, node, *id);

@@ -97,8 +97,9 @@ std::uint32_t Loader::open_scope(const Definition& definition, const DefinedNode
     }
     EntryUse& use = entry_use(own);
     use.type = use.strong = constant.type;
-    use.constant_of = id;
+    use.constant = static_cast<std::uint32_t>(model_->constants.size());
     model_->constants.push_back(std::move(constant));
+    constant_elements_.push_back(defined.element);
   }
   return scope;
 }
@@ -114,10 +115,19 @@ std::string with_article(std::string_view type) {
 
 }  // namespace
 
+std::string Loader::constant_of(const EntryUse& use) const {
+  const XmlElement& subtree = constant_elements_[use.constant];
+  const std::string_view id = subtree.attribute("ID").value_or(subtree.name());
+  return fmt::format("SubTree \"{}\"", subtree.attribute("name").value_or(id));
+}
+
+SourceSpan Loader::place_of_constant(const EntryUse& use) const {
+  const std::uint32_t name = model_->cells[model_->constants[use.constant].cell].name;
+  return constant_elements_[use.constant].attribute_value_span(model_->strings[name]);
+}
+
 std::string Loader::declared_by(const EntryUse& use) const {
-  if (use.constant_of != kNoNode) {
-    return fmt::format("the constant of SubTree \"{}\"", model_->name(use.constant_of));
-  }
+  if (use.constant != kNone) return fmt::format("the constant of {}", constant_of(use));
   return fmt::format("port \"{}\" of {}", model_->strings[use.port], model_->manifests[use.manifest].id);
 }
 
@@ -132,7 +142,12 @@ void Loader::declare_entry(std::uint32_t cell, const DefinedNode& defined, const
   while (!is_constant(owner) && model_->cells[owner].parent != kNone) owner = model_->cells[owner].parent;
   EntryUse& use = entry_use(owner);
   const bool strong = type != nullptr && type->strong();
-  if (use.manifest == kNone && use.constant_of == kNoNode) {
+  if (use.constant != kNone && model_->constants[use.constant].type == nullptr && model_->format != 3) {
+    // Text, of which each port makes what it means to it.
+    if (strong) check_constant(use, defined, port);
+    return;
+  }
+  if (use.manifest == kNone && use.constant == kNone) {
     use.type = type;
     use.strong = strong ? type : nullptr;
     use.manifest = defined.manifest;
@@ -157,15 +172,14 @@ void Loader::declare_entry(std::uint32_t cell, const DefinedNode& defined, const
                        with_article(use.strong->name), declared_by(use));
   };
   const std::string self = fmt::format("port \"{}\" of {}", model_->strings[port.name], manifest.id);
-  if (type->kind == PortType::Class::kString && use.constant_of != kNoNode) {
+  if (type->kind == PortType::Class::kString && use.constant != kNone) {
     // It only looked like a number; BehaviorTree.CPP takes it for one and refuses the text.
     warn("bt.text-of-number", fmt::format("{}text for {}; BehaviorTree.CPP refuses that", about(), self),
          defined.element.span());
-    const auto constant = std::find_if(model_->constants.begin(), model_->constants.end(),
-                                       [owner](const Constant& one) { return one.cell == owner; });
-    if (use.manifest != kNone || constant == model_->constants.end()) return;
-    constant->datum.value = Value(model_->strings[constant->text]);
-    constant->type = use.type = nullptr;
+    if (use.manifest != kNone) return;
+    Constant& constant = model_->constants[use.constant];
+    constant.datum.value = Value(model_->strings[constant.text]);
+    constant.type = use.type = nullptr;
     use.strong = type;
     use.manifest = defined.manifest;
     use.port = port.name;
@@ -179,15 +193,40 @@ void Loader::declare_entry(std::uint32_t cell, const DefinedNode& defined, const
     return;
   }
   const bool hidden = use.type == nullptr || !use.type->strong();
-  const bool could_be_real = use.constant_of != kNoNode && use.strong->kind == PortType::Class::kInteger &&
-                             type->kind == PortType::Class::kReal;
   // BehaviorTree.CPP does not see the clash where an untyped port comes first in the file.
   // Whoever only looks has nobody's types but those of a palette.
   report(hidden || options_.partial ? Severity::kWarning : Severity::kError, "bt.type-clash",
          fmt::format("{}{} for {}{}{}", about(), with_article(type->name), self,
                      castable_either ? ", which writes it, too" : "",
-                     could_be_real ? "; write the constant with a point: 1.0" : ""),
-         defined.element.span());
+                     use.constant != kNone ? way_to_type(use, *type) : ""),
+         use.constant != kNone ? place_of_constant(use) : defined.element.span());
+}
+
+void Loader::check_constant(const EntryUse& use, const DefinedNode& defined, const DefinedPort& port) {
+  const std::string& text = model_->strings[model_->constants[use.constant].text];
+  const bool is_output = port.declared != 0xFFFF &&
+                         model_->manifests[defined.manifest].ports[port.declared].direction == PortDirection::kOutput;
+  if (is_output || port.type->kind == PortType::Class::kString || value_of_text(*model_, *port.type, text)) return;
+  warn("bt.bad-value",
+       fmt::format("{} gives \"{}\" to port \"{}\", which is {}: what reads it fails", constant_of(use), text,
+                   model_->strings[port.name], with_article(port.type->name)),
+       place_of_constant(use));
+}
+
+std::string Loader::way_to_type(const EntryUse& use, const PortType& type) const {
+  const Constant& constant = model_->constants[use.constant];
+  const std::string& text = model_->strings[constant.text];
+  const auto* const whole = constant.datum.value.as_int();
+  if (type == type_of<double>() && whole != nullptr) return fmt::format("; write it with a point: \"{}.0\"", *whole);
+  if (type == type_of<bool>())
+    return fmt::format("; write \"{}\"", constant.datum.value.number() == 0 ? "false" : "true");
+  Datum converted;
+  if (!convert(*model_, type, constant.datum, converted)) return {};
+  const auto* const integer = converted.value.as_int();
+  if (type == type_of<std::int32_t>() && integer != nullptr)
+    return fmt::format("; write it without a point: \"{}\"", *integer);
+  const std::string& entry = model_->strings[model_->cells[constant.cell].name];
+  return fmt::format("; let a Script before the SubTree say {0} := {1}, and write {0}=\"{{{0}}}\"", entry, text);
 }
 
 std::uint32_t Loader::bind_script(std::uint32_t script, std::uint32_t scope) {
@@ -655,6 +694,7 @@ void Loader::check_leaf_names() {
   std::unordered_map<std::string, std::size_t> uses;
   for (const NodeId id : model_->externals) ++uses[event_name(path_of(id, false))];
   std::unordered_map<std::string, NodeId> seen;
+  std::vector<std::pair<NodeId, NodeId>> alike;  // each with the first of its name
   for (const NodeId id : model_->externals) {
     std::string path = path_of(id, false);
     const std::string& kind = model_->manifest(id).id;
@@ -668,27 +708,45 @@ void Loader::check_leaf_names() {
       if (numbered != path) path = model_->numbered[id] = std::move(numbered);
     }
     const auto [place, fresh] = seen.try_emplace(event_name(path), id);
-    if (!fresh) {
-      // One leaf of a BehaviorTree that is there twice: their SubTrees are what differs.
-      NodeId one = id;
-      NodeId other = place->second;
-      const auto is_one_element = [&] { return to_string(span_of(one)) == to_string(span_of(other)); };
-      while (is_one_element()) {
-        const NodeId above = model_->trees[model_->infos[one].tree].subtree;
-        const NodeId above_other = model_->trees[model_->infos[other].tree].subtree;
-        if (above == kNoNode || above_other == kNoNode || above == above_other) break;
-        one = above;
-        other = above_other;
-      }
-      missing("bt.duplicate-leaf",
-              one == id ? fmt::format("there are two leaves \"{}\" in messages; the other is at {}. Give one of them, "
-                                      "or its SubTree, another name",
-                                      place->first, to_string(span_of(other)))
-                        : fmt::format("there are two leaves \"{}\" in messages, of this SubTree and of the one at {}. "
-                                      "Give one of the two another name",
-                                      place->first, to_string(span_of(other))),
-              span_of(one));
+    if (!fresh) alike.emplace_back(id, place->second);
+  }
+  // Names of their own do not tell these apart; numbers do, as those of leaves without a name.
+  std::unordered_set<NodeId> are_numbered;
+  const auto number = [&](NodeId id) {
+    const auto known = model_->numbered.find(id);
+    std::string path = known != model_->numbered.end() ? known->second : path_of(id, false);
+    if (are_numbered.insert(id).second) {
+      do path += fmt::format("::{}", id + 1);
+      while (!seen.try_emplace(event_name(path), id).second);
+      model_->numbered[id] = path;
     }
+    return event_name(path);
+  };
+  for (const auto& [id, first] : alike) {
+    const std::string name = event_name(path_of(id, false));
+    const std::string of_first = number(first);
+    const std::string own = number(id);
+    // One leaf of a BehaviorTree that is there twice: their SubTrees are what differs.
+    NodeId one = id;
+    NodeId other = first;
+    const auto is_one_element = [&] { return to_string(span_of(one)) == to_string(span_of(other)); };
+    while (is_one_element()) {
+      const NodeId above = model_->trees[model_->infos[one].tree].subtree;
+      const NodeId above_other = model_->trees[model_->infos[other].tree].subtree;
+      if (above == kNoNode || above_other == kNoNode || above == above_other) break;
+      one = above;
+      other = above_other;
+    }
+    const std::string place = to_string(span_of(other));
+    warn("bt.duplicate-leaf",
+         one == id ? fmt::format("two leaves are called \"{}\", this one and that at {}; in messages they are \"{}\" "
+                                 "and \"{}\". Give one of them another name",
+                                 name, place, own, of_first)
+                   : fmt::format("two SubTrees have one name, this one and that at {}, which BehaviorTree.CPP 4.10 "
+                                 "refuses; in messages their leaf \"{}\" is \"{}\" and \"{}\". Give one of them "
+                                 "another name",
+                                 place, name, own, of_first),
+         span_of(one));
   }
 }
 

@@ -301,6 +301,7 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
     constexpr std::size_t kNamedMax = 8;
     if (hint.empty() && !ids.empty() && ids.size() <= kNamedMax)
       hint = fmt::format("; there is \"{}\"", fmt::join(ids, "\", \""));
+    if (std::string place = where(options_.main_tree); !place.empty()) hint = std::move(place);
     error("bt.unknown-tree", fmt::format("there is no BehaviorTree \"{}\"{}", options_.main_tree, hint), root.span());
     return kNone;
   }
@@ -309,8 +310,8 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
     if (const auto found = find_definition(*wanted, place); found != kNone) return found;
     const bool elsewhere = options_.partial && missing_files_;
     report(elsewhere ? Severity::kWarning : Severity::kError, "bt.unknown-tree",
-           fmt::format("main_tree_to_execute is \"{}\", and there is no such BehaviorTree{}", *wanted,
-                       did_you_mean(*wanted, ids)),
+           fmt::format("main_tree_to_execute is \"{}\", and there is no such BehaviorTree{}{}", *wanted,
+                       did_you_mean(*wanted, ids), where(*wanted)),
            place);
     return elsewhere && !definitions_.empty() ? likely_main() : kNone;
   }
@@ -341,6 +342,37 @@ std::uint32_t Loader::main_definition(const XmlElement& root) {
                            definitions_.size()),
          root.span());
   return kNone;
+}
+
+void Loader::start_entries() {
+  for (const StartEntry& entry : options_.entries) {
+    const std::uint32_t name = string(entry.name);
+    if (model_->find_cell(0, name) == kNone) {
+      std::vector<std::string> known;
+      std::string way = "";
+      for (const Cell& one : model_->cells) {
+        if (one.scope == 0) known.push_back(model_->strings[one.name]);
+        if (one.name == name && one.parent == kNone && way.empty())
+          way = fmt::format("; SubTree \"{0}\" has one of its own: give it {1}=\"{{{1}}}\", or _autoremap=\"true\"",
+                            model_->scopes[one.scope].path, entry.name);
+      }
+      warn("bt.unused-entry",
+           fmt::format("nothing in tree \"{}\" names entry \"{}\"{}", model_->id, entry.name,
+                       way.empty() ? did_you_mean(entry.name, known) : way),
+           entry.span);
+    }
+    Constant start{cell(0, name), Datum{entry.value, nullptr}, nullptr, string("")};
+    const EntryUse& use = entry_use(start.cell);
+    const Datum given = start.datum;
+    start.type = use.strong;
+    if (use.strong != nullptr && !convert(*model_, *use.strong, given, start.datum)) {
+      error("bt.entry-type",
+            fmt::format("entry \"{}\" begins with {}, which is no {}, as {} has it", entry.name, shown(given),
+                        use.strong->name, declared_by(use)),
+            entry.span);
+    }
+    model_->constants.push_back(std::move(start));
+  }
 }
 
 void Loader::box_main(const XmlElement& root) {
@@ -375,6 +407,7 @@ Loaded<Tree> Loader::load(std::string xml, const std::string& file) {
         check_substitutions(root);
         check_leaf_names();
         name_scopes();
+        start_entries();
       }
     }
     std::sort(model_->named.begin(), model_->named.end());

@@ -41,6 +41,13 @@ struct Substitution {
 [[nodiscard]] Result<std::vector<Substitution>> parse_substitutions(std::string_view json,
                                                                     const std::string& file = {});
 
+/// An entry of the main tree's blackboard that is there before the first tick, as one that a script has written.
+struct StartEntry {
+  std::string name;
+  Value value;
+  SourceSpan span;  ///< Where it is given.
+};
+
 struct LoadOptions {
   /// C++ nodes and script enums; null: only what is built in.
   const Registry* registry = nullptr;
@@ -60,6 +67,11 @@ struct LoadOptions {
   /// The file with the BehaviorTree of that ID, for one that is in none of the files read so far; nothing: there is
   /// none. It is read by `read_file`, as if it were included. Null: nothing.
   std::function<std::optional<std::filesystem::path>(std::string_view id)> find_tree;
+  /// Behind the message that there is no BehaviorTree of that ID: where there is one, "; trees/charge.xml has it; …",
+  /// or nothing. Null: nothing.
+  std::function<std::string(std::string_view id)> where_tree;
+  /// Errors: bt.entry-type, where ports have the entry as another type. Warnings: bt.unused-entry.
+  std::vector<StartEntry> entries;
   /// Reads an included file by the path as resolved against the including file. Null: <include> is refused.
   std::function<Result<std::string>(const std::filesystem::path&)> read_file;
   /// Where a ROS package is, for <include ros_pkg=…>; null: refused.

@@ -57,11 +57,14 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{in_tree("<SubTree ID=\"Main\"/>"), "BehaviorTree \"Main\" contains itself"},
         Broken{in_tree("<AlwaysSuccess/>", "<BehaviorTree ID=\"Main\"><AlwaysSuccess/></BehaviorTree>"),
                "there are two BehaviorTrees \"Main\"; the other is at m.xml:2:1"},
-        Broken{in_tree("<Sequence><Action ID=\"Go\" name=\"g\"/><Action ID=\"Go\" name=\"g\"/></Sequence>"),
-               "there are two leaves \"g\" in messages; the other is at m.xml:2:35"},
+        Broken{
+            in_tree("<Sequence><Action ID=\"Go\" name=\"g\"/><Action ID=\"Go\" name=\"g\"/></Sequence>"),
+            "m.xml:2:61: warning: two leaves are called \"g\", this one and that at m.xml:2:35; in messages they are "
+            "\"g__3\" and \"g__2\". Give one of them another name"},
         Broken{in_tree("<Sequence><SubTree ID=\"Sub\" name=\"s\"/><SubTree ID=\"Sub\" name=\"s\"/></Sequence>",
                        "<BehaviorTree ID=\"Sub\"><Action ID=\"Go\" name=\"g\"/></BehaviorTree>"),
-               "m.xml:2:63: there are two leaves \"s.g\" in messages, of this SubTree and of the one at m.xml:2:35"},
+               "m.xml:2:63: warning: two SubTrees have one name, this one and that at m.xml:2:35, which "
+               "BehaviorTree.CPP 4.10 refuses; in messages their leaf \"s.g\" is \"s.g__5\" and \"s.g__3\""},
         Broken{in_tree("<Script code=\"n = 1\"/>"), "code uses entry \"n\", which nothing in the tree creates"},
         Broken{in_tree("<Sequence><AlwaysFailure/><AlwaysSuccess/></Sequence>"), "AlwaysSuccess is never reached"},
         Broken{in_tree("<Sequence><Repeat num_cycles=\"{n}\"><AlwaysSuccess/></Repeat><LoopDouble queue=\"1;2\" "
@@ -367,6 +370,54 @@ TEST(Load, NumbersLeavesWithoutNamesAsBehaviorTreeCppDoes) {
   EXPECT_THAT(paths,
               ::testing::ElementsAre("S::2.Go::4", "S::2.Go::5", "SubTree.At", "Go", "s.Go::10", "s.Go::11", "s.At"));
   EXPECT_EQ(tree.value->event_name(tree.value->find("s.Go::10")), "s.Go__10");
+}
+
+TEST(Load, NumbersLeavesOfOneName) {
+  const auto names = [](const std::string& body, const std::string& more = "") {
+    const auto tree = load(in_tree(body, more), {}, "m.xml");
+    EXPECT_TRUE(tree.ok()) << told(tree);
+    std::vector<std::string> all;
+    for (const NodeId leaf : tree.value->external_leaves()) all.push_back(tree.value->event_name(leaf));
+    return all;
+  };
+  const std::string go = "<Action ID=\"Go\" name=\"g\"/>";
+  EXPECT_THAT(names("<Sequence>" + go + go + "<Action ID=\"At\" name=\"g\"/><Action ID=\"At\" name=\"h\"/></Sequence>"),
+              ::testing::ElementsAre("g__2", "g__3", "g__4", "h"));
+  // One that is called so already keeps its name.
+  EXPECT_THAT(names("<Sequence>" + go + go + "<Action ID=\"Go\" name=\"g__2\"/></Sequence>"),
+              ::testing::ElementsAre("g__2__2", "g__3", "g__2"));
+  EXPECT_THAT(names("<Sequence><SubTree ID=\"S\" name=\"s\"/><SubTree ID=\"S\" name=\"s\"/></Sequence>",
+                    "<BehaviorTree ID=\"S\">" + go + "</BehaviorTree>"),
+              ::testing::ElementsAre("s.g__3", "s.g__5"));
+}
+
+TEST(Load, BeginsWithTheEntriesThatItIsGiven) {
+  LoadOptions options;
+  options.entries = {{"n", Value(std::int64_t{3}), {"p.yaml", 1, 1, 0}}, {"speed", Value("0.5"), {}}};
+  const std::string body =
+      "<Sequence><ScriptCondition code=\"n == 3\"/><SubTree ID=\"S\" name=\"s\" speed=\"{speed}\"/></Sequence>";
+  const std::string more =
+      "<BehaviorTree ID=\"S\"><Go speed=\"{speed}\"/></BehaviorTree><TreeNodesModel><Action ID=\"Go\"><input_port "
+      "name=\"speed\" type=\"double\"/></Action></TreeNodesModel>";
+  const auto tree = load(in_tree(body, more), options, "m.xml");
+  ASSERT_TRUE(tree.ok()) << told(tree);
+  EXPECT_EQ(told(tree), "");
+  EXPECT_TRUE(tree.value->model().unwritten.empty());
+  const State state(*tree.value);
+  EXPECT_EQ(*entry(*tree.value, state, "n"), Value(std::int64_t{3}));
+  EXPECT_EQ(*entry(*tree.value, state, "speed"), Value(0.5)) << "as the port has it";
+
+  options.entries = {{"speed", Value("fast"), {"p.yaml", 1, 1, 0}}};
+  EXPECT_THAT(
+      told(load(in_tree(body, more), options, "m.xml")),
+      HasSubstr("p.yaml:1:1: entry \"speed\" begins with \"fast\", which is no double, as port \"speed\" of Go has it"));
+  options.entries = {{"sped", Value(0.5), {"p.yaml", 1, 1, 0}}};
+  EXPECT_THAT(told(load(in_tree(body, more), options, "m.xml")),
+              HasSubstr("p.yaml:1:1: warning: nothing in tree \"Main\" names entry \"sped\"; did you mean \"speed\"?"));
+  const std::string closed = "<SubTree ID=\"S\" name=\"s\"/>";
+  options.entries = {{"speed", Value(0.5), {"p.yaml", 1, 1, 0}}};
+  EXPECT_THAT(told(load(in_tree(closed, more), options, "m.xml")),
+              HasSubstr("; SubTree \"s\" has one of its own: give it speed=\"{speed}\", or _autoremap=\"true\""));
 }
 
 TEST(Load, KnowsALeafByItsSkill) {

@@ -287,8 +287,53 @@ TEST(SubTreeConstants, ThatLookLikeNumbersAreTextWhereAPortSaysSo) {
   const std::string whole = in_tree("<SubTree ID=\"Sub\" name=\"Sub\" n=\"1\"/>",
                                     "<BehaviorTree ID=\"Sub\"><Add by=\"{n}\"/></BehaviorTree>");
   EXPECT_THAT(load(whole, {.registry = &registry}).diagnostics.at(0).message,
-              HasSubstr("is an int for the constant of SubTree \"Sub\" and a double for port \"by\" of Add; write the "
-                        "constant with a point: 1.0"));
+              HasSubstr("is an int for the constant of SubTree \"Sub\" and a double for port \"by\" of Add; write it "
+                        "with a point: \"1.0\""));
+}
+
+TEST(SubTreeConstants, ThatAPortCannotTakeAreToldWhereTheyStandWithTheWayOutOfTheType) {
+  const auto told_of = [](const std::string& constant, const std::string& type) {
+    const auto tree = load(in_tree("<SubTree ID=\"Sub\" v=\"" + constant + "\"/>",
+                                   "<BehaviorTree ID=\"Sub\"><Go v=\"{v}\"/></BehaviorTree><TreeNodesModel><Action "
+                                   "ID=\"Go\"><input_port name=\"v\" type=\"" +
+                                       type + "\"/></Action></TreeNodesModel>"),
+                           {}, "m.xml");
+    return tree.diagnostics.empty() ? "" : to_string(tree.diagnostics.front());
+  };
+  EXPECT_EQ(told_of("20", "double"),
+            "m.xml:2:46: entry \"v\" is an int for the constant of SubTree \"Sub\" and a double for port \"v\" of Go; "
+            "write it with a point: \"20.0\"");
+  EXPECT_THAT(told_of("0", "bool"), ::testing::EndsWith("; write \"false\""));
+  EXPECT_THAT(told_of("3.0", "int"), ::testing::EndsWith("; write it without a point: \"3\""));
+  EXPECT_THAT(told_of("3", "unsigned"),
+              ::testing::EndsWith("; let a Script before the SubTree say v := 3, and write v=\"{v}\""));
+  EXPECT_THAT(told_of("-3", "unsigned"), ::testing::EndsWith("for port \"v\" of Go")) << "there is no way";
+  EXPECT_EQ(told_of("3", "int"), "");
+  EXPECT_EQ(told_of("true", "bool"), "");
+  EXPECT_EQ(told_of("fast", "std::string"), "");
+  EXPECT_EQ(told_of("fast", "double"),
+            "m.xml:2:46: warning: SubTree \"Sub\" gives \"fast\" to port \"v\", which is a double: what reads it "
+            "fails");
+}
+
+TEST(SubTreeConstants, OfTextArePutToEachPortByItself) {
+  Registry registry;
+  registry.action("Flag", {input<bool>("v")},
+                  [](Context& self) { return *self.input<bool>("v") ? Status::kSuccess : Status::kFailure; });
+  registry.action("Count", {input<unsigned>("v")}, [](Context&) { return Status::kSuccess; });
+  registry.action("Say", {input<std::string>("v")}, [](Context& self) {
+    return *self.input<std::string>("v") == "true" ? Status::kSuccess : Status::kFailure;
+  });
+  const std::string body = "<SubTree ID=\"Sub\" name=\"Sub\" v=\"true\"/>";
+  const std::string sub =
+      "<BehaviorTree ID=\"Sub\"><Sequence><Flag v=\"{v}\"/><Say v=\"{v}\"/></Sequence></BehaviorTree>";
+  EXPECT_TRUE(load(in_tree(body, sub), {.registry = &registry}).diagnostics.empty());
+  EXPECT_EQ(runner(body, registry, sub).tick(), Status::kSuccess);
+  // The way out that is told for a number of another type.
+  const std::string script =
+      "<Sequence><Script code=\"v := 3\"/><SubTree ID=\"Sub\" name=\"Sub\" v=\"{v}\"/></Sequence>";
+  EXPECT_EQ(runner(script, registry, "<BehaviorTree ID=\"Sub\"><Count v=\"{v}\"/></BehaviorTree>").tick(),
+            Status::kSuccess);
 }
 
 TEST(Queues, ArePoppedCountedConsumedAndLoopedOver) {

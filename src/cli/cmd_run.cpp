@@ -274,7 +274,7 @@ class OneRun {
     auto loaded = replaces_     ? resumption_->scenario_of(command_.project)
                   : resumption_ ? resumption_->scenario()
                                 : load(command_.project, command_.scenario);
-    say(loaded.diagnostics);
+    say(loaded.diagnostics, command_.project);
     if (!loaded.value) return invalid(loaded.diagnostics);
     if (command_.processes && command_.virtual_clock.value_or(false)) {
       say("--processes needs the real clock: other processes have no virtual time");
@@ -294,13 +294,13 @@ class OneRun {
 
   int prepare_plan() {
     if (replaces_) {
-      say(plan_.diagnostics);
+      say(plan_.diagnostics, command_.project);
       if (const int code = replace(); code != kOk) return code;
     } else if (resumption_ && resumption_->recorded &&
                (!plan_.ok() || !is_plan_of(*plan_.value, resumption_->journaled))) {
       if (const int code = go_on_as_recorded(); code != kOk) return code;
     }
-    say(plan_.diagnostics);
+    say(plan_.diagnostics, command_.project);
     if (!plan_.ok()) return invalid(plan_.diagnostics);
     RunInterrupts::block();
     return kOk;

@@ -427,12 +427,12 @@ int verify(const VerifyCommand& command) {
   std::optional<text::ReadLog> files(std::in_place);
   auto loaded = load_verified(command);
   if (!loaded.ok()) return refuse(command, loaded.diagnostics);
-  say(loaded.diagnostics);
+  say(loaded.diagnostics, command.project);
   project::Scenario scenario = std::move(*loaded.value);
   project::PartCache parts;
   auto plan = project::prepare(verify::with_models(scenario), parts);
   if (!plan.ok()) return refuse(command, plan.diagnostics);
-  say(plan.diagnostics);
+  say(plan.diagnostics, command.project);
   std::vector<text::ReadFile> read = files->files();
   files.reset();  // one at a time
   if (!command.against.empty()) {
@@ -450,7 +450,7 @@ int verify(const VerifyCommand& command) {
   if (!any->empty()) {
     plan = project::prepare(verify::with_models(std::move(scenario)), parts);
     if (!plan.ok()) return refuse(command, plan.diagnostics);
-    say(plan.diagnostics);
+    say(plan.diagnostics, command.project);
   }
   return watched_work(*plan.value, command.json, within_memory(command, [&] {
     if (command.mutate) return verify_mutants(command, *plan.value);

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include "sentree/cli/shell_word.h"
 #include "sentree/scxml/diff.h"
 #include "sentree/text/file.h"
 #include "sentree/text/xml.h"
@@ -105,19 +106,22 @@ std::string told(const Diagnostics& diagnostics) {
   return text;
 }
 
-std::string warnings_in_short(const Diagnostics& diagnostics) {
+std::string warnings_in_short(const Diagnostics& diagnostics, const std::string& project) {
   std::size_t count = 0;
   std::string file;
   bool one_file = true;
   for (const Diagnostic& d : diagnostics) {
     if (d.severity != Severity::kWarning) continue;
-    one_file = one_file && (++count == 1 || d.span.file == file);
+    one_file = one_file && (count == 0 || d.span.file == file);
     file = d.span.file;
+    ++count;
   }
   if (count == 0) return {};
-  const bool named = one_file && !file.empty();
+  if (!one_file) file.clear();
+  const std::string& checked = project.empty() ? file : project;
   return fmt::format("{}{}{}; `sentree check{}` tells {}", count, count == 1 ? " warning" : " warnings",
-                     named ? " in " + file : "", named ? " " + file : "", count == 1 ? "it" : "them");
+                     file.empty() ? "" : " in " + file,
+                     checked.empty() || checked == "." ? "" : " " + shell_word(checked), count == 1 ? "it" : "them");
 }
 
 }  // namespace sentree::cli

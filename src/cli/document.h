@@ -30,7 +30,8 @@ namespace sentree::cli {
 [[nodiscard]] std::string told(const Diagnostics& diagnostics);
 inline constexpr std::size_t kFindingsShownMax = 200;
 
-/// One line for all warnings, which names `sentree check`; empty without warnings.
-[[nodiscard]] std::string warnings_in_short(const Diagnostics& diagnostics);
+/// One line for all warnings, which names `sentree check` of the project, or of the file where all of them are in one;
+/// empty without warnings.
+[[nodiscard]] std::string warnings_in_short(const Diagnostics& diagnostics, const std::string& project = {});
 
 }  // namespace sentree::cli

@@ -117,11 +117,11 @@ void say_lines(std::string text) {
 
 }  // namespace
 
-void say(const Diagnostics& diagnostics) {
+void say(const Diagnostics& diagnostics, const std::string& project) {
   Diagnostics others;
   std::copy_if(diagnostics.begin(), diagnostics.end(), std::back_inserter(others),
                [](const Diagnostic& d) { return d.severity != Severity::kWarning; });
-  say_lines(told(others) + warnings_in_short(diagnostics));
+  say_lines(told(others) + warnings_in_short(diagnostics, project));
 }
 
 void say_each(const Diagnostics& diagnostics) { say_lines(told(diagnostics)); }

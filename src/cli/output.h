@@ -30,8 +30,8 @@ void show_status(const std::string& text);
 /// The exit code, once everything has been printed. If threads had to be left behind in endless scripts, the process
 /// ends right here, since nothing that they use may be destroyed.
 [[nodiscard]] int leave(int code);
-/// Errors one by one; all warnings in one line that names `sentree check`.
-void say(const Diagnostics& diagnostics);
+/// Errors one by one; all warnings in one line that names `sentree check`, of the project as it was typed.
+void say(const Diagnostics& diagnostics, const std::string& project = {});
 /// Each in full, warnings too: of a recording, which `sentree check` does not look at.
 void say_each(const Diagnostics& diagnostics);
 

@@ -487,6 +487,8 @@ class Completer {
                 "delays", "choices", "orders", "loop", "processes", "expect"});
       } else if (path.back() == "skills") {
         nodes_and_skills();
+      } else if (path.back() == "mission") {
+        keys({"file", "files", "tree", "rate", "repeat", "entries", "executed_by"});
       } else if (path.back() == "expect") {
         keys({"mission", "reason", "monitors", "distinct_processes"});
       } else if (path.back() == "monitors" && path.size() > 1) {

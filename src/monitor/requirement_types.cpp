@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sentree/base/numbered.h"
 #include "sentree/base/value.h"
 #include "sentree/monitor/observed.h"
 
@@ -377,14 +378,26 @@ class Checker {
   void known(const std::string& name, const std::vector<std::string>& names, const std::string& what,
              const SourceSpan& span) {
     if (std::find(names.begin(), names.end(), name) != names.end()) return;
+    const std::vector<std::string> alike = numbered(name, names);
     error(span, "requirement.unknown-leaf",
-          fmt::format("the mission has no {} \"{}\"{}", what, name, did_you_mean(name, names)));
+          alike.empty() ? fmt::format("the mission has no {} \"{}\"{}", what, name, did_you_mean(name, names))
+                        : fmt::format("several leaves are called \"{}\"; say {}", name, fmt::join(alike, " or ")));
   }
 
   // A full name: of the mission, of a call or of a leaf.
   void observation(const Source& source) {
     const std::vector<std::string>& names = observations().names();
     if (std::find(names.begin(), names.end(), source.observation) != names.end()) return;
+    const std::string::size_type dot = source.observation.rfind('.');
+    const std::string leaf = source.observation.substr(0, dot);
+    if (std::vector<std::string> alike = numbered(leaf, vocabulary_->leaves); !alike.empty()) {
+      if (dot != std::string::npos) {
+        for (std::string& name : alike) name += source.observation.substr(dot);
+      }
+      error(source.span, "requirement.unknown-leaf",
+            fmt::format("several leaves are called \"{}\"; say {}", leaf, fmt::join(alike, " or ")));
+      return;
+    }
     error(source.span, "requirement.unknown-leaf",
           fmt::format("nothing in this project is observed as \"{}\"{}", source.observation,
                       did_you_mean(source.observation, names)));

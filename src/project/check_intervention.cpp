@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sentree/base/numbered.h"
 #include "sentree/idl/conform.h"
 #include "sentree/monitor/observed.h"
 
@@ -70,9 +71,28 @@ class Check {
     return fail(std::move(code), std::move(message), span_);
   }
 
+  // The project has that service, and why nothing is known of it has been told.
+  bool is_broken(std::string_view call) const {
+    const std::string service(call.substr(0, call.find('.')));
+    return scope_.scenario->project.service(service) != nullptr && !scope_.services->contains(service);
+  }
+
+  // Behind "there is no leaf of that name": which leaves may be meant. `names`: all that may be said.
+  std::string way_to_leaf(const std::string& wanted, const Names& names) const {
+    if (scope_.leaves == nullptr) return did_you_mean(wanted, names);
+    Names alike = numbered(wanted, names);
+    if (!alike.empty()) return fmt::format("; several leaves have that name: say {}", fmt::join(alike, " or "));
+    for (const LeafPlan& leaf : *scope_.leaves) {
+      if (leaf.id == wanted && contains(names, leaf.name) && !leaf.name.ends_with(wanted)) alike.push_back(leaf.name);
+    }
+    if (!alike.empty()) return fmt::format("; it is the skill of {}", fmt::join(alike, ", "));
+    return did_you_mean(wanted, names);
+  }
+
   Result<void> check(const Call& what) const {
     const auto dot = what.method.rfind('.');
     const std::string name = what.method.substr(0, dot);
+    if (is_broken(name)) return {};
     const bool is_control =
         scope_.world != nullptr ? test_control_of(name, *scope_.world).has_value() : name == kTestControl;
     const auto found = scope_.services->find(name);
@@ -124,7 +144,7 @@ class Check {
     Names names;
     for (const SteeredPart& part : parts_of(scope_)) names.push_back(part.name);
     if (contains(names, wanted)) return {};
-    std::string way_out = did_you_mean(wanted, names);
+    std::string way_out = way_to_leaf(wanted, names);
     constexpr std::size_t kShownMax = 8;
     if (way_out.empty() && !names.empty() && names.size() <= kShownMax)
       way_out = fmt::format("; there are {}", fmt::join(names, ", "));
@@ -168,7 +188,7 @@ class Check {
     if (what.by <= Duration(0)) return refuse("steering.delay", "a delay must be longer than 0 s");
     Names names = calls();
     for (std::size_t i = 0, count = names.size(); i < count; ++i) names.push_back(names[i] + ".reply");
-    if (scope_.leaves == nullptr) return {};
+    if (scope_.leaves == nullptr || is_broken(what.message)) return {};
     for (const LeafPlan& leaf : *scope_.leaves) {
       for (const char* message : {".tick", ".halt"}) names.push_back(leaf.name + message);
     }
@@ -183,6 +203,7 @@ class Check {
   }
 
   Result<void> check(const Falsify& what) const {
+    if (is_broken(what.call)) return {};
     std::optional<Diagnostic> why;
     for (const auto& [name, service] : *scope_.services) {
       if (!service.observed.empty()) continue;
@@ -203,6 +224,7 @@ class Check {
   }
 
   Result<void> failing(const std::string& pattern) const {
+    if (is_broken(pattern)) return {};
     bool is_oneway = false;
     for (const auto& [name, service] : *scope_.services) {
       if (!service.observed.empty()) continue;
@@ -240,7 +262,7 @@ class Check {
     const LeafPlan* found = leaf(what.leaf);
     if (found == nullptr) {
       return refuse("steering.unknown-leaf", fmt::format("no leaf that runs a skill is called \"{}\"{}", what.leaf,
-                                                         did_you_mean(what.leaf, leaf_names())));
+                                                         way_to_leaf(what.leaf, leaf_names())));
     }
     const Names statuses{"SUCCESS", "FAILURE", "RUNNING"};
     if (!contains(statuses, what.status)) {

@@ -367,11 +367,50 @@ TEST(CheckSkills, KnowsTheTextsThatSubTreesAreGiven) {
               HasSubstr("did you mean \"pot\"?"));
 }
 
+TEST(CheckSkills, NamesTheLeavesOfOneName) {
+  const std::vector<ExampleEdit> twice{{"mission.xml", "name=\"GoToDesk\"", "name=\"GoToDoor\""}};
+  const auto told = [&](ExampleEdit edit) {
+    std::vector<ExampleEdit> edits = twice;
+    edits.push_back(edit);
+    return told_of("minimal", edits);
+  };
+  EXPECT_THAT(told_of("minimal", twice),
+              Contains(HasSubstr("warning: two leaves are called \"GoToDoor\", this one and that at")));
+  EXPECT_THAT(
+      told({"scenarios/k.yaml", nullptr, "timeline:\n  - {at: 1 s, kill: GoToDoor}\n"}),
+      Contains(HasSubstr("is called \"GoToDoor\"; several leaves have that name: say GoToDoor__3 or GoToDoor__4")));
+  for (const char* requirement : {"R: never event(GoToDoor.halt).",
+                                  "R: never request(navigation.stopNavigation from "
+                                  "GoToDoor)."}) {
+    EXPECT_THAT(told({"requirements/battery.req", nullptr, requirement}),
+                Contains(HasSubstr("several leaves are called \"GoToDoor\"; say GoToDoor__3")))
+        << requirement;
+  }
+  const std::vector<std::string> both =
+      told({"sentree.yaml", "monitors:", "skills: {GoToDoor: {file: skills/GoTo.scxml}}\nmonitors:"});
+  EXPECT_THAT(both, Not(Contains(HasSubstr("would be that of")))) << "one skill is that of both";
+  EXPECT_THAT(
+      told_of("minimal", {{"mission.xml", "name=\"BatteryOk\"", "name=\"GoToDoor\""},
+                          {"sentree.yaml", "monitors:", "skills: {GoToDoor: {file: skills/GoTo.scxml}}\nmonitors:"}}),
+      Contains(HasSubstr("skill \"GoToDoor\" would be that of leaves of several IDs: GoToDoor__2 "
+                         "(BatteryAbove), GoToDoor__3 (GoTo); give one of them another name")));
+}
+
+TEST(CheckScenarios, TellOfABrokenInterfaceOnce) {
+  EXPECT_THAT(
+      told_of("pick-and-place",
+              {{"sentree.yaml", "interface: cell.thrift/Arm", "interface: cel.thrift/Arm"},
+               {"scenarios/b.yaml", nullptr,
+                "timeline:\n  - {at: 1 s, unreachable: arm.pick}\n  - {at: 2 s, late: arm.pick}\n"}}),
+      Not(Contains(HasSubstr("b.yaml"))));
+}
+
 TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
   const auto told = [](const std::vector<ExampleEdit>& edits) {
     const TemporaryFolder temporary("check-unnamed");
     const fs::path folder = temporary.path() / "project";
     fs::copy(fs::path(SENTREE_SOURCE_DIR) / "examples/minimal", folder, fs::copy_options::recursive);
+    fs::create_directory(folder / "models");
     for (const ExampleEdit& edit : edits) std::ofstream(folder / edit.file, std::ios::app) << edit.after;
     std::string all;
     const auto project = load_project(folder);
@@ -385,6 +424,7 @@ TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
   const std::string all =
       told({{"requirements/speed.req", nullptr, "R: always reply(batery.getBatteryState).percentage > 0.2."},
             {"monitors/other.scxml", nullptr, "<scxml/>"},
+            {"models/other.scxml", nullptr, "<scxml/>"},
             {"skills/Unused.scxml", nullptr, "<scxml/>"},
             {"scenarios/other.yml", nullptr, "duration: 1 s"}});
   EXPECT_THAT(all,
@@ -392,6 +432,8 @@ TEST(CheckUnnamed, TellsOfFilesThatNothingNames) {
                         "monitors: - {file: requirements/speed.req}"));
   EXPECT_THAT(all, HasSubstr("speed.req:1:17: warning: the project has no service \"batery\""));
   EXPECT_THAT(all, HasSubstr("warning: monitors/other.scxml is watched by nobody"));
+  EXPECT_THAT(all, HasSubstr("warning: models/other.scxml serves nobody; name it under models: - {file: "
+                             "models/other.scxml, serves: […]}"));
   EXPECT_THAT(all, HasSubstr("note: skills/Unused.scxml is run by nobody: the mission has no leaf \"Unused\""));
   EXPECT_THAT(all, HasSubstr("warning: scenarios/other.yml is no scenario by its name, so it is not run; call it "
                              "scenarios/other.yaml"));

@@ -104,6 +104,7 @@ void check_unnamed(const Project& project, Diagnostics& diagnostics) {
   std::vector<Unnamed> files;
   find_files(project, "requirements", ".req", files);
   find_files(project, "monitors", ".scxml", files);
+  find_files(project, "models", ".scxml", files);
   find_files(project, "skills", ".scxml", files);
   if (!files.empty()) {
     if (const auto text = text::read_file(project.folder / fs::path(project.file).filename()))
@@ -131,6 +132,8 @@ void check_unnamed(const Project& project, Diagnostics& diagnostics) {
     } else if (name.starts_with("scenarios/")) {
       message = fmt::format("{0} is no scenario by its name, so it is not run; call it {1}.yaml", name,
                             fs::path(one.file).replace_extension().generic_string());
+    } else if (name.starts_with("models/")) {
+      message = fmt::format("{0} serves nobody; name it under models: - {{file: {0}, serves: […]}}", name);
     } else {
       message = fmt::format("{0} is watched by nobody; name it under monitors: - {{file: {0}}}", name);
     }

@@ -57,6 +57,10 @@ TEST(CheckVerify, FaultsNameWhatIsThere) {
       said("verify: {faults: {any_of: [{kill: GoToKitchn}]}}"),
       ElementsAre("sentree.yaml:17:28: nothing of this run that can be killed is called \"GoToKitchn\"; did you "
                   "mean \"GoToKitchen\"?"));
+  EXPECT_THAT(
+      said("verify: {faults: {any_of: [{kill: GoToLocation}]}}"),
+      ElementsAre("sentree.yaml:17:28: nothing of this run that can be killed is called \"GoToLocation\"; it is "
+                  "the skill of GoToStation, GoToKitchen"));
   EXPECT_THAT(said("verify: {faults: {any_of: [{delay: {message: battry.*, by: 1 s}}]}}"),
               ElementsAre(testing::StartsWith("sentree.yaml:17:28: no message is called \"battry.*\"")));
   EXPECT_THAT(said("verify: {faults: {any_of: [{force: {leaf: AtKitchen, status: FAILUR}}]}}"),

@@ -289,6 +289,21 @@ void check_names(const bt::Tree& tree, const std::vector<LeafPlan>& leaves,
           fmt::format("leaf name \"{}\" is reserved; choose another name", leaf.name), tree.span(leaf.node));
     }
   }
+  for (const SkillEntry& entry : project.skills) {
+    std::set<std::string> ids;
+    std::vector<std::string> named;
+    for (const LeafPlan& leaf : leaves) {
+      // Where its name alone tells it from others, the path ends with it.
+      if (tree.name(leaf.node) != entry.leaf || tree.path(leaf.node).ends_with(entry.leaf)) continue;
+      ids.insert(leaf.id);
+      named.push_back(fmt::format("{} ({})", leaf.name, leaf.id));
+    }
+    if (ids.size() < 2) continue;
+    add(diagnostics, Severity::kError, "check.name-clash",
+        fmt::format("skill \"{}\" would be that of leaves of several IDs: {}; give one of them another name",
+                    entry.leaf, fmt::join(named, ", ")),
+        entry.span);
+  }
   for (const ModelEntry& model : project.models) {
     const bool is_leaf =
         std::any_of(leaves.begin(), leaves.end(), [&](const LeafPlan& leaf) { return leaf.name == model.name; });

@@ -9,6 +9,7 @@
 #include "sentree/bt/library.h"
 #include "sentree/bt/load.h"
 #include "sentree/nav2/nav2.h"
+#include "sentree/project/check_unnamed.h"
 #include "sentree/project/detail/check_plugins.h"
 #include "sentree/project/plan.h"
 #include "sentree/text/file.h"
@@ -43,6 +44,8 @@ class MissionLoader {
       for (const FileRef& folder : project_.packages) folders.push_back(project_.shown(folder.path));
       return bt::find_ros_package(package, folders);
     };
+    for (const MissionEntry& entry : project_.entries) options.entries.push_back({entry.name, entry.value, entry.span});
+    options.where_tree = [this](std::string_view id) { return where_tree(id); };
     library_.serve(options);
     auto loaded = bt::load(std::move(*source), options, project_.shown(project_.mission.path));
     loaded.diagnostics.insert(loaded.diagnostics.begin(), diagnostics_.begin(), diagnostics_.end());
@@ -99,6 +102,38 @@ class MissionLoader {
     return all;
   }
 
+  // Behind the message that there is no such BehaviorTree: the first other file of the project that has it.
+  std::string where_tree(std::string_view id) {
+    if (!elsewhere_) {
+      elsewhere_.emplace();
+      std::vector<path> files;
+      std::error_code error;
+      constexpr std::size_t kLookedAtMax = 1'000;
+      for (auto entry = std::filesystem::recursive_directory_iterator(
+               project_.folder, std::filesystem::directory_options::skip_permission_denied, error);
+           !error && files.size() < kLookedAtMax && entry != std::filesystem::recursive_directory_iterator();
+           entry.increment(error)) {
+        const path& file = entry->path();
+        if (entry->is_directory(error)) {
+          if (file.filename().string().starts_with('.') || entry.depth() >= kNamedDepthMax)
+            entry.disable_recursion_pending();
+        } else if (file.extension() == ".xml") {
+          files.push_back(file.lexically_relative(project_.folder));
+        }
+      }
+      std::sort(files.begin(), files.end());
+      for (const path& file : files) {
+        if (const auto text = text::read_file(project_.folder / file)) (void)elsewhere_->add(file, *text);
+      }
+    }
+    const auto found = elsewhere_->find_tree(id);
+    if (!found) return {};
+    const std::string name = found->generic_string();
+    return project_.mission_files.empty()
+               ? fmt::format("; {0} has it: write mission: {{files: [{1}, {0}]}}", name, project_.mission.path)
+               : fmt::format("; {} has it; name it under mission.files", name);
+  }
+
   path absolute(const path& shown) const {
     if (shown.is_absolute()) return shown;
     const path above = path(project_.file).parent_path();
@@ -140,6 +175,7 @@ class MissionLoader {
   const Project& project_;
   bt::Registry& registry_;
   bt::Library library_;
+  std::optional<bt::Library> elsewhere_;  ///< All files of the project with trees; read when one is missed.
   Diagnostics diagnostics_;
   std::map<std::string, std::optional<bt::Category>, std::less<>> kinds_;
 };

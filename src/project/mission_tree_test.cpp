@@ -8,6 +8,7 @@
 #include <set>
 
 #include "sentree/base/temporary_folder.h"
+#include "sentree/bt/runner.h"
 #include "sentree/nav2/nav2.h"
 #include "sentree/project/plan.h"
 #include "sentree/text/file.h"
@@ -35,6 +36,7 @@ class TreeFolder {
   }
   TreeFolder& yaml(const std::string& text) { return file("sentree.yaml", text); }
 
+  [[nodiscard]] const fs::path& path() const { return folder_.path(); }
   [[nodiscard]] Loaded<Project> project() const { return load_project(folder_.path()); }
   /// What is said of the mission, or of the project that does not load.
   [[nodiscard]] std::string told(TreePurpose purpose = TreePurpose::kRun) const {
@@ -106,6 +108,44 @@ TEST(MissionFiles, SayWhatIsMissing) {
   folder.yaml("mission: {files: [trees/*.xml], tree: Main}\n").tree("trees/a.xml", "Main", "<SubTree ID=\"Gone\"/>");
   EXPECT_THAT(folder.told(), HasSubstr("trees/a.xml:1:61: there is no BehaviorTree \"Gone\""));
   EXPECT_THAT(folder.told(TreePurpose::kLook), HasSubstr("warning: there is no BehaviorTree \"Gone\""));
+}
+
+TEST(MissionFiles, SayWhichFileHasATreeThatIsMissed) {
+  TreeFolder folder;
+  folder.yaml("mission: {file: main.xml}\n")
+      .tree("main.xml", "Main", "<SubTree ID=\"Charge\"/>")
+      .tree("trees/charge.xml", "Charge", "<AlwaysSuccess/>");
+  EXPECT_THAT(folder.told(), HasSubstr("main.xml:1:61: there is no BehaviorTree \"Charge\"; trees/charge.xml has it: "
+                                       "write mission: {files: [main.xml, trees/charge.xml]}"));
+  folder.yaml("mission: {files: [main.xml]}\n");
+  EXPECT_THAT(folder.told(), HasSubstr("; trees/charge.xml has it; name it under mission.files"));
+  folder.yaml("mission: {file: main.xml, tree: Charge}\n");
+  EXPECT_THAT(folder.told(), HasSubstr("there is no BehaviorTree \"Charge\"; trees/charge.xml has it"));
+}
+
+TEST(MissionEntries, AreThereBeforeTheFirstTick) {
+  TreeFolder folder;
+  folder.yaml("mission: {file: main.xml, entries: {battery: 0.8, estop: false}}\n")
+      .tree("main.xml", "Main", "<ScriptCondition code=\"battery &gt; 0.5 &amp;&amp; !estop\"/>")
+      .file("scenarios/low.yaml", "override: {mission: {entries: {battery: 0.2}}}\n");
+  EXPECT_EQ(folder.told(), "loaded");
+  const auto result_of = [](Project project) {
+    bt::Registry registry;
+    bt::Runner runner(std::move(*load_mission(project, registry).value));
+    return runner.tick();
+  };
+  EXPECT_EQ(result_of(*folder.project().value), bt::Status::kSuccess);
+  auto low = load_scenario(folder.path() / "scenarios/low.yaml");
+  ASSERT_TRUE(low.ok());
+  ASSERT_EQ(low.value->project.entries.size(), 2U) << "the others stay";
+  EXPECT_EQ(result_of(low.value->project), bt::Status::kFailure);
+  folder.yaml("mission: {file: main.xml, entries: {batery: 0.8, estop: [1], \"{x}\": 1}}\n");
+  EXPECT_THAT(folder.told(),
+              HasSubstr("sentree.yaml:1:57: entry \"estop\" must begin with a number, true, false or a text"));
+  EXPECT_THAT(folder.told(), HasSubstr("sentree.yaml:1:62: \"{x}\" is no name of an entry"));
+  folder.yaml("mission: {file: main.xml, entries: {batery: 0.8, estop: false}}\n");
+  EXPECT_THAT(folder.told(), HasSubstr("sentree.yaml:1:37: warning: nothing in tree \"Main\" names entry \"batery\"; "
+                                       "did you mean \"battery\"?"));
 }
 
 TEST(Palettes, SayWhatNodesAreAndAreToldWhereTheyAreNamed) {

@@ -164,11 +164,24 @@ class Preparation {
     for (const ServiceEntry& entry : project_.services) {
       if (entry.at != "model" || served.contains(entry.name)) continue;
       add("check.model",
-          fmt::format("service \"{}\" is at: model, but no entry of \"models\" serves it; write models: [{{file: "
-                      "models/X.scxml, serves: [{}]}}]",
-                      entry.name, entry.name),
+          fmt::format("service \"{}\" is at: model, but no entry of \"models\" serves it; write models: [{{file: {}, "
+                      "serves: [{}]}}]",
+                      entry.name, unlisted_model(), entry.name),
           entry.span);
     }
+  }
+
+  // A chart in models/ that no entry names, for messages.
+  std::string unlisted_model() const {
+    std::vector<std::string> charts;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(project_.folder / "models", error)) {
+      const std::string name = "models/" + entry.path().filename().string();
+      const auto is_it = [&](const ModelEntry& model) { return path(model.file.path).lexically_normal() == name; };
+      if (entry.path().extension() == ".scxml" && std::none_of(project_.models.begin(), project_.models.end(), is_it))
+        charts.push_back(name);
+    }
+    return charts.size() == 1 ? charts.front() : "models/X.scxml";
   }
 
   // With the map that is known, where its files are the same.

@@ -97,6 +97,38 @@ void read_mission_files(YamlReader& reader, Project& project) {
 
 }  // namespace
 
+namespace {
+
+// One by one over what is there: a scenario may change some of them.
+void read_entries(YamlReader& reader, Project& project) {
+  const auto* const entries = reader.mapping("entries");
+  if (entries == nullptr) return;
+  for (const auto& [name, value] : entries->entries) {
+    if (name.scalar.empty() || name.scalar.find_first_of("@{}") != std::string::npos) {
+      reader.error(
+          name.span, "project.entry",
+          fmt::format("\"{}\" is no name of an entry; write it as scripts do, without @ and braces", name.scalar));
+      continue;
+    }
+    if (!value.is_scalar()) {
+      reader.error(value.is_null() ? name.span : value.span, "project.entry",
+                   fmt::format("entry \"{}\" must begin with a number, true, false or a text; a list is a text as in "
+                               "ports: \"1;2;3\"",
+                               name.scalar));
+      continue;
+    }
+    const auto old = std::find_if(project.entries.begin(), project.entries.end(),
+                                  [&name = name](const MissionEntry& entry) { return entry.name == name.scalar; });
+    MissionEntry entry{name.scalar, value.value(), name.span};
+    if (old != project.entries.end())
+      *old = std::move(entry);
+    else
+      project.entries.push_back(std::move(entry));
+  }
+}
+
+}  // namespace
+
 void read_mission(const text::YamlNode& node, EntriesOf whose, Project& project, Diagnostics& diagnostics) {
   YamlReader reader(node, "mission", diagnostics);
   const bool has_files = reader.node("files") != nullptr;
@@ -108,6 +140,7 @@ void read_mission(const text::YamlNode& node, EntriesOf whose, Project& project,
     find_mission(project, has_files ? reader.span("files") : reader.span("tree"), diagnostics);
   project.repeat = reader.boolean("repeat").value_or(project.repeat);
   project.executed_by = reader.string("executed_by").value_or(project.executed_by);
+  read_entries(reader, project);
   if (const auto rate = reader.string("rate")) {
     if (const auto period = parse_rate(*rate))
       project.period = *period;

@@ -111,6 +111,13 @@ struct SkillProtocol {
   friend bool operator==(const SkillProtocol&, const SkillProtocol&) = default;
 };
 
+/// An entry of the main tree's blackboard that is there before the first tick: a number, true, false or a text.
+struct MissionEntry {
+  std::string name;
+  Value value;
+  SourceSpan span;
+};
+
 /// A constant of sentree.yaml that a chart's <data> of that id begins with.
 struct SkillConstant {
   std::string id;
@@ -186,6 +193,7 @@ struct Project {
   std::string tree;  ///< Tree to execute; empty: the file's main_tree_to_execute.
   Duration period = std::chrono::milliseconds(100);
   bool repeat = false;
+  std::vector<MissionEntry> entries;  ///< Each name once.
   /// Who executes the mission, if that is another program, which is only watched: its leaves need no skills here.
   std::string executed_by;
   std::vector<ServiceEntry> services;
@@ -318,6 +326,9 @@ struct Scenario {
 /// A scenario file with its project (default: the sentree.yaml one folder above the scenario's). Where that is `known`,
 /// which has been read and told of already, it is not read again.
 [[nodiscard]] Loaded<Scenario> load_scenario(const std::filesystem::path& file, const Project* known = nullptr);
+
+/// The same over a project that it does not lie in, whatever project it names.
+[[nodiscard]] Loaded<Scenario> load_scenario_of(const Project& project, const std::filesystem::path& file);
 
 /// The scenario of a project that has no timeline and expects nothing.
 [[nodiscard]] Scenario plain_scenario(Project project);

@@ -240,7 +240,11 @@ Scenario plain_scenario(Project project) {
   return scenario;
 }
 
-Loaded<Scenario> load_scenario(const std::filesystem::path& file, const Project* known) {
+namespace {
+
+/// @param known  A project that has been read and told of already; null: none.
+/// @param is_it  It is the scenario's, whatever that names.
+Loaded<Scenario> load_over(const std::filesystem::path& file, const Project* known, bool is_it) {
   Loaded<Scenario> loaded;
   const text::ReadFence fence(file.parent_path(), {shipped_folder("interfaces")});
   const auto source = text::read_file(file);
@@ -263,6 +267,7 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file, const Project*
     const std::filesystem::path project_path = text::ReadFence::place_of(named).value_or(named);
     const std::filesystem::path from = project_path.lexically_normal();
     const auto is_known = [&] {
+      if (is_it) return true;
       const std::filesystem::path its(known->file);
       return its == from || its.parent_path() == from || its.parent_path() / "" == from;
     };
@@ -312,6 +317,16 @@ Loaded<Scenario> load_scenario(const std::filesystem::path& file, const Project*
   scenario.source = *yaml;
   if (!has_errors(loaded.diagnostics)) loaded.value = std::move(scenario);
   return loaded;
+}
+
+}  // namespace
+
+Loaded<Scenario> load_scenario(const std::filesystem::path& file, const Project* known) {
+  return load_over(file, known, false);
+}
+
+Loaded<Scenario> load_scenario_of(const Project& project, const std::filesystem::path& file) {
+  return load_over(file, &project, true);
 }
 
 }  // namespace sentree::project

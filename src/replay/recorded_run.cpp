@@ -333,10 +333,39 @@ Loaded<project::Scenario> RecordedRun::scenario_in(const std::string& project) {
   fs::path file = project;
   if (!plain && (fs::is_directory(file, error) || file.filename() == "sentree.yaml")) {
     const fs::path folder = fs::is_directory(file, error) ? file : file.parent_path();
-    file = folder / "scenarios" / fs::path(fact("source")).filename();
+    const fs::path source = fact("source");
+    const fs::path inside = source.lexically_relative(fs::path(fact("project")).parent_path());
+    file = folder / (is_harmless(inside.string()) ? inside : "scenarios" / source.filename());
+    if (!fs::exists(file, error)) return attached_over(folder, file.lexically_relative(folder).generic_string());
   }
   auto loaded = load_either(file, plain);
   if (loaded.value) apply_facts(*loaded.value);
+  return loaded;
+}
+
+Loaded<project::Scenario> RecordedRun::attached_over(const fs::path& folder, const std::string& missing) {
+  Loaded<project::Scenario> loaded;
+  auto project = project::load_project(folder);
+  loaded.diagnostics = std::move(project.diagnostics);
+  if (!project.ok()) return loaded;
+  const auto file = extract();
+  if (!file) {
+    loaded.diagnostics.push_back(file.error());
+    return loaded;
+  }
+  auto attached = project::load_scenario_of(*project.value, *file);
+  for (Diagnostic& found : attached.diagnostics) {
+    found.span.file = named(std::move(found.span.file));
+    found.message = named(std::move(found.message));
+    loaded.diagnostics.push_back(std::move(found));
+  }
+  if (!attached.value) return loaded;
+  attached.value->file = named(file->string());
+  loaded.diagnostics.push_back({Severity::kNote, "replay.scenario",
+                                fmt::format("{} has no {}; the scenario is the recorded one", folder.string(), missing),
+                                SourceSpan{attached.value->file}});
+  apply_facts(*attached.value);
+  loaded.value = std::move(attached.value);
   return loaded;
 }
 

@@ -67,13 +67,18 @@ class RecordedRun {
   [[nodiscard]] std::string named(std::string text) const;
   /// What is wrong with the recorded project, likewise. Its warnings were told when it was recorded.
   [[nodiscard]] Diagnostics errors_in(Diagnostics found) const;
-  /// The scenario of that name in another project, or the plain project if the recorded one was plain.
+  /// The scenario that lies in another project where the recorded one lay in its own (scenarios/, verify/ …); where
+  /// there is none, the recorded one over that project, with a note replay.scenario. The plain project if the recorded
+  /// one was plain.
   [[nodiscard]] Loaded<project::Scenario> scenario_in(const std::string& project);
 
  private:
   struct Folder;
   RecordedRun();
   void apply_facts(project::Scenario& scenario) const;
+  /// The recorded scenario over a project that has no file `missing`.
+  [[nodiscard]] Loaded<project::Scenario> attached_over(const std::filesystem::path& folder,
+                                                        const std::string& missing);
   [[nodiscard]] Result<void> each_of(std::string_view topic, const std::function<bool(Message)>& take, TimePoint from,
                                      TimePoint to);
 

@@ -597,6 +597,29 @@ timeline:
   }
 }
 
+TEST_F(Replays, AProjectsScenarioIsWhereTheRecordedOneLay) {
+  const fs::path folder = project_with("AtLocation", "skills/AtLocation.scxml");
+  const fs::path found = folder / "verify/found.yaml";
+  put("changed/verify/found.yaml", "clock: virtual\nduration: 3 s\nstop_when_violated: true\n");
+  RecordedRun run = record_run(found, true, std::chrono::seconds(3));
+  const auto there = run.scenario_in(folder.string());
+  ASSERT_TRUE(there.ok());
+  EXPECT_EQ(there.value->file, found.string());
+  EXPECT_THAT(there.diagnostics, IsEmpty());
+  fs::remove_all(folder / "verify");
+  auto recorded = run.scenario_in(folder.string());
+  ASSERT_TRUE(recorded.ok());
+  ASSERT_THAT(recorded.diagnostics, SizeIs(1));
+  EXPECT_EQ(recorded.diagnostics[0].severity, Severity::kNote);
+  EXPECT_THAT(to_string(recorded.diagnostics[0]),
+              HasSubstr("run.mcap/verify/found.yaml: note: " + folder.string() +
+                        " has no verify/found.yaml; the scenario is the recorded one"));
+  EXPECT_EQ(recorded.value->project.folder, folder) << "and the project is the given one";
+  EXPECT_TRUE(recorded.value->stop_when_violated);
+  const ReplayReport report = replay_with(run, std::move(recorded), false);
+  EXPECT_THAT(report.differences, IsEmpty());
+}
+
 TEST_F(Replays, AChangedSkillStopsAtTheFirstRequestThatWasNotRecorded) {
   // Recorded with the buggy skill, which never sends the robot to the station; tried with the sound one.
   RecordedRun run = record_run(kRecharge / "scenarios/experiment2.yaml", true, std::chrono::seconds(120));

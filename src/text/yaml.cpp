@@ -251,6 +251,28 @@ std::optional<int> too_many_brackets(std::string_view source) {
   return std::nullopt;
 }
 
+// What yaml-cpp says names a rule of its own, and not what to do.
+std::string_view way_out(std::string_view source, const YAML::Exception& error) {
+  if (error.msg.find("flow not found") != std::string::npos)
+    return error.msg.find("map") != std::string::npos ? "; a { before this is not closed by }"
+                                                      : "; a [ before this is not closed by ]";
+  for (int line = 0; line < error.mark.line && !source.empty(); ++line)
+    source.remove_prefix(std::min(source.find('\n'), source.size() - 1) + 1);
+  const std::string_view line = source.substr(0, source.find('\n'));
+  const std::string_view before = line.substr(0, static_cast<std::size_t>(std::max(error.mark.column, 0)));
+  if (error.msg == YAML::ErrorMsg::MAP_VALUE && before.find(": ") != std::string_view::npos)
+    return "; a text with a colon in it needs quotes: key: \"a: b\"";
+  const bool begins_line = before.find_first_not_of(' ') == std::string_view::npos;
+  if (error.msg == YAML::ErrorMsg::MAP_VALUE ||
+      (begins_line && (error.msg == YAML::ErrorMsg::END_OF_MAP || error.msg == YAML::ErrorMsg::END_OF_SEQ)))
+    return "; this line is indented otherwise than those that it belongs to: entries of one mapping or list begin in "
+           "one "
+           "column";
+  if (error.msg == YAML::ErrorMsg::END_OF_MAP || error.msg == YAML::ErrorMsg::END_OF_SEQ)
+    return "; the value ends before this: quotes go around a whole text";
+  return "";
+}
+
 // What is wrong with a line that begins with a tab, or the line before (from 0), YAML says in other words.
 std::string_view tab_in(std::string_view source, int line) {
   for (int at = 0; !source.empty(); ++at) {
@@ -284,7 +306,8 @@ Result<YamlNode> parse_yaml(std::string_view source, const std::string& file) {
       return fail("yaml.syntax", "a second document; one file holds one", builder.document());
     }
   } catch (const YAML::Exception& error) {
-    return fail("yaml.syntax", "not YAML: " + error.msg + std::string(tab_in(source, error.mark.line)),
+    const std::string_view tab = tab_in(source, error.mark.line);
+    return fail("yaml.syntax", "not YAML: " + error.msg + std::string(tab.empty() ? way_out(source, error) : tab),
                 {file, error.mark.line + 1, error.mark.column + 1, 0});
   } catch (const BadKey& bad) {
     return fail("yaml.duplicate-key", bad.what, bad.span);

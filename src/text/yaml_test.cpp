@@ -29,6 +29,16 @@ TEST(Yaml, RefusesWithAPlace) {
   EXPECT_EQ(yaml_refusal("? [1, 2]\n: 3\n"), "a.yaml:1:3: a key must be a plain text");
 }
 
+TEST(Yaml, TellsTheWayOut) {
+  const char* const indented = "; this line is indented otherwise than those that it belongs to";
+  EXPECT_NE(yaml_refusal("a:\n  b: 1\n c: 2\n").find(indented), std::string::npos);
+  EXPECT_NE(yaml_refusal("a:\n- b: 1\n   c: 2\n").find(indented), std::string::npos);
+  EXPECT_NE(yaml_refusal("a: b: c\n").find("; a text with a colon in it needs quotes"), std::string::npos);
+  EXPECT_NE(yaml_refusal("a: \"b\" c\n").find("; the value ends before this: quotes go around a whole text"),
+            std::string::npos);
+  EXPECT_NE(yaml_refusal("a: {b: 1\nc: 2\n").find("; a { before this is not closed by }"), std::string::npos);
+}
+
 TEST(Yaml, BoundsNestingAndAliases) {
   EXPECT_EQ(yaml_refusal(std::string(200, '[') + std::string(200, ']')), "a.yaml:1:101: nested deeper than 100 levels");
   std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";

@@ -78,7 +78,7 @@ class Loader {
     const PortType* strong = nullptr;  ///< Of the first port that has a strong type.
     std::uint32_t manifest = kNone;    ///< The first port's node; kNone: nobody yet.
     std::uint32_t port = 0;            ///< Its name, in Model::strings.
-    NodeId constant_of = kNoNode;      ///< The SubTree that gives the entry a constant.
+    std::uint32_t constant = kNone;    ///< That a SubTree gives it; in Model::constants.
     bool declared = false;             ///< Listed in Model::initial, by this very cell.
   };
   struct NodeResult {
@@ -172,6 +172,13 @@ class Loader {
   [[nodiscard]] SourceSpan span_of(NodeId id) const;
   [[nodiscard]] const std::vector<std::string>& known_skills() const { return options_.skills; }
   void declare_entry(std::uint32_t cell, const DefinedNode& defined, const DefinedPort& port);
+  /// The SubTree that gives the constant, for messages: by its name, else by its ID.
+  [[nodiscard]] std::string constant_of(const EntryUse& use) const;
+  [[nodiscard]] SourceSpan place_of_constant(const EntryUse& use) const;
+  /// Text for a port that cannot read it.
+  void check_constant(const EntryUse& use, const DefinedNode& defined, const DefinedPort& port);
+  /// How a number becomes one of the port's type, for messages.
+  [[nodiscard]] std::string way_to_type(const EntryUse& use, const PortType& type) const;
   /// Who declared an entry first, for messages.
   [[nodiscard]] std::string declared_by(const EntryUse& use) const;
   [[nodiscard]] EntryUse& entry_use(std::uint32_t cell) {
@@ -179,13 +186,19 @@ class Loader {
     return entry_uses_[cell];
   }
   [[nodiscard]] bool is_constant(std::uint32_t cell) const {
-    return cell < entry_uses_.size() && entry_uses_[cell].constant_of != kNoNode;
+    return cell < entry_uses_.size() && entry_uses_[cell].constant != kNone;
   }
   /// Names of the enclosing SubTrees and of the node; with the node's number where the name is the ID alone.
   [[nodiscard]] std::string path_of(NodeId id, bool numbered) const;
   /// Gives leaves that are called alike their numbers, and finds those that stay alike.
   void check_leaf_names();
   void name_scopes();
+  /// Makes the entries that are there before the first tick, as the ports that name them have them.
+  void start_entries();
+  /// What is known of a BehaviorTree that is nowhere, behind a message.
+  [[nodiscard]] std::string where(std::string_view id) const {
+    return options_.where_tree ? options_.where_tree(id) : "";
+  }
 
   // check.cpp: what loads, and still deserves a word.
   [[nodiscard]] std::set<std::uint32_t> named_by_broken() const;
@@ -243,6 +256,7 @@ class Loader {
   std::unordered_map<std::string_view, std::uint32_t> manifest_index_;
   std::map<std::tuple<std::string, Kind, Category>, std::uint32_t> same_manifest_;
   std::vector<EntryUse> entry_uses_;                    ///< By cell.
+  std::vector<text::XmlElement> constant_elements_;     ///< By constant: the SubTree's.
   std::vector<std::vector<std::uint32_t>> port_names_;  ///< By manifest: its ports' names, in Model::strings.
   std::vector<std::uint32_t> entry_of_;                 ///< By string: see entry_of; kUnknownText until it is asked.
   std::vector<text::XmlAttribute> given_;               ///< Of the element in hand.
