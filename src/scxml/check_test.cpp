@@ -143,6 +143,25 @@ TEST(Check, FindsWhatOnlyBrowsersHaveAndNewerLanguage) {
   EXPECT_THAT(script("var f = x =&gt; x"), ElementsAre(HasSubstr("scripts are ECMAScript 5.1")));
 }
 
+TEST(Check, LeavesWhatEditorsKeepAlone) {
+  const auto told = [](const char* inside) {
+    const auto loaded =
+        load(checked_document(std::string("<state id=\"a\" xmlns:qt=\"http://www.qt.io/2015/02/scxml-ext\" "
+                                          "xmlns:x=\"urn:x\"><onentry>") +
+                              inside + "</onentry><transition event=\"e\" target=\"b\">" + inside +
+                              "</transition></state><state id=\"b\"/><state id=\"island\"/>"),
+             "door.scxml");
+    EXPECT_TRUE(loaded.ok());
+    auto all = texts(loaded.diagnostics);
+    const auto found = texts(check(*loaded.value));
+    all.insert(all.end(), found.begin(), found.end());
+    return all;
+  };
+  // It hides nothing of the rest.
+  EXPECT_THAT(told("<qt:editorinfo movePoint=\"1;2\"/>"), ElementsAre(HasSubstr("\"island\" is never entered")));
+  EXPECT_THAT(told("<x:move/>"), Contains(HasSubstr("<x:move> is not SCXML and does nothing")));
+}
+
 TEST(Check, FindsFilesOfDataAndChartsThatCannotBeRead) {
   LoadOptions options;
   options.read = [](std::string_view uri) -> Result<std::string> {
