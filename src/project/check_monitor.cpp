@@ -28,20 +28,35 @@ void error(Diagnostics& diagnostics, std::string code, std::string message, Sour
   add_once(diagnostics, Severity::kError, std::move(code), std::move(message), std::move(span));
 }
 
-/// Events that a chart sends to itself.
+/// Events that a chart sends to itself, and that those which it invokes send to it.
 struct OwnEvents {
   std::vector<std::string> names;
-  bool open = false;  ///< Or any other: of charts that it invokes, or named by an expression.
+  bool open = false;  ///< Or any other: of charts that are not known, or named by an expression.
 
-  explicit OwnEvents(const scxml::Chart& chart) : open(!chart.model().invokes.empty()) {
+  explicit OwnEvents(const scxml::Chart& chart) : open(scxml::invokes_unknown(chart)) {
     for (const auto& [event, place] : chart.model().raises) names.push_back(event);
-    for (const scxml::SendInfo& send : chart.sends()) {
-      if (send.type == "thrift") continue;
-      if (send.event)
-        names.push_back(*send.event);
-      else
-        open = true;
+    for (const scxml::SendInfo& send : chart.sends()) add(send);
+    for (const scxml::Invoke& invoke : chart.model().invokes) {
+      open = open || !invoke.child || invoke.child->model().passed_over;
+      if (!invoke.child) continue;
+      for (const scxml::Chart& child : scxml::with_invoked(*invoke.child)) {
+        const bool is_ours = child == *invoke.child;
+        // A session that is named by what was heard of it may be this one.
+        for (const scxml::SendInfo& send : child.sends()) {
+          if (!send.target || (is_ours && *send.target == "#_parent") || send.target->starts_with("#_scxml_"))
+            add(send);
+        }
+      }
     }
+  }
+
+ private:
+  void add(const scxml::SendInfo& send) {
+    if (send.type == "thrift") return;
+    if (send.event)
+      names.push_back(*send.event);
+    else
+      open = true;
   }
 };
 

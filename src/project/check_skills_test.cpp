@@ -139,6 +139,29 @@ TEST(CheckSkills, SubscribeForChartsThatTheyForwardTo) {
   EXPECT_THAT(told("false"), Contains(HasSubstr(unheard)));
 }
 
+TEST(CheckSkills, KnowWhatInvokedChartsSend) {
+  const auto told = [](const char* sent, const char* target) {
+    const std::string child = fmt::format(
+        "<scxml version=\"1.0\"><state id=\"a\"><onentry><send event=\"{}\" target=\"{}\"/></onentry>"
+        "<transition event=\"{}\"/></state></scxml>",
+        sent, target, sent);
+    return told_of("pick-and-place",
+                   {{"skills/Find.scxml", "  <final id=\"success\"",
+                     "  <state id=\"s\"><invoke src=\"Child.scxml\"/><transition event=\"seen\" target=\"success\"/>"
+                     "</state>\n  <final id=\"success\""},
+                    {"skills/Child.scxml", nullptr, child.c_str()}});
+  };
+  const char* const said = "event \"seen\" never arrives";
+  EXPECT_THAT(told("seen", "#_parent"), Not(Contains(HasSubstr(said))));
+  EXPECT_THAT(told("other", "#_parent"), Contains(HasSubstr(said)));
+  EXPECT_THAT(told("seen", "#_internal"), Contains(HasSubstr(said)));
+  // Of a chart that is not known, anything.
+  EXPECT_THAT(told_of("pick-and-place", {{"skills/Find.scxml", "  <final id=\"success\"",
+                                          "  <state id=\"s\"><invoke srcexpr=\"'a' + 'b'\"/><transition event=\"seen\" "
+                                          "target=\"success\"/></state>\n  <final id=\"success\""}}),
+              Not(Contains(HasSubstr(said))));
+}
+
 TEST(CheckSkills, TellsOfAnOutcomeThatEndsNothing) {
   EXPECT_THAT(told_of("pick-and-place", {{"skills/Find.scxml", "<final id=\"failure\"/>", "<state id=\"failure\"/>"}}),
               Contains(HasSubstr("state \"failure\" has no way out and ends nothing: write <final id=\"failure\"/>")));
