@@ -312,6 +312,7 @@ class Checker {
   void children() {
     for (const Invoke& invoke : model_.invokes) {
       if (invoke.child) {
+        parameters(invoke);
         for (Diagnostic& diagnostic : check(*invoke.child)) diagnostics_.push_back(std::move(diagnostic));
         continue;
       }
@@ -326,13 +327,32 @@ class Checker {
       const std::string& source = is_inline ? invoke.payload.content_source : invoke.src_text;
       if (!is_chart || source.empty()) continue;
       for (const Diagnostic& diagnostic :
-           load(source, is_inline ? std::string() : seen_from(model_.folder, invoke.src.constant),
+           load(source, is_inline ? std::string() : seen_from(folder_of(model_.file), invoke.src.constant),
                 {.to_run = !model_.obstacle})
                .diagnostics) {
         if (diagnostic.severity != Severity::kError) continue;
         report(Severity::kError, diagnostic.code,
                "the invoked chart cannot be loaded: " + (is_inline ? diagnostic.message : to_string(diagnostic)),
                invoke.place);
+      }
+    }
+  }
+
+  // What is given to a chart that has no <data> for it (SCXML 6.4.3: of its top level).
+  void parameters(const Invoke& invoke) {
+    const Model& child = invoke.child->model();
+    if (child.data_model != DataModelKind::kEcmaScript || child.passed_over) return;
+    std::vector<std::string> ids;
+    for (const Variable& variable : child.variables) {
+      if (variable.state == 0) ids.push_back(variable.id);
+    }
+    for (const auto* list : {&invoke.payload.namelist, &invoke.payload.params}) {
+      for (const Param& param : *list) {
+        if (param.name.empty() || std::find(ids.begin(), ids.end(), param.name) != ids.end()) continue;
+        warn("scxml.unknown-data",
+             fmt::format("\"{0}\" reaches nothing: the invoked chart has no <data id=\"{0}\"> at its top level{1}",
+                         param.name, did_you_mean(param.name, ids)),
+             param.expr == kNoExpression ? invoke.place : model_.expressions[param.expr].place);
       }
     }
   }

@@ -181,6 +181,25 @@ TEST(Check, SaysNothingOfBuiltinsWhereItIsNotSure) {
     EXPECT_THAT(told(fine), IsEmpty()) << fine;
 }
 
+TEST(Check, FindsParametersThatTheInvokedChartHasNoDataFor) {
+  LoadOptions options;
+  options.read = [](std::string_view uri) -> Result<std::string> {
+    EXPECT_EQ(uri, "vision.scxml");
+    return checked_document("<datamodel><data id=\"what\"/></datamodel><state id=\"look\"/><final id=\"done\"/>");
+  };
+  const auto loaded =
+      load(checked_document(
+               "<state id=\"a\"><invoke src=\"vision.scxml\"><param name=\"whta\" expr=\"1\"/></invoke></state>"),
+           "charts/pick.scxml", options);
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_THAT(texts(check(*loaded.value)),
+              ElementsAre(testing::AllOf(HasSubstr("charts/pick.scxml:2:"), HasSubstr("\"whta\" reaches nothing"),
+                                         HasSubstr("did you mean \"what\"?")),
+                          // Named as who invokes it is.
+                          HasSubstr("charts/vision.scxml:2:12: warning: data \"what\" is never used"),
+                          HasSubstr("charts/vision.scxml:2:")));
+}
+
 TEST(Check, LeavesWhatEditorsKeepAlone) {
   const auto told = [](const char* inside) {
     const auto loaded =
