@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -52,9 +53,16 @@ void print_text(const ImportCommand& command, const import::Imported& imported, 
   for (const std::string& file : kept)
     say(fmt::format("{}/{}: kept, for it has been edited; without it, import --force writes it anew", command.output,
                     file));
+  if (!imported.plug_in_nodes.empty()) {
+    say(fmt::format(
+        "\nFirst write a plug-in with {} (docs/coming-from-behaviortree-cpp.md, Plug-ins) and name it under "
+        "`plugins:` in {}/sentree.yaml: until then the mission does not run.",
+        fmt::join(imported.plug_in_nodes, ", "), command.output));
+  }
   say(fmt::format(
-      "\nNow try:\n  sentree check {0}\n{1}  sentree graph {0} -o tree.svg", command.output,
-      imported.form == import::kTreeForm ? fmt::format("  sentree run {} --clock virtual\n", command.output) : ""));
+      "\n{2}:\n  sentree check {0}\n{1}  sentree graph {0} -o tree.svg", command.output,
+      imported.form == import::kTreeForm ? fmt::format("  sentree run {} --clock virtual\n", command.output) : "",
+      imported.plug_in_nodes.empty() ? "Now try" : "Then try"));
 }
 
 }  // namespace

@@ -42,6 +42,8 @@ struct Imported {
   std::string form;  ///< "yarp-skills", "as2fm" or "behavior-tree".
   std::vector<ProjectFile> files;
   std::vector<Finding> findings;  ///< By file and line.
+  /// IDs of nodes of the tree that only a plug-in can give it: until then it does not run.
+  std::vector<std::string> plug_in_nodes;
 };
 
 /// Reads a system: the mission of a BehaviorTree.CPP program, a folder with Behavior Trees and Qt SCXML skills with C++

@@ -399,6 +399,7 @@ class TreeSystem {
     const std::string id(tree.registration(node));
     if (tree.is_unknown(node) && tree.category(node) != bt::Category::kSubTree) {
       if (!unknown_.insert(id).second) return;
+      result_.plug_in_nodes.push_back(id);
       find(Fate::kByHand, tree.span(node), id,
            "a node with children, written in C++: write it as a plug-in (docs/coming-from-behaviortree-cpp.md), and "
            "name that under `plugins:`");

@@ -84,6 +84,16 @@ TEST(TreeSystem, KeepsWhatHasBeenEditedSinceItWasImported) {
   EXPECT_THAT(*write_project(system, made, true), testing::IsEmpty());
 }
 
+TEST(TreeSystem, NamesTheNodesThatOnlyAPlugInHas) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "go.xml";
+  ASSERT_TRUE(text::write_file(source,
+                               "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><RetryWithBackoff><Drop/>"
+                               "</RetryWithBackoff></BehaviorTree></root>"));
+  EXPECT_THAT(imported(source).plug_in_nodes, ElementsAre("RetryWithBackoff"));
+  EXPECT_THAT(imported(kMission).plug_in_nodes, testing::IsEmpty());
+}
+
 TEST(TreeSystem, SkillsHaveThePortsOfTheirLeaves) {
   const Imported system = imported(kMission / "main.xml");
   EXPECT_THAT(made_file(system, "skills/BatteryOK.scxml"),
