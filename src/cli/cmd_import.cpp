@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -20,7 +21,8 @@ Value finding_value(const import::Finding& finding) {
              {"reason", finding.reason}};
 }
 
-void print_json(const ImportCommand& command, const import::Imported* imported, const Diagnostics& diagnostics) {
+void print_json(const ImportCommand& command, const import::Imported* imported, const std::vector<std::string>& kept,
+                const Diagnostics& diagnostics) {
   List files;
   List findings;
   if (imported != nullptr) {
@@ -30,13 +32,17 @@ void print_json(const ImportCommand& command, const import::Imported* imported, 
   print(to_json(Value(Map{{"project", command.output},
                           {"form", imported != nullptr ? imported->form : std::string()},
                           {"files", std::move(files)},
+                          {"kept", List(kept.begin(), kept.end())},
                           {"findings", std::move(findings)},
                           {"diagnostics", to_value(diagnostics)}})) +
         "\n");
 }
 
-void print_text(const ImportCommand& command, const import::Imported& imported) {
-  for (const import::ProjectFile& file : imported.files) print(fmt::format("{}/{}\n", command.output, file.path));
+void print_text(const ImportCommand& command, const import::Imported& imported, const std::vector<std::string>& kept) {
+  for (const import::ProjectFile& file : imported.files) {
+    if (std::find(kept.begin(), kept.end(), file.path) == kept.end())
+      print(fmt::format("{}/{}\n", command.output, file.path));
+  }
   print(command.output + "/IMPORT.md\n");
   for (const import::Finding& finding : imported.findings) {
     // What a person need not look at stands in IMPORT.md only.
@@ -44,9 +50,19 @@ void print_text(const ImportCommand& command, const import::Imported& imported) 
     say(fmt::format("{}: {}: {}{}", to_string(finding.span), import::to_string(finding.fate),
                     finding.original.empty() ? "" : finding.original + ": ", finding.reason));
   }
+  for (const std::string& file : kept)
+    say(fmt::format("{}/{}: kept, for it has been edited; without it, import --force writes it anew", command.output,
+                    file));
+  if (!imported.plug_in_nodes.empty()) {
+    say(fmt::format(
+        "\nFirst write a plug-in with {} (docs/coming-from-behaviortree-cpp.md, Plug-ins) and name it under "
+        "`plugins:` in {}/sentree.yaml: until then the mission does not run.",
+        fmt::join(imported.plug_in_nodes, ", "), command.output));
+  }
   say(fmt::format(
-      "\nNow try:\n  sentree check {0}\n{1}  sentree graph {0} -o tree.svg", command.output,
-      imported.form == import::kTreeForm ? fmt::format("  sentree run {} --clock virtual\n", command.output) : ""));
+      "\n{2}:\n  sentree check {0}\n{1}  sentree graph {0} -o tree.svg", command.output,
+      imported.form == import::kTreeForm ? fmt::format("  sentree run {} --clock virtual\n", command.output) : "",
+      imported.plug_in_nodes.empty() ? "Now try" : "Then try"));
 }
 
 }  // namespace
@@ -54,20 +70,21 @@ void print_text(const ImportCommand& command, const import::Imported& imported) 
 int import_project(const ImportCommand& command) {
   const auto imported = import::import_system(command.system, command.main);
   if (!imported.value) {
-    if (command.json) print_json(command, nullptr, imported.diagnostics);
+    if (command.json) print_json(command, nullptr, {}, imported.diagnostics);
     say(imported.diagnostics);
     return kInvalidInput;
   }
-  if (const auto written = import::write_project(*imported.value, command.output, command.force); !written) {
-    if (command.json) print_json(command, nullptr, {written.error()});
-    say(to_string(written.error()));
-    return written.error().code == "import.exists" ? kInvalidInput : kEnvironment;
+  const auto kept = import::write_project(*imported.value, command.output, command.force);
+  if (!kept) {
+    if (command.json) print_json(command, nullptr, {}, {kept.error()});
+    say(to_string(kept.error()));
+    return kept.error().code == "import.exists" ? kInvalidInput : kEnvironment;
   }
   if (command.json) {
-    print_json(command, &*imported.value, imported.diagnostics);
+    print_json(command, &*imported.value, *kept, imported.diagnostics);
   } else {
     say(imported.diagnostics);
-    print_text(command, *imported.value);
+    print_text(command, *imported.value, *kept);
   }
   const auto& findings = imported.value->findings;
   const bool left = std::any_of(findings.begin(), findings.end(),

@@ -57,7 +57,9 @@ void add_import(CLI::App& app, Commands& commands) {
   sub->add_option("system", command.system, "Folder of the system, or its main file")->required();
   sub->add_option("--output,-o", command.output, "Folder of the new project")->required();
   sub->add_option("--main", command.main, "Of a folder with several systems: the main file");
-  sub->add_flag("--force", command.force, "Replace files of the same names in a folder that is not empty");
+  sub->add_flag(
+      "--force", command.force,
+      "Replace files of the same names in a folder that is not empty, but for those that have been edited since");
   sub->add_flag("--json", command.json, "Print files and findings as JSON");
 }
 

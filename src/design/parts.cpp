@@ -17,7 +17,7 @@ namespace sentree::design {
 
 namespace {
 
-/// A call that the templates make, or speak of.
+/// A call that the templates speak of.
 struct Call {
   std::string service;
   std::string method;
@@ -67,25 +67,23 @@ constexpr const char* kOutcomes = "  <final id=\"success\"/>\n  <final id=\"fail
 
 Part skill(const std::string& name, const std::optional<Call>& call) {
   Part part;
-  const std::string body = call ? fmt::format(
-                                      "  <state id=\"asking\">\n"
-                                      "    <onentry><send type=\"thrift\" target=\"{0}\" event=\"{1}\"/></onentry>\n"
-                                      "    <transition event=\"halt\" target=\"halted\"/>\n"
-                                      "    <!-- cond=\"_event.data.result …\" looks at the answer -->\n"
-                                      "    <transition event=\"{0}.{1}.reply\" target=\"success\"/>\n"
-                                      "    <!-- no answer in time, or none at all -->\n"
-                                      "    <transition event=\"{0}.{1}.error error\" target=\"failure\"/>\n"
-                                      "  </state>\n",
-                                      call->service, call->method)
-                                : "  <state id=\"waiting\">\n"
-                                  "    <onentry><send event=\"enough\" delay=\"2s\"/></onentry>\n"
-                                  "    <transition event=\"halt\" target=\"halted\"/>\n"
-                                  "    <transition event=\"enough\" target=\"success\"/>\n"
-                                  "    <transition event=\"error\" target=\"failure\"/>\n"
-                                  "  </state>\n";
+  // Calls stand in a comment: a robot may be at the other end.
+  const Call shown = call.value_or(Call{"SERVICE", "METHOD"});
+  const std::string body = fmt::format(
+      "  <state id=\"waiting\">\n"
+      "    <!-- <send type=\"thrift\" target=\"{0}\" event=\"{1}\"/> calls; {0}.{1}.reply and {0}.{1}.error answer. "
+      "-->\n"
+      "    <onentry><send event=\"enough\" delay=\"2s\"/></onentry>\n"
+      "    <transition event=\"halt\" target=\"halted\"/>\n"
+      "    <transition event=\"enough\" target=\"success\"/>\n"
+      "    <transition event=\"error\" target=\"failure\"/>\n"
+      "  </state>\n",
+      shown.service, shown.method);
   part.files.emplace_back(fmt::format("skills/{}.scxml", name),
-                          chart(name, "Each tick is RUNNING until a final state is entered.",
-                                call ? "asking" : "waiting", body + kOutcomes));
+                          chart(name,
+                                "Each tick is RUNNING until a final state is entered. To begin with, it succeeds "
+                                "after two seconds.",
+                                "waiting", body + kOutcomes));
   part.next = fmt::format(
       "put <{0} name=\"{0}\"/> into the tree, then `sentree model {{project}} --into {{mission}}` makes it known to "
       "editors",

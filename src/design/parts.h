@@ -19,8 +19,8 @@ struct Part {
 
 inline constexpr const char* kPartKinds[] = {"skill", "monitor", "requirement", "scenario", "component"};
 
-/// A part that runs as it is, to begin with. What it calls, if anything, is a call of `plan` without arguments that
-/// answers; null: the project does not load.
+/// A part that runs as it is, to begin with. It calls nothing: of calls, one of `plan` if it has any, a skill has a
+/// comment. Null: the project does not load.
 /// Errors: design.bad-name (letters, digits and _, with a letter first), design.name-taken (in `plan`),
 /// design.no-such-part.
 [[nodiscard]] Result<Part> new_part(const std::string& kind, const std::string& name, const project::Plan* plan);

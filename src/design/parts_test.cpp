@@ -44,6 +44,21 @@ TEST(NewParts, AreNoSkillsCalledLikeBuiltInNodes) {
   }
 }
 
+// At the other end may be a robot.
+TEST(NewParts, CallNothing) {
+  auto project = project::load_project(std::string(SENTREE_SOURCE_DIR) + "/examples/minimal");
+  ASSERT_TRUE(project.ok());
+  const auto plan = project::prepare(project::plain_scenario(std::move(*project.value)));
+  ASSERT_TRUE(plan.ok());
+  const auto part = new_part("skill", "Wave", &*plan.value);
+  ASSERT_TRUE(part);
+  const std::string& source = part->files[0].second;
+  EXPECT_THAT(source, testing::HasSubstr("<!-- <send type=\"thrift\" target=\"battery\""));
+  const auto chart = scxml::load(source, "Wave.scxml");
+  ASSERT_TRUE(chart.ok());
+  for (const scxml::SendInfo& send : chart.value->sends()) EXPECT_NE(send.type, "thrift") << source;
+}
+
 // A project without services, and what it is when a part is added.
 class PlainProject {
  public:

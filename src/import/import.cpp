@@ -1,10 +1,12 @@
 #include "sentree/import/import.h"
 
 #include <algorithm>
+#include <map>
 #include <system_error>
 
 #include <fmt/format.h>
 
+#include "sentree/base/value.h"
 #include "sentree/import/detail/roaml_system.h"
 #include "sentree/import/detail/source_folder.h"
 #include "sentree/import/detail/tree_system.h"
@@ -73,7 +75,30 @@ Loaded<Imported> import_system(const path& from, const std::string& main) {
   return none;
 }
 
-Result<void> write_project(const Imported& imported, const path& folder, bool force) {
+namespace {
+
+constexpr std::string_view kFileLine = "- ";
+constexpr std::string_view kSumMark = "  sum ";
+
+// By file, the sum that an IMPORT.md has of it.
+std::map<std::string, std::string> sums_in(std::string_view report) {
+  std::map<std::string, std::string> sums;
+  std::size_t at = report.rfind("\n## Files\n");
+  while (at < report.size()) {
+    const std::string_view line = report.substr(at, report.find('\n', at) - at);
+    at += line.size() + 1;
+    const std::size_t mark = line.rfind(kSumMark);
+    if (!line.starts_with(kFileLine) || mark == std::string_view::npos) continue;
+    sums.emplace(line.substr(kFileLine.size(), mark - kFileLine.size()), line.substr(mark + kSumMark.size()));
+  }
+  return sums;
+}
+
+std::string sum_of(std::string_view content) { return fmt::format("{:016x}", hash_bytes(content)); }
+
+}  // namespace
+
+Result<std::vector<std::string>> write_project(const Imported& imported, const path& folder, bool force) {
   std::error_code error;
   const bool occupied = std::filesystem::exists(folder, error) &&
                         (!std::filesystem::is_directory(folder, error) || !std::filesystem::is_empty(folder, error));
@@ -83,13 +108,25 @@ Result<void> write_project(const Imported& imported, const path& folder, bool fo
   }
   std::vector<ProjectFile> files = imported.files;
   const path named = folder.has_filename() ? folder : folder.parent_path();
-  files.push_back({"IMPORT.md", report_of(imported, named.filename().string())});
+  constexpr const char* kReport = "IMPORT.md";
+  const auto report = text::read_file(folder / kReport);
+  const auto sums = sums_in(report ? *report : "");
+  files.push_back({kReport, report_of(imported, named.filename().string())});
+  std::vector<std::string> kept;
   for (const ProjectFile& file : files) {
     const path target = folder / file.path;
+    const auto there = occupied ? text::read_file(target) : Result<std::string>();
+    const auto sum = sums.find(file.path);
+    const bool is_edited = there && file.path != kReport && *there != file.content &&
+                           (sum != sums.end() ? sum_of(*there) != sum->second : file.path.starts_with("skills/"));
+    if (is_edited && occupied) {
+      kept.push_back(file.path);
+      continue;
+    }
     std::filesystem::create_directories(target.parent_path(), error);
-    if (auto written = text::write_file(target, file.content); !written) return written;
+    if (auto written = text::write_file(target, file.content); !written) return tl::unexpected(written.error());
   }
-  return {};
+  return kept;
 }
 
 std::string report_of(const Imported& imported, const std::string& name) {
@@ -112,7 +149,8 @@ std::string report_of(const Imported& imported, const std::string& name) {
   section(Fate::kReview, "Translated with an assumption: to be confirmed");
   section(Fate::kNotNeeded, "Left out, because Sentree does it by itself");
   text += "\n## Files\n\n";
-  for (const ProjectFile& file : imported.files) text += fmt::format("- {}\n", file.path);
+  for (const ProjectFile& file : imported.files)
+    text += fmt::format("{}{}{}{}\n", kFileLine, file.path, kSumMark, sum_of(file.content));
   return text;
 }
 

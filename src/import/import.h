@@ -42,6 +42,8 @@ struct Imported {
   std::string form;  ///< "yarp-skills", "as2fm" or "behavior-tree".
   std::vector<ProjectFile> files;
   std::vector<Finding> findings;  ///< By file and line.
+  /// IDs of nodes of the tree that only a plug-in can give it: until then it does not run.
+  std::vector<std::string> plug_in_nodes;
 };
 
 /// Reads a system: the mission of a BehaviorTree.CPP program, a folder with Behavior Trees and Qt SCXML skills with C++
@@ -55,8 +57,11 @@ struct Imported {
 [[nodiscard]] Loaded<Imported> import_system(const std::filesystem::path& path, const std::string& main = {});
 
 /// Writes the files and IMPORT.md below `folder`. Unless `force`, a folder that is not empty is an error,
-/// import.exists; with it, files of the same names are replaced and no other is touched. Error: file.unwritable.
-[[nodiscard]] Result<void> write_project(const Imported& imported, const std::filesystem::path& folder, bool force);
+/// import.exists; with it, files of the same names are replaced and no other is touched, nor one that has been edited
+/// since it was imported (IMPORT.md has a sum of each; where it has none, skills that differ count as edited). Those
+/// are given back. Error: file.unwritable.
+[[nodiscard]] Result<std::vector<std::string>> write_project(const Imported& imported,
+                                                             const std::filesystem::path& folder, bool force);
 
 /// The text of IMPORT.md: what was made of what, and what is left to do, with places.
 [[nodiscard]] std::string report_of(const Imported& imported, const std::string& name);

@@ -168,10 +168,14 @@ std::string chart_of(const Skill& skill, const std::string& chart) {
   std::string outcome = skill.is_condition ? "holds" : "succeeds";
   while (skill.ports.contains(outcome)) outcome += '_';
   std::string data = fmt::format("    <data id=\"{}\" expr=\"true\"/>\n", outcome);
+  std::string given;  // to what the skill asks, as to the component that will be asked
   std::string results;
   for (const auto& [name, port] : skill.ports) {
     if (!is_data_id(name)) continue;
-    if (port.input) data += fmt::format("    <data id=\"{}\"/>\n", name);
+    if (port.input) {
+      data += fmt::format("    <data id=\"{}\"/>\n", name);
+      if (!port.output) given += fmt::format("        <param name=\"{0}\" expr=\"{0}\"/>\n", name);
+    }
     if (!port.output) continue;
     // Nothing may have written yet what it reads and writes.
     const std::string value =
@@ -185,23 +189,24 @@ std::string chart_of(const Skill& skill, const std::string& chart) {
       "initial=\"{}\">\n  <datamodel>\n{}  </datamodel>\n",
       skill.is_condition ? "it holds" : "it succeeds after a second", skill.is_condition ? "asks" : "does", chart,
       skill.is_condition ? "asking" : "working", data);
+  const std::string send = given.empty() ? "/>" : fmt::format(">\n{}      </send>", given);
   const std::string body = fmt::format(
       fmt::runtime(
           skill.is_condition
               ? "  <state id=\"asking\">\n"
-                "    <!-- <send type=\"thrift\" target=\"SERVICE\" event=\"METHOD\"/> asks, and its reply decides. "
-                "-->\n"
-                "    <transition cond=\"{0}\" target=\"success\"/>\n"
-                "    <transition target=\"failure\"/>\n"
+                "    <!-- <send type=\"thrift\" target=\"SERVICE\" event=\"METHOD\"> asks, and its reply decides. -->\n"
+                "    <onentry>\n      <send event=\"answer\" target=\"#_internal\"{1}\n    </onentry>\n"
+                "    <transition event=\"answer\" cond=\"{0}\" target=\"success\"/>\n"
+                "    <transition event=\"answer error\" target=\"failure\"/>\n"
                 "  </state>\n"
               : "  <state id=\"working\">\n"
-                "    <!-- <send type=\"thrift\" target=\"SERVICE\" event=\"METHOD\"/> asks a component to begin. -->\n"
-                "    <onentry><send event=\"done\" delay=\"1s\"/></onentry>\n"
+                "    <!-- <send type=\"thrift\" target=\"SERVICE\" event=\"METHOD\"> asks a component to begin. -->\n"
+                "    <onentry>\n      <send event=\"done\" delay=\"1s\"{1}\n    </onentry>\n"
                 "    <transition event=\"halt\" target=\"halted\"/>\n"
                 "    <transition event=\"done\" cond=\"{0}\" target=\"success\"/>\n"
                 "    <transition event=\"done error\" target=\"failure\"/>\n"
                 "  </state>\n"),
-      outcome);
+      outcome, send);
   const std::string success =
       results.empty() ? "  <final id=\"success\"/>\n"
                       : "  <final id=\"success\">\n    <donedata>\n" + results + "    </donedata>\n  </final>\n";
@@ -394,6 +399,7 @@ class TreeSystem {
     const std::string id(tree.registration(node));
     if (tree.is_unknown(node) && tree.category(node) != bt::Category::kSubTree) {
       if (!unknown_.insert(id).second) return;
+      result_.plug_in_nodes.push_back(id);
       find(Fate::kByHand, tree.span(node), id,
            "a node with children, written in C++: write it as a plug-in (docs/coming-from-behaviortree-cpp.md), and "
            "name that under `plugins:`");

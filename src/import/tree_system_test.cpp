@@ -36,8 +36,11 @@ void expect_runnable(const Imported& system) {
   ASSERT_TRUE(project.ok()) << to_string(project.diagnostics.at(0));
   const auto plan = project::prepare(project::plain_scenario(std::move(*project.value)));
   EXPECT_TRUE(plan.ok());
-  for (const Diagnostic& problem : plan.diagnostics)
+  for (const Diagnostic& problem : plan.diagnostics) {
     EXPECT_NE(problem.severity, Severity::kError) << to_string(problem);
+    // Nor has anything that the import wrote itself a warning.
+    EXPECT_EQ(problem.span.file.find("skills/"), std::string::npos) << to_string(problem);
+  }
 }
 
 auto told(Fate fate, const std::string& original, const std::string& reason) {
@@ -58,6 +61,37 @@ TEST(TreeSystem, GivesEachLeafASkillToBeginWith) {
     EXPECT_EQ(made_file(system, "trees/main.xml"), *text::read_file(kMission / "main.xml"));
     expect_runnable(system);
   }
+}
+
+TEST(TreeSystem, KeepsWhatHasBeenEditedSinceItWasImported) {
+  const TemporaryFolder folder("import");
+  const path made = folder.path() / "made";
+  Imported system = imported(kMission / "main.xml");
+  EXPECT_THAT(*write_project(system, made, false), testing::IsEmpty());
+  EXPECT_FALSE(write_project(system, made, false));
+  ASSERT_TRUE(text::write_file(made / "skills/Shout.scxml", "mine"));
+  // What is written now is not what was written then.
+  for (ProjectFile& file : system.files) file.content += "<!-- newer -->\n";
+  EXPECT_THAT(*write_project(system, made, true), ElementsAre("skills/Shout.scxml"));
+  EXPECT_EQ(*text::read_file(made / "skills/Shout.scxml"), "mine");
+  EXPECT_EQ(*text::read_file(made / "skills/MoveArm.scxml"), made_file(system, "skills/MoveArm.scxml"));
+  EXPECT_EQ(*text::read_file(made / "sentree.yaml"), made_file(system, "sentree.yaml"));
+  // Kept the next time, too, and where no sums are known.
+  EXPECT_THAT(*write_project(system, made, true), ElementsAre("skills/Shout.scxml"));
+  std::filesystem::remove(made / "IMPORT.md");
+  EXPECT_THAT(*write_project(system, made, true), ElementsAre("skills/Shout.scxml"));
+  std::filesystem::remove(made / "skills/Shout.scxml");
+  EXPECT_THAT(*write_project(system, made, true), testing::IsEmpty());
+}
+
+TEST(TreeSystem, NamesTheNodesThatOnlyAPlugInHas) {
+  const TemporaryFolder folder("import");
+  const path source = folder.path() / "go.xml";
+  ASSERT_TRUE(text::write_file(source,
+                               "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><RetryWithBackoff><Drop/>"
+                               "</RetryWithBackoff></BehaviorTree></root>"));
+  EXPECT_THAT(imported(source).plug_in_nodes, ElementsAre("RetryWithBackoff"));
+  EXPECT_THAT(imported(kMission).plug_in_nodes, testing::IsEmpty());
 }
 
 TEST(TreeSystem, SkillsHaveThePortsOfTheirLeaves) {
@@ -95,7 +129,7 @@ TEST(TreeSystem, WhatNothingHasWrittenBeforeIsWritten) {
     std::string found;
     for (const char* port : {"at", "sees", "what", "how", "grasp", "weight", "about", "of"}) {
       if (chart.find(std::string("<data id=\"") + port + '"') != std::string::npos) found += std::string(" <") + port;
-      if (chart.find(std::string("<param name=\"") + port + '"') != std::string::npos)
+      if (chart.find(std::string("<param name=\"") + port + '"', chart.find("<donedata>")) != std::string::npos)
         found += std::string(" >") + port;
     }
     return found;

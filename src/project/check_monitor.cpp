@@ -28,20 +28,35 @@ void error(Diagnostics& diagnostics, std::string code, std::string message, Sour
   add_once(diagnostics, Severity::kError, std::move(code), std::move(message), std::move(span));
 }
 
-/// Events that a chart sends to itself.
+/// Events that a chart sends to itself, and that those which it invokes send to it.
 struct OwnEvents {
   std::vector<std::string> names;
-  bool open = false;  ///< Or any other: of charts that it invokes, or named by an expression.
+  bool open = false;  ///< Or any other: of charts that are not known, or named by an expression.
 
-  explicit OwnEvents(const scxml::Chart& chart) : open(!chart.model().invokes.empty()) {
+  explicit OwnEvents(const scxml::Chart& chart) : open(scxml::invokes_unknown(chart)) {
     for (const auto& [event, place] : chart.model().raises) names.push_back(event);
-    for (const scxml::SendInfo& send : chart.sends()) {
-      if (send.type == "thrift") continue;
-      if (send.event)
-        names.push_back(*send.event);
-      else
-        open = true;
+    for (const scxml::SendInfo& send : chart.sends()) add(send);
+    for (const scxml::Invoke& invoke : chart.model().invokes) {
+      open = open || !invoke.child || invoke.child->model().passed_over;
+      if (!invoke.child) continue;
+      for (const scxml::Chart& child : scxml::with_invoked(*invoke.child)) {
+        const bool is_ours = child == *invoke.child;
+        // A session that is named by what was heard of it may be this one.
+        for (const scxml::SendInfo& send : child.sends()) {
+          if (!send.target || (is_ours && *send.target == "#_parent") || send.target->starts_with("#_scxml_"))
+            add(send);
+        }
+      }
     }
+  }
+
+ private:
+  void add(const scxml::SendInfo& send) {
+    if (send.type == "thrift") return;
+    if (send.event)
+      names.push_back(*send.event);
+    else
+      open = true;
   }
 };
 
@@ -82,6 +97,24 @@ void for_each_unknown(const scxml::Chart& chart, const std::vector<std::string>&
       visit(descriptor, transition.place, meant(descriptor, candidates));
     }
   }
+}
+
+// An action that only waits, or that takes `halt`, is one that is ended from outside. A top-level <final> of another
+// name is told elsewhere.
+bool seems_to_want_an_end(const scxml::Chart& chart) {
+  const auto takes_halt = [](const scxml::Transition& transition) {
+    return std::any_of(transition.events.begin(), transition.events.end(),
+                       [](const std::string& event) { return event != "*" && scxml::event_matches(event, "halt"); });
+  };
+  const auto transitions = chart.transitions();
+  const auto states = chart.states();
+  const auto is_end = [](const scxml::State& state) {
+    return state.kind == scxml::StateKind::kFinal && state.parent == 0;
+  };
+  // Those of initial states are of no state.
+  const auto leads_on = [](const scxml::State& state) { return !state.transitions.empty(); };
+  return std::any_of(states.begin(), states.end(), leads_on) && std::none_of(states.begin(), states.end(), is_end) &&
+         std::none_of(transitions.begin(), transitions.end(), takes_halt);
 }
 
 // A transition without target and content is there to keep others from being taken; where there are none, something was
@@ -404,13 +437,21 @@ void check_skill_events(const ChartFacts& facts, const std::map<std::string, Ser
     has_end = true;
     reaches_end = reaches_end || reached[s];
   }
-  if (reaches_end || (!has_end && !use.is_condition)) return;
-  error(diagnostics, "check.no-outcome",
-        has_end
-            ? "the skill never ends: no path leads to its top-level <final id=\"success\"> or <final id=\"failure\">"
-            : "a condition must end: give its chart a top-level <final id=\"success\"> and <final id=\"failure\">",
-        SourceSpan{chart.file(), chart.states()[0].place.line, chart.states()[0].place.column,
-                   chart.states()[0].place.length});
+  if (reaches_end) return;
+  const SourceSpan span = chart.span(chart.states()[0].place);
+  if (has_end || use.is_condition) {
+    error(diagnostics, "check.no-outcome",
+          has_end
+              ? "the skill never ends: no path leads to its top-level <final id=\"success\"> or <final id=\"failure\">"
+              : "a condition must end: give its chart a top-level <final id=\"success\"> and <final id=\"failure\">",
+          span);
+  } else if (seems_to_want_an_end(chart)) {
+    add_once(diagnostics, Severity::kWarning, "check.no-outcome",
+             "the skill never ends, and its leaf is RUNNING until it is halted: give the chart a top-level "
+             "<final id=\"success\"> and <final id=\"failure\">; if that is meant, <transition event=\"halt\" "
+             "target=\"halted\"/> and <final id=\"halted\"/> say so",
+             span);
+  }
 }
 
 }  // namespace sentree::project

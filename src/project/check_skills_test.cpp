@@ -139,6 +139,46 @@ TEST(CheckSkills, SubscribeForChartsThatTheyForwardTo) {
   EXPECT_THAT(told("false"), Contains(HasSubstr(unheard)));
 }
 
+TEST(CheckSkills, KnowWhatInvokedChartsSend) {
+  const auto told = [](const char* sent, const char* target) {
+    const std::string child = fmt::format(
+        "<scxml version=\"1.0\"><state id=\"a\"><onentry><send event=\"{}\" target=\"{}\"/></onentry>"
+        "<transition event=\"{}\"/></state></scxml>",
+        sent, target, sent);
+    return told_of("pick-and-place",
+                   {{"skills/Find.scxml", "  <final id=\"success\"",
+                     "  <state id=\"s\"><invoke src=\"Child.scxml\"/><transition event=\"seen\" target=\"success\"/>"
+                     "</state>\n  <final id=\"success\""},
+                    {"skills/Child.scxml", nullptr, child.c_str()}});
+  };
+  const char* const said = "event \"seen\" never arrives";
+  EXPECT_THAT(told("seen", "#_parent"), Not(Contains(HasSubstr(said))));
+  EXPECT_THAT(told("other", "#_parent"), Contains(HasSubstr(said)));
+  EXPECT_THAT(told("seen", "#_internal"), Contains(HasSubstr(said)));
+  // Of a chart that is not known, anything.
+  EXPECT_THAT(told_of("pick-and-place", {{"skills/Find.scxml", "  <final id=\"success\"",
+                                          "  <state id=\"s\"><invoke srcexpr=\"'a' + 'b'\"/><transition event=\"seen\" "
+                                          "target=\"success\"/></state>\n  <final id=\"success\""}}),
+              Not(Contains(HasSubstr(said))));
+}
+
+TEST(CheckSkills, TellsOfAnActionThatNeverEnds) {
+  const auto told = [](const char* more) {
+    const std::string chart = fmt::format(
+        "<scxml version=\"1.0\" xmlns=\"http://www.w3.org/2005/07/scxml\"><state id=\"a\">{}</state>{}</scxml>", more,
+        std::string_view(more).find("halted") == std::string_view::npos ? "" : "<final id=\"halted\"/>");
+    return told_of("recharge", {{"skills/WaitForUser.scxml", nullptr, chart.c_str()}});
+  };
+  const char* const said = "the skill never ends, and its leaf is RUNNING until it is halted";
+  EXPECT_THAT(told("<onentry><send event=\"again\" delay=\"1s\"/></onentry><transition event=\"again\" target=\"a\"/>"),
+              Contains(AllOf(HasSubstr(said), HasSubstr("warning"), HasSubstr("skills/WaitForUser.scxml:1:1"))));
+  // Where it is meant.
+  EXPECT_THAT(told(""), Not(Contains(HasSubstr(said))));
+  EXPECT_THAT(told("<onentry><send event=\"again\" delay=\"1s\"/></onentry><transition event=\"again\" target=\"a\"/>"
+                   "<transition event=\"halt\" target=\"halted\"/>"),
+              Not(Contains(HasSubstr(said))));
+}
+
 TEST(CheckSkills, TellsOfAnOutcomeThatEndsNothing) {
   EXPECT_THAT(told_of("pick-and-place", {{"skills/Find.scxml", "<final id=\"failure\"/>", "<state id=\"failure\"/>"}}),
               Contains(HasSubstr("state \"failure\" has no way out and ends nothing: write <final id=\"failure\"/>")));

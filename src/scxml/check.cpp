@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "sentree/scxml/detail/missing_builtins.h"
 #include "sentree/scxml/detail/script_heap.h"
 #include "sentree/scxml/event.h"
 #include "sentree/scxml/loader.h"
@@ -106,15 +107,19 @@ class Checker {
     std::set<std::string_view> told;
     for (const std::string_view state : states_asked_for(expression.text, model_.data_model == DataModelKind::kNull)) {
       if (chart_.find(state) || !told.insert(state).second) continue;
-      Place place = expression.place;
-      const auto before =
-          std::string_view(expression.text).substr(0, static_cast<std::size_t>(state.data() - expression.text.data()));
-      const auto lines = static_cast<int>(std::count(before.begin(), before.end(), '\n'));
-      if (lines > 0 && expression.use == ExpressionUse::kScript) place = {place.line + lines, 1, 0};
       warn("scxml.unknown-state",
            fmt::format("In('{}') is never true: there is no such state{}", state, did_you_mean(state, state_ids())),
-           place);
+           place_in(expression, state));
     }
+  }
+
+  // Of a script, the line in which that part of it stands.
+  static Place place_in(const Expression& expression, std::string_view part) {
+    const auto before =
+        std::string_view(expression.text).substr(0, static_cast<std::size_t>(part.data() - expression.text.data()));
+    const auto lines = static_cast<int>(std::count(before.begin(), before.end(), '\n'));
+    if (lines == 0 || expression.use != ExpressionUse::kScript) return expression.place;
+    return {expression.place.line + lines, 1, 0};
   }
 
   // What a syntax error may come from.
@@ -124,7 +129,7 @@ class Checker {
     return is_newer ? "; scripts are ECMAScript 5.1, without let, class, arrow functions and templates" : "";
   }
 
-  // What browsers and Node.js have, and charts have not, unless they define it.
+  // What browsers, Node.js and newer engines have, and charts have not, unless they define it.
   void names_of_hosts() {
     static constexpr std::array kOfHosts{"console", "window", "require", "alert", "setTimeout", "setInterval"};
     for (const Expression& expression : model_.expressions) {
@@ -139,6 +144,8 @@ class Checker {
              fmt::format("charts have no \"{}\": write <log> to print, <send delay> to wait", name), expression.place);
       }
     }
+    for (const MissingBuiltin& missing : missing_builtins(model_))
+      warn("scxml.unknown-name", missing.message, place_in(model_.expressions[missing.expression], missing.where));
   }
 
   void states() {
@@ -305,6 +312,7 @@ class Checker {
   void children() {
     for (const Invoke& invoke : model_.invokes) {
       if (invoke.child) {
+        parameters(invoke);
         for (Diagnostic& diagnostic : check(*invoke.child)) diagnostics_.push_back(std::move(diagnostic));
         continue;
       }
@@ -319,13 +327,32 @@ class Checker {
       const std::string& source = is_inline ? invoke.payload.content_source : invoke.src_text;
       if (!is_chart || source.empty()) continue;
       for (const Diagnostic& diagnostic :
-           load(source, is_inline ? std::string() : seen_from(model_.folder, invoke.src.constant),
+           load(source, is_inline ? std::string() : seen_from(folder_of(model_.file), invoke.src.constant),
                 {.to_run = !model_.obstacle})
                .diagnostics) {
         if (diagnostic.severity != Severity::kError) continue;
         report(Severity::kError, diagnostic.code,
                "the invoked chart cannot be loaded: " + (is_inline ? diagnostic.message : to_string(diagnostic)),
                invoke.place);
+      }
+    }
+  }
+
+  // What is given to a chart that has no <data> for it (SCXML 6.4.3: of its top level).
+  void parameters(const Invoke& invoke) {
+    const Model& child = invoke.child->model();
+    if (child.data_model != DataModelKind::kEcmaScript || child.passed_over) return;
+    std::vector<std::string> ids;
+    for (const Variable& variable : child.variables) {
+      if (variable.state == 0) ids.push_back(variable.id);
+    }
+    for (const auto* list : {&invoke.payload.namelist, &invoke.payload.params}) {
+      for (const Param& param : *list) {
+        if (param.name.empty() || std::find(ids.begin(), ids.end(), param.name) != ids.end()) continue;
+        warn("scxml.unknown-data",
+             fmt::format("\"{0}\" reaches nothing: the invoked chart has no <data id=\"{0}\"> at its top level{1}",
+                         param.name, did_you_mean(param.name, ids)),
+             param.expr == kNoExpression ? invoke.place : model_.expressions[param.expr].place);
       }
     }
   }

@@ -143,6 +143,82 @@ TEST(Check, FindsWhatOnlyBrowsersHaveAndNewerLanguage) {
   EXPECT_THAT(script("var f = x =&gt; x"), ElementsAre(HasSubstr("scripts are ECMAScript 5.1")));
 }
 
+TEST(Check, TellsWhatToWriteForBuiltinsOfNewerEngines) {
+  const auto told = [](const std::string& condition) {
+    return check_messages(
+        "<datamodel><data id=\"xs\" expr=\"[1, 2]\"/></datamodel><state id=\"a\"><transition event=\"e\" cond=\"xs, " +
+        condition + "\" target=\"b\"/></state><final id=\"b\"/>");
+  };
+  EXPECT_THAT(told("xs.includes(2)"),
+              ElementsAre(testing::AllOf(HasSubstr("door.scxml:2:"),
+                                         HasSubstr("without includes() of lists: write xs.indexOf(x) >= 0"))));
+  EXPECT_THAT(told("xs.find(f) == 2"), ElementsAre(HasSubstr("without find(): write xs.filter(f)[0]")));
+  EXPECT_THAT(told("Object.values(xs)"), ElementsAre(HasSubstr("without Object.values: write Object.keys(o).map")));
+  EXPECT_THAT(told("new Map() == new Map()"), ElementsAre(HasSubstr("without Map: write an object")));
+  EXPECT_THAT(told("Promise.resolve(1)"), ElementsAre(HasSubstr("without Promise: write <send>")));
+  EXPECT_THAT(told("['a', 'b'].includes(xs)"), ElementsAre(HasSubstr("without includes()")));
+  EXPECT_THAT(told("Object.keys(xs).includes('a')"), ElementsAre(HasSubstr("without includes()")));
+  // Of scripts, the line.
+  EXPECT_THAT(
+      check_messages("<state id=\"a\"><onentry><script>\n  var b = 'x';\n  b.padStart(3);</script></onentry></state>"),
+      ElementsAre(HasSubstr("door.scxml:4:1")));
+}
+
+TEST(Check, SaysNothingOfBuiltinsWhereItIsNotSure) {
+  const auto told = [](const std::string& script) {
+    return check_messages(
+        "<datamodel><data id=\"xs\" expr=\"[1, 2]\"/></datamodel><state id=\"a\"><onentry><script>xs; " + script +
+        "</script></onentry></state>");
+  };
+  for (const char* const fine :
+       {"'abc'.includes('a')",                               // texts have it
+        "xs = 'abc'; xs.includes('a')",                      // no list any more
+        "xs[0].includes('a')", "_event.data.includes('a')",  // who knows
+        "var tree = {find: function (x) { return x; }}; tree.find(1)", "xs['at'] = f; xs.at(1)",
+        "function Map() {} new Map()", "if (xs.find) xs.find(f)", "Object.values &amp;&amp; Object.values(xs)",
+        "typeof Set === 'undefined' || new Set()", "Object.assign({}, {a: 1}); Math.sign(1); Number.isInteger(1)",
+        "// xs.find(1)\n'xs.find(1)'"})
+    EXPECT_THAT(told(fine), IsEmpty()) << fine;
+}
+
+TEST(Check, FindsParametersThatTheInvokedChartHasNoDataFor) {
+  LoadOptions options;
+  options.read = [](std::string_view uri) -> Result<std::string> {
+    EXPECT_EQ(uri, "vision.scxml");
+    return checked_document("<datamodel><data id=\"what\"/></datamodel><state id=\"look\"/><final id=\"done\"/>");
+  };
+  const auto loaded =
+      load(checked_document(
+               "<state id=\"a\"><invoke src=\"vision.scxml\"><param name=\"whta\" expr=\"1\"/></invoke></state>"),
+           "charts/pick.scxml", options);
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_THAT(texts(check(*loaded.value)),
+              ElementsAre(testing::AllOf(HasSubstr("charts/pick.scxml:2:"), HasSubstr("\"whta\" reaches nothing"),
+                                         HasSubstr("did you mean \"what\"?")),
+                          // Named as who invokes it is.
+                          HasSubstr("charts/vision.scxml:2:12: warning: data \"what\" is never used"),
+                          HasSubstr("charts/vision.scxml:2:")));
+}
+
+TEST(Check, LeavesWhatEditorsKeepAlone) {
+  const auto told = [](const char* inside) {
+    const auto loaded =
+        load(checked_document(std::string("<state id=\"a\" xmlns:qt=\"http://www.qt.io/2015/02/scxml-ext\" "
+                                          "xmlns:x=\"urn:x\"><onentry>") +
+                              inside + "</onentry><transition event=\"e\" target=\"b\">" + inside +
+                              "</transition></state><state id=\"b\"/><state id=\"island\"/>"),
+             "door.scxml");
+    EXPECT_TRUE(loaded.ok());
+    auto all = texts(loaded.diagnostics);
+    const auto found = texts(check(*loaded.value));
+    all.insert(all.end(), found.begin(), found.end());
+    return all;
+  };
+  // It hides nothing of the rest.
+  EXPECT_THAT(told("<qt:editorinfo movePoint=\"1;2\"/>"), ElementsAre(HasSubstr("\"island\" is never entered")));
+  EXPECT_THAT(told("<x:move/>"), Contains(HasSubstr("<x:move> is not SCXML and does nothing")));
+}
+
 TEST(Check, FindsFilesOfDataAndChartsThatCannotBeRead) {
   LoadOptions options;
   options.read = [](std::string_view uri) -> Result<std::string> {

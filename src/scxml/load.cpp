@@ -527,6 +527,10 @@ bool Loader::is_scxml(const Element& element) const {
   return uri == namespace_ || uri == kNamespace;
 }
 
+bool Loader::is_editor_data(const Element& element) {
+  return element.namespace_uri() == "http://www.qt.io/2015/02/scxml-ext" || element.local_name() == "editorinfo";
+}
+
 bool Loader::only_root_declares(const Element& root) const {
   std::size_t at_root = 0;
   root.for_each_attribute(

@@ -135,6 +135,7 @@ Block Loader::load_block(const Element& element, int depth) {
   if (!element.first_child() || too_deep(element, depth)) return block;
   for (Element child = element.first_child(); child; child = child.next_sibling()) {
     if (!is_scxml(child)) {
+      if (is_editor_data(child)) continue;
       model_->passed_over = true;
       warn("scxml.foreign-content", fmt::format("<{}> is not SCXML and does nothing", child.name()), place(child));
       continue;

@@ -207,7 +207,9 @@ void Loader::load_children() {
                  std::string(static_cast<std::size_t>(std::max(0, invoke.payload.content_place.column - 1)), ' '));
     }
     const std::string file = seen_from(model_->folder, invoke.src.constant);
-    auto document = text::XmlDocument::parse(std::move(source), inline_chart ? model_->file : file);
+    // Named as this document is, which may be seen from elsewhere.
+    auto document = text::XmlDocument::parse(
+        std::move(source), inline_chart ? model_->file : seen_from(folder_of(model_->file), invoke.src.constant));
     if (!document) continue;
     Loader loader(*document, options_, inline_chart ? model_->folder : folder_of(file), depth_ + 1);
     if (auto child = loader.run()) invoke.child.emplace(std::move(child));

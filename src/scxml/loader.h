@@ -92,6 +92,8 @@ class Loader {
   [[nodiscard]] Place attribute_place(const Element& element, std::string_view name) const;
   [[nodiscard]] Place value_place(const Element& element, std::string_view name) const;
   [[nodiscard]] bool is_scxml(const Element& element) const;
+  /// What an editor keeps in a chart (Qt Creator: where arrows bend); it is nobody's action.
+  [[nodiscard]] static bool is_editor_data(const Element& element);
   /// No element but the root declares namespaces, so that a name without prefix is of the root's.
   [[nodiscard]] bool only_root_declares(const Element& root) const;
   /// Nothing also where the attribute is empty.

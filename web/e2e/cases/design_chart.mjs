@@ -160,6 +160,7 @@ test("states are carried into each other and out, and made what they are to be, 
   await page.keyboard.type("last");
   await page.keyboard.press("Enter");
   await did(page, "rename state1 to last");
+  await until(async () => (await state_at(page, "last").locator(".name").textContent()) === "H*", "it is drawn as a deep history");
   await state_at(page, "out").click();
   await page.locator("#design-kind").selectOption("final");
   await did(page, "make out a final");

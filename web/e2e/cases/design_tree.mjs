@@ -243,19 +243,19 @@ test("a robot from nothing: a leaf, its chart drawn by mouse, a requirement and 
   await node(page, "Dock").waitFor();
   await settled(page);
 
-  // Its chart: four states of our own in place of the one that asks for the battery.
+  // Its chart: four states of our own in place of the one that only waits.
   await node(page, "Dock").click();
   await page.getByRole("button", { name: "Open its chart" }).click();
-  await state_at(page, "asking").waitFor();
+  await state_at(page, "waiting").waitFor();
   const before = await page.locator("[data-testid=design-chart] [data-id]").count();
   const own = ["approach", "align", "touch", "rest"];
   for (const [i, id] of own.entries()) await draw_state(page, id, before + i + 1);
   await state_at(page, "approach").click({ button: "right" });
   await page.getByRole("menuitemcheckbox", { name: "The chart begins with it" }).click();
   await until(async () => (await undo_name(page)) === "begin with approach", "the chart begins elsewhere");
-  await state_at(page, "asking").click();
+  await state_at(page, "waiting").click();
   await page.keyboard.press("Delete");
-  await state_at(page, "asking").waitFor({ state: "detached" });
+  await state_at(page, "waiting").waitFor({ state: "detached" });
   await page.getByRole("button", { name: "Picture", exact: true }).click();
   await page.locator(".code").waitFor({ state: "detached" });
   const way = [...own, "success"];

@@ -11,7 +11,8 @@ import { usePictureView } from "../picture/use_picture_view";
 import { to_picture } from "../picture/viewport";
 import { useCommand } from "../widgets/commands";
 import { Menu } from "../widgets/Menu";
-import { StatusSign } from "../panels/mission/StatusSign";
+import { LastSign, StatusSign } from "../panels/mission/StatusSign";
+import { last_shown, last_word } from "../protocol/statuses";
 import { kStatuses, type Finding, type Gesture, type OutlineNode, type OutlineTree, type Rect } from "../protocol/types";
 import { clipboard_text, is_xml, nothing_pasted, pasted, to_clipboard, usePaste, written_at } from "./clipboard";
 import { broken, choose, choose_nodes, doc_of, findings_at, findings_of, focus_field, gesture, node_now, nodes_of, obstacle, open_node, refusal, toggle_chosen, tree_of, useDesign, version_now } from "./design";
@@ -625,14 +626,14 @@ const NodeView = memo(
     // What is read aloud begins with what is to be seen.
     const [status, last] = statuses_of(run);
     const word = played || (status > 0 ? (kStatuses[status] ?? "").toLowerCase() : "");
-    const said = [[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" "), ...(status > 0 ? [word] : last > 0 ? [`last ${(kStatuses[last] ?? "").toLowerCase()}`] : []), ...(disabled ? ["disabled"] : []), ...(never ? ["never reached"] : []), ...wrong.map(({ message }) => message)].join("; ");
+    const said = [[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" "), ...(status > 0 ? [word] : last > 0 ? [`last ${last_word(last)}`] : []), ...(disabled ? ["disabled"] : []), ...(never ? ["never reached"] : []), ...wrong.map(({ message }) => message)].join("; ");
     return (
       <g
         id={`element-${node.element}`}
         data-element={node.element}
         data-name={called}
         data-errors={errors}
-        data-status={run > 0 ? kStatuses[status || last] : undefined}
+        data-status={run > 0 ? kStatuses[status || last_shown(last)] : undefined}
         className={["node", word === "failure" && node.kind === "condition" ? "no" : word, chosen ? "chosen" : near ? "near" : "", also ? "also" : "", disabled ? "disabled" : "", faded ? "faded" : "", node.known ? "" : "unknown", never ? "never-ticked" : ""].filter(Boolean).join(" ")}
         role="treeitem"
         aria-label={said}
@@ -643,11 +644,12 @@ const NodeView = memo(
         {(chosen || also) && <rect className="halo" x={drawn.x - 5} y={drawn.y - 5} width={drawn.width + 10} height={drawn.height + 10} rx={7} />}
         <Outline drawn={drawn} />
         <Texts drawn={drawn} middle={drawn.x + drawn.width / 2} />
-        {run > 0 && wrong.length === 0 && (
-          <g transform={corner(drawn)} className={status > 0 ? undefined : `last ${(kStatuses[last] ?? "").toLowerCase()}`}>
-            <StatusSign status={status || last} hollow={status === 0} />
+        {wrong.length === 0 && status > 0 && (
+          <g transform={corner(drawn)}>
+            <StatusSign status={status} />
           </g>
         )}
+        {wrong.length === 0 && status === 0 && last > 0 && <LastSign last={last} transform={corner(drawn)} />}
         {wrong.length > 0 && (
           <g className={`finding ${errors > 0 ? "error" : "warning"}`} transform={corner(drawn)}>
             <circle r={9} />

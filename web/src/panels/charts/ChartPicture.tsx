@@ -201,14 +201,7 @@ const StateView = memo(function StateView({ chart, s, drawn, nest, region, hidde
       case "history-shallow":
       case "history-deep":
       case "deep-history":
-        return (
-          <>
-            <circle className={`state${lit}`} cx={middle} cy={centre} r={13} />
-            <text className="name" x={middle} y={centre + 4.5} textAnchor="middle">
-              {drawn.kind.includes("deep") ? "H*" : "H"}
-            </text>
-          </>
-        );
+        return <circle className={`state${lit}`} cx={middle} cy={centre} r={13} />;
       case "final":
         return (
           <>
@@ -263,6 +256,13 @@ export function StateShape({ drawn, nest, active }: { drawn: ChartLayout["states
 }
 
 export const StateTexts = memo(function StateTexts({ drawn, nest }: { drawn: ChartLayout["states"][number]; nest: boolean }) {
+  // Its circle has no room for a name.
+  if (drawn.kind.includes("history"))
+    return (
+      <text className="name" x={drawn.x + drawn.width / 2} y={drawn.y + drawn.height / 2 + 4.5} textAnchor="middle">
+        {drawn.kind.includes("deep") ? "H*" : "H"}
+      </text>
+    );
   const inset = drawn.kind === "final" ? kInset : 0;
   const ruled = drawn.name.length > 0 && drawn.lines.length > 0;
   const height = drawn.name.length * 18 + drawn.lines.length * 15 + (ruled ? 7 : 0);

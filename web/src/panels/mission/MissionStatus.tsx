@@ -1,5 +1,6 @@
 import { useStudio } from "../../store/store";
 import { Icon, type IconName } from "../../widgets/Icon";
+import { reason_at } from "./tree";
 
 const kClass: Readonly<Record<string, string>> = { RUNNING: "running", SUCCESS: "success", FAILURE: "failure", HALTING: "halting" };
 const kIcon: Readonly<Record<string, IconName>> = { RUNNING: "play", SUCCESS: "check", FAILURE: "cross" };
@@ -7,7 +8,7 @@ const kIcon: Readonly<Record<string, IconName>> = { RUNNING: "play", SUCCESS: "c
 /** What the mission is at the moment shown, or how it ended. */
 export function MissionStatus() {
   const status = useStudio((studio) => studio.state?.run.mission ?? "");
-  const reason = useStudio((studio) => studio.state?.run.reason ?? "");
+  const reason = useStudio(({ state }) => (state ? reason_at(state) : ""));
   // Ended from outside: by its time limit, or by a person.
   const cut = useStudio(({ state }) => state?.run.state === "ended" && state.live) && status === "RUNNING";
   if (!status) return null;

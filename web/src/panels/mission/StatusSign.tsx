@@ -1,3 +1,5 @@
+import { kStatuses, last_shown } from "../../protocol/statuses";
+
 /** The badge of a status around the origin, as `sentree graph` draws it: signs are drawn, because fonts differ. */
 export function StatusSign({ status, hollow = false }: { status: number; hollow?: boolean }) {
   if (status === 0) return null;
@@ -7,6 +9,16 @@ export function StatusSign({ status, hollow = false }: { status: number; hollow?
       {kSigns[status]!.map(({ d, solid }) => (
         <path key={d} className={solid ? "badge-solid" : "badge-line"} d={d} />
       ))}
+    </g>
+  );
+}
+
+/** What a node that is idle was last. */
+export function LastSign({ last, transform }: { last: number; transform: string }) {
+  const status = last_shown(last);
+  return (
+    <g transform={transform} className={`last ${(kStatuses[status] ?? "").toLowerCase()}`}>
+      <StatusSign status={status} hollow />
     </g>
   );
 }

@@ -8,6 +8,7 @@ import { kDetailText, kNameText, largest, type TextLook } from "../../picture/fi
 import { Minimap } from "../../picture/Minimap";
 import type { PictureView } from "../../picture/picture_view";
 import { usePictureView } from "../../picture/use_picture_view";
+import { last_word } from "../../protocol/statuses";
 import { kStatuses, type Point, type Rect, type TreeLayout, type TreeNode } from "../../protocol/types";
 import { color } from "../../widgets/theme";
 import { select, useStudio, type Index } from "../../store/store";
@@ -16,7 +17,7 @@ import { is_on, useSteering } from "../steer/steering";
 import { is_never, useReached } from "../reached/reached";
 import { open_skill, toggle, useMission } from "./mission";
 import { NodeMenu } from "./NodeMenu";
-import { StatusSign } from "./StatusSign";
+import { LastSign, StatusSign } from "./StatusSign";
 import { descendants, neighbour, running, visible_for, type Arrow } from "./tree";
 
 export interface TreeHandle {
@@ -223,7 +224,7 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
   const no = node.kind === "condition" && word === "failure";
   const classes = ["node", no ? "no" : word, chosen ? "chosen" : near ? "near" : "", found ? "found" : "", never ? "never-ticked" : ""].filter(Boolean).join(" ");
   // What is read aloud begins with what is to be seen.
-  const said = `${[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" ") || node.name}, ${node.type}: ${word}${status === 0 && last > 0 ? `, last ${(kStatuses[last] ?? "").toLowerCase()}` : ""}${never ? ", never reached" : ""}`;
+  const said = `${[drawn.symbol, ...drawn.title, ...drawn.lines].filter(Boolean).join(" ") || node.name}, ${node.type}: ${word}${status === 0 && last > 0 ? `, last ${last_word(last)}` : ""}${never ? ", never reached" : ""}`;
   return (
     <g
       id={`node-${id}`}
@@ -244,11 +245,7 @@ const NodeView = memo(function NodeView({ node, drawn, folded, hidden, parent_of
           <StatusSign status={status} />
         </g>
       ) : (
-        last > 0 && (
-          <g transform={badge} className={`last ${(kStatuses[last] ?? "").toLowerCase()}`}>
-            <StatusSign status={last} hollow />
-          </g>
-        )
+        last > 0 && <LastSign last={last} transform={badge} />
       )}
       {folded && <FoldCount hidden={hidden} x={round(middle)} y={round(drawn.y + drawn.height)} />}
       {parent_of_some && (
@@ -352,7 +349,8 @@ function useAges(svg: React.RefObject<SVGSVGElement | null>, rects: unknown): vo
         const id = Number(text.getAttribute("data-age"));
         const last = state?.tree.last[id] ?? 0;
         const since = state?.tree.since[id] ?? 0;
-        const words = !ages || !state || last === 0 ? "" : `${(kStatuses[last] ?? "").toLowerCase()} ${duration_text(Math.floor((state.time - since) / 1e8) * 1e8).replace(/^0 s$/, "now")}`;
+        const word = state?.tree.status[id] ? (kStatuses[last] ?? "").toLowerCase() : last_word(last);
+        const words = !ages || !state || last === 0 ? "" : `${word} ${duration_text(Math.floor((state.time - since) / 1e8) * 1e8).replace(/^0 s$/, "now")}`;
         if (text.textContent !== words) text.textContent = words;
       }
     };

@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
-import type { Rect, TreeNode } from "../../protocol/types";
-import { ancestors, descendants, neighbour, running, scope_of, search, shown, uncover, visible_for } from "./tree";
+import { kStatuses, type Rect, type TreeNode } from "../../protocol/types";
+import { last_shown, last_word } from "../../protocol/statuses";
+import { ancestors, descendants, neighbour, reason_at, running, scope_of, search, shown, uncover, visible_for } from "./tree";
 import { answers_of } from "./Transitions";
 
 function node(id: number, parent: number | null, name: string, ports: TreeNode["ports"] = []): TreeNode {
@@ -113,4 +114,21 @@ describe("the blackboard that a node sees", () => {
 it("a condition's answers are told where they change", () => {
   expect(answers_of([[0, "SUCCESS"], [0, "IDLE"], [1, "SUCCESS"], [1, "IDLE"], [2, "FAILURE"], [2, "IDLE"]])).toEqual([[0, "SUCCESS"], [2, "FAILURE"]]);
   expect(answers_of([[0, "IDLE"]])).toEqual([]);
+});
+
+describe("what is said of a moment", () => {
+  it("has no reason of what is still to come", () => {
+    const run = { state: "ended", factor: 1, mission: "RUNNING", reason: "Pick: error", vacuous: {}, stopped_at: null, missed_ticks: 0, processes: [] } as const;
+    const at = (time: number, mission: string, live = false) => reason_at({ time, end: 10, live, run: { ...run, mission, vacuous: {}, processes: [] } });
+    expect(at(4, "RUNNING")).toBe("");
+    expect(at(10, "RUNNING")).toBe("Pick: error");
+    expect(at(9, "FAILURE")).toBe("Pick: error");
+    expect(at(4, "RUNNING", true)).toBe("Pick: error");
+  });
+
+  it("does not take who was halted for running", () => {
+    const of = (word: string) => kStatuses.findIndex((status) => status === word);
+    expect([last_shown(of("RUNNING")), last_word(of("RUNNING"))]).toEqual([of("HALTING"), "halted"]);
+    expect([last_shown(of("FAILURE")), last_word(of("FAILURE"))]).toEqual([of("FAILURE"), "failure"]);
+  });
 });

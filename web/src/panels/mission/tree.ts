@@ -1,4 +1,4 @@
-import { kStatuses, type Rect, type TreeNode } from "../../protocol/types";
+import { kStatuses, type Rect, type State, type TreeNode } from "../../protocol/types";
 
 export const kRunning = kStatuses.indexOf("RUNNING");
 export const kHalting = kStatuses.indexOf("HALTING");
@@ -64,6 +64,11 @@ export function running(children: readonly number[][], status: readonly number[]
     if (at_work(id) && !(children[id] ?? []).some(at_work)) out.push(id);
   });
   return out;
+}
+
+/** Why the mission ended so, at a moment at which that is known. */
+export function reason_at({ time, end, live, run }: Pick<State, "time" | "end" | "live" | "run">): string {
+  return live || time >= end || kStatuses[kRunning] !== run.mission ? run.reason : "";
 }
 
 export type Arrow = "ArrowUp" | "ArrowDown" | "ArrowLeft" | "ArrowRight";
