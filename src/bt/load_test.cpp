@@ -410,7 +410,8 @@ TEST(Load, BeginsWithTheEntriesThatItIsGiven) {
   options.entries = {{"speed", Value("fast"), {"p.yaml", 1, 1, 0}}};
   EXPECT_THAT(
       told(load(in_tree(body, more), options, "m.xml")),
-      HasSubstr("p.yaml:1:1: entry \"speed\" begins with \"fast\", which is no double, as port \"speed\" of Go has it"));
+      HasSubstr(
+          "p.yaml:1:1: entry \"speed\" begins with \"fast\", which is no double, as port \"speed\" of Go has it"));
   options.entries = {{"sped", Value(0.5), {"p.yaml", 1, 1, 0}}};
   EXPECT_THAT(told(load(in_tree(body, more), options, "m.xml")),
               HasSubstr("p.yaml:1:1: warning: nothing in tree \"Main\" names entry \"sped\"; did you mean \"speed\"?"));

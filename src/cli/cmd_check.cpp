@@ -239,7 +239,8 @@ Diagnostics check_all(const CheckCommand& command) {
       findings.add(no_project(name, has_any));
       for (const text::ReadFile& file : log.files()) read.insert(whole_path(file.path));
     }
-    if (ending == ".xml" || ending == ".scxml" || !is_project(name) || (source && is_xml_source(*source) && !other_kind(name)))
+    if (ending == ".xml" || ending == ".scxml" || !is_project(name) ||
+        (source && is_xml_source(*source) && !other_kind(name)))
       trees_and_charts.push_back(name);
     else
       findings.add(check_one(name));

@@ -151,7 +151,8 @@ class Check {
     std::string why = fmt::format("nothing of this run that can be killed is called \"{}\"{}", wanted, way_out);
     if (const LeafPlan* leaf = leaf_elsewhere(wanted); leaf != nullptr) {
       why = contains(names, leaf->id)
-                ? fmt::format("\"{}\" runs in the process \"{}\": kill that, with all leaves that it runs", wanted, leaf->id)
+                ? fmt::format("\"{}\" runs in the process \"{}\": kill that, with all leaves that it runs", wanted,
+                              leaf->id)
                 : fmt::format("\"{}\" runs at {}, where nobody here can kill it", wanted, leaf->at);
     }
     if (scope_.monitors != nullptr) {

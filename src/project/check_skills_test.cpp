@@ -438,10 +438,9 @@ TEST(CheckSkills, NamesTheLeavesOfOneName) {
 
 TEST(CheckScenarios, TellOfABrokenInterfaceOnce) {
   EXPECT_THAT(
-      told_of("pick-and-place",
-              {{"sentree.yaml", "interface: cell.thrift/Arm", "interface: cel.thrift/Arm"},
-               {"scenarios/b.yaml", nullptr,
-                "timeline:\n  - {at: 1 s, unreachable: arm.pick}\n  - {at: 2 s, late: arm.pick}\n"}}),
+      told_of("pick-and-place", {{"sentree.yaml", "interface: cell.thrift/Arm", "interface: cel.thrift/Arm"},
+                                 {"scenarios/b.yaml", nullptr,
+                                  "timeline:\n  - {at: 1 s, unreachable: arm.pick}\n  - {at: 2 s, late: arm.pick}\n"}}),
       Not(Contains(HasSubstr("b.yaml"))));
 }
 

@@ -323,10 +323,11 @@ TEST(Scenario, ThatKillsALeafOfAnotherProcessHearsWhatToKill) {
                                  "timeline:\n  - {at: 1 s, kill: Home}\n  - {at: 1 s, kill: Hello}\n");
   auto scenario = load_scenario(file);
   ASSERT_TRUE(scenario.ok());
-  EXPECT_THAT(messages(prepare(std::move(*scenario.value)).diagnostics, folder),
-              ElementsAre("scenarios/s.yaml:5:5: \"Home\" runs in the process \"Go\": kill that, with all leaves that it "
-                          "runs",
-                          "scenarios/s.yaml:6:5: \"Hello\" runs at tcp://127.0.0.1:9, where nobody here can kill it"));
+  EXPECT_THAT(
+      messages(prepare(std::move(*scenario.value)).diagnostics, folder),
+      ElementsAre("scenarios/s.yaml:5:5: \"Home\" runs in the process \"Go\": kill that, with all leaves that it "
+                  "runs",
+                  "scenarios/s.yaml:6:5: \"Hello\" runs at tcp://127.0.0.1:9, where nobody here can kill it"));
 }
 
 // A project with a service at an address, and what is said of it with a scenario.

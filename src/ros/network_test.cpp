@@ -413,8 +413,9 @@ TEST_F(RosServices, AreOpenedWithWhatIsOddAboutTheEnvironmentOnce) {
   const auto ros = make_middleware({.find = load, .warn = [&](const std::string& what) { told.add(what); }});
   const auto trigger = interface("std_srvs/srv/Trigger");
   for (int i = 0; i < 2; ++i) ASSERT_TRUE(ros->connect(at("/one"), trigger, {}));
-  EXPECT_THAT(told.all(), ElementsAre("ROS_DISTRO=\"foxy\" is no release that is known here, and Humble is taken: write "
-                                      "release= behind the address"));
+  EXPECT_THAT(told.all(),
+              ElementsAre("ROS_DISTRO=\"foxy\" is no release that is known here, and Humble is taken: write "
+                          "release= behind the address"));
 }
 
 TEST_F(RosServices, AreWatchedByTheirReplies) {
@@ -618,11 +619,11 @@ TEST_F(RosTopics, ThatNobodyPublishesAreToldWithWhatIsNear) {
   Heard<std::string> problems;
   std::vector<std::unique_ptr<rpc::Opened>> opened;
   for (const char* const name : {"/optional", "/chatter", "/chater", "/speech"}) {
-    auto heard = rpc::middleware_of(at(name)).subscribe(
-        at(name), text, [](const idl::Method&, const Value&) {},
-        {.target = "it",
-         .problem = [&](const std::string& what) { problems.add(what); },
-         .optional = name == std::string_view("/optional")});
+    auto heard =
+        rpc::middleware_of(at(name)).subscribe(at(name), text, [](const idl::Method&, const Value&) {},
+                                               {.target = "it",
+                                                .problem = [&](const std::string& what) { problems.add(what); },
+                                                .optional = name == std::string_view("/optional")});
     ASSERT_TRUE(heard) << heard.error().message;
     opened.push_back(std::move(*heard));
   }

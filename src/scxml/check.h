@@ -22,8 +22,9 @@ struct CheckOptions {
 /// Errors: scxml.expression-syntax (also of scripts and of charts inside <invoke>). Warnings: scxml.unreachable-state,
 /// scxml.transition-never-taken, scxml.endless-transition, scxml.event-not-handled, scxml.event-not-sent,
 /// scxml.unknown-target, scxml.unused-data, scxml.unreadable-data, scxml.unreadable-chart (of an <invoke>),
-/// scxml.unknown-name (`console`, `Object.values`, …), scxml.unknown-data (parameters of an <invoke>), scxml.unknown-state (In of a state that is not there). Cost: O(size) and, for
-/// charts with expressions that are not simple, one JavaScript heap (about 2 ms).
+/// scxml.unknown-name (`console`, `Object.values`, …), scxml.unknown-data (parameters of an <invoke>),
+/// scxml.unknown-state (In of a state that is not there). Cost: O(size) and, for charts with expressions that are not
+/// simple, one JavaScript heap (about 2 ms).
 [[nodiscard]] Diagnostics check(const Chart& chart, const CheckOptions& options = {});
 
 }  // namespace sentree::scxml

@@ -67,7 +67,7 @@ bool is_static(const Builtin& builtin) {
   return builtin.owner != kOfAny && builtin.owner != kOfLists && builtin.owner != kGlobal;
 }
 
-std::string shown(const Builtin& builtin) {
+std::string as_it_is_called(const Builtin& builtin) {
   if (builtin.owner == kGlobal) return std::string(builtin.name);
   if (is_static(builtin)) return fmt::format("{}.{}", builtin.owner, builtin.name);
   return fmt::format("{}(){}", builtin.name, builtin.owner == kOfLists ? " of lists" : "");
@@ -120,9 +120,9 @@ class Finder {
       for (std::size_t i = 0; i < tokens_[id].size(); ++i) {
         const Builtin* const missing = missing_at(tokens_[id], i);
         if (missing == nullptr || !told.insert(missing->name).second) continue;
-        found.push_back(
-            {id, tokens_[id][i].raw,
-             fmt::format("scripts are ECMAScript 5.1, without {}: write {}", shown(*missing), missing->instead)});
+        found.push_back({id, tokens_[id][i].raw,
+                         fmt::format("scripts are ECMAScript 5.1, without {}: write {}", as_it_is_called(*missing),
+                                     missing->instead)});
       }
     }
     return found;

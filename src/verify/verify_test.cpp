@@ -808,8 +808,7 @@ TEST_F(Verify, SaysWhatGrowsWithoutEnd) {
 // Faults multiply states: what goes wrong without any is found behind the limit too.
 TEST_F(Verify, GoesOnWithoutFaultsWhereALimitEndsIt) {
   ask_until_it_is_open();
-  write("models/door.scxml",
-        kHead + R"(initial="there"><datamodel><data id="asked" expr="0"/></datamodel>
+  write("models/door.scxml", kHead + R"(initial="there"><datamodel><data id="asked" expr="0"/></datamodel>
 <state id="there"><transition event="door.ask.request"><assign location="asked" expr="asked + 1"/>
 <send type="thrift" target="door" event="ask.reply"><param name="result" expr="asked === 6 ? 7 : asked"/></send></transition>
 </state></scxml>)");

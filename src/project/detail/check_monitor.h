@@ -35,8 +35,8 @@ void check_receivers(const scxml::Chart& chart, const std::map<std::string, Serv
 /// The same of a skill's chart.
 ///
 /// Errors: check.unknown-event (a call's outcome that does not exist), check.no-outcome, check.unknown-receiver, and
-/// those of `check_expressions`. Warnings: check.never-arrives, check.idle-transition, check.no-outcome (of an action that
-/// may be meant to go on until it is halted).
+/// those of `check_expressions`. Warnings: check.never-arrives, check.idle-transition, check.no-outcome (of an action
+/// that may be meant to go on until it is halted).
 void check_skill_events(const ChartFacts& facts, const std::map<std::string, ServicePlan>& services,
                         const monitor::Vocabulary& vocabulary, const SkillUse& use, Diagnostics& diagnostics);
 
