@@ -170,6 +170,11 @@ std::string excuse(const std::string& file, const std::string& text, const std::
   if (file.ends_with(".yaml") && before.find("{file:") != std::string::npos &&
       before.rfind("name: ") != std::string::npos && before.find(',', before.rfind("name: ")) == std::string::npos)
     return "the name of a part";
+  // What a scenario puts there has the name that it gets.
+  if (file.starts_with("scenarios/") && before.find("simulation.addObstacle") != std::string::npos &&
+      before.rfind("id: ") != std::string::npos && before.find(',', before.rfind("id: ")) == std::string::npos)
+    return "the name of an obstacle";
+  if (file.starts_with("scenarios/") && before.starts_with("duration: ")) return "another duration";
   const bool is_quoted = is_xml && std::count(before.begin(), before.end(), '\'') % 2 == 1;
   if (is_quoted && file.starts_with("models/")) return "a text that a model makes up";
   // A sentence in quotes, in an expression.

@@ -473,7 +473,8 @@ def tree_of_nav2():
     with open(source + "/docs/how-to/run-a-nav2-tree.md") as guide:
         yaml = re.search(r"## On a robot with Nav2.*?```yaml\n(.*?)```", guide.read(), re.S).group(1)
     shutil.copytree(source + "/examples/nav2", "nav2_tree")
-    shutil.rmtree("nav2_tree/world")
+    for folder in ("world", "models"):
+        shutil.rmtree("nav2_tree/" + folder)
     with open("nav2_tree/requirements/recovery.req") as file:
         text = file.read()
     with open("nav2_tree/requirements/recovery.req", "w") as out:

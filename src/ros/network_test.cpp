@@ -306,7 +306,10 @@ TEST_F(RosServices, AreListedOnceTheyHaveBeenDiscovered) {
   };
   EXPECT_THAT(names("/"), ElementsAre(HasSubstr("nobody offers anything in domain " + domain_ +
                                                 " of ROS 2 on this machine; domain= and range= behind the address")));
-  EXPECT_THAT(names("/?peers=127.0.0.1"), ElementsAre(HasSubstr(" of ROS 2 on this machine and 127.0.0.1; ")));
+  const rpc::Address further = at("/", "&peers=127.0.0.1");
+  const auto nobody = rpc::middleware_of(further).list(further, std::chrono::milliseconds(10));
+  ASSERT_FALSE(nobody);
+  EXPECT_THAT(nobody.error().message, HasSubstr(" of ROS 2 on this machine and 127.0.0.1; "));
   const auto other = stranger();
   const auto node = node_at("/");
   std::string error;
