@@ -1,5 +1,6 @@
-import { existsSync } from "node:fs";
+import { existsSync, mkdirSync } from "node:fs";
 import assert from "node:assert/strict";
+import { basename, join } from "node:path";
 import { after } from "node:test";
 
 import { kPatience_ms, program } from "./program.mjs";
@@ -34,7 +35,22 @@ export async function browser() {
   });
   return launched;
 }
-after(async () => (await launched)?.close());
+after(async () => {
+  const started = await launched;
+  for (const context of started?.contexts() ?? []) for (const page of context.pages()) await keep_picture(page);
+  await started?.close();
+});
+
+const pictures = process.env.SENTREE_PICTURES;
+let pictured = 0;
+
+/** How the page looks where a case ends, in the folder SENTREE_PICTURES, if that is given. */
+export async function keep_picture(page) {
+  if (!pictures || page.isClosed()) return;
+  mkdirSync(pictures, { recursive: true });
+  pictured += 1;
+  await page.screenshot({ path: join(pictures, `${basename(process.argv[1], ".mjs")}-${pictured}.png`) });
+}
 
 /** A line that says that the network is gone, which tests of lost connections expect. */
 const kOfNetwork = /ERR_CONNECTION_REFUSED|WebSocket connection to|ERR_CONNECTION_RESET|net::ERR_/;
@@ -60,6 +76,7 @@ export async function open_page(url, { width = 1440, height = 900, theme = "ligh
     page,
     errors: () => errors,
     async close() {
+      await keep_picture(page);
       await context.close();
       assert.deepEqual(errors, [], "the page wrote errors to the console");
     },

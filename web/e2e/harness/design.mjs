@@ -2,7 +2,7 @@ import { cpSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
-import { browser, until } from "./browser.mjs";
+import { browser, until, keep_picture } from "./browser.mjs";
 import { example, kPatience_ms, scratch, serve } from "./program.mjs";
 
 /** A copy of an example that may be changed. */
@@ -29,6 +29,7 @@ export async function open_design(url, { width = 1440, height = 900, file, may_e
   return {
     page,
     async close() {
+      await keep_picture(page);
       await context.close();
       if (errors.length > 0) throw new Error(`the page wrote errors:\n${errors.join("\n")}`);
     },
