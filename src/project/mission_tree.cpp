@@ -44,7 +44,7 @@ class MissionLoader {
       for (const FileRef& folder : project_.packages) folders.push_back(project_.shown(folder.path));
       return bt::find_ros_package(package, folders);
     };
-    for (const MissionEntry& entry : project_.entries) options.entries.push_back({entry.name, entry.value, entry.span});
+    options.entries = start_entries(project_);
     options.where_tree = [this](std::string_view id) { return where_tree(id); };
     library_.serve(options);
     auto loaded = bt::load(std::move(*source), options, project_.shown(project_.mission.path));
@@ -184,6 +184,12 @@ class MissionLoader {
 
 Loaded<bt::Tree> load_mission(const Project& project, bt::Registry& registry, TreePurpose purpose) {
   return MissionLoader(project, registry).load(purpose);
+}
+
+std::vector<bt::StartEntry> start_entries(const Project& project) {
+  std::vector<bt::StartEntry> entries;
+  for (const MissionEntry& entry : project.entries) entries.push_back({entry.name, entry.value, entry.span});
+  return entries;
 }
 
 bt::Category category_of(const scxml::Chart& chart, const SkillEntry* entry) {

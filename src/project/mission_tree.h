@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "sentree/base/result.h"
+#include "sentree/bt/load.h"
 #include "sentree/bt/registry.h"
 #include "sentree/bt/tree.h"
 #include "sentree/project/project.h"
@@ -20,6 +22,9 @@ enum class TreePurpose : std::uint8_t { kRun, kLook };
 /// Errors: those of bt::load, plug-ins and files, at the places in sentree.yaml that name them.
 [[nodiscard]] Loaded<bt::Tree> load_mission(const Project& project, bt::Registry& registry,
                                             TreePurpose purpose = TreePurpose::kRun);
+
+/// What is on the blackboard before the first tick, as `bt::LoadOptions::entries` takes it.
+[[nodiscard]] std::vector<bt::StartEntry> start_entries(const Project& project);
 
 /// What the leaf is that runs the chart: an action if it can be ticked again or halted, else a condition. With an entry
 /// whose protocol says how the chart is halted: an action if it can be.

@@ -8,6 +8,7 @@
 #include "sentree/bt/status.h"
 #include "sentree/design/findings.h"
 #include "sentree/graph/chart.h"
+#include "sentree/project/mission_tree.h"
 #include "sentree/scxml/model.h"
 #include "sentree/text/file.h"
 
@@ -179,8 +180,10 @@ Result<Value> Simulations::tree(const Text& text, const bt::Palette& palette, co
   auto played = trees_.find(key);
   const bool anew = played == trees_.end() || what == "start";
   if (anew || played->second.version != text.version) {
-    auto player = TreePlayer::start(text.text, text.file, id, palette,
-                                    anew ? std::map<std::string, bt::Status>() : played->second.player.answers());
+    const auto project = project::load_project(folder_);
+    auto player = TreePlayer::start(
+        text.text, text.file, id, palette, anew ? std::map<std::string, bt::Status>() : played->second.player.answers(),
+        project.ok() ? project::start_entries(*project.value) : std::vector<bt::StartEntry>());
     if (!player) return tl::unexpected(player.error());
     if (played != trees_.end()) trees_.erase(played);
     played = trees_.emplace(key, PlayedTree{text.version, std::move(*player), 0}).first;

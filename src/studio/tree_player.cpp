@@ -33,8 +33,10 @@ TreePlayer::TreePlayer(bt::Tree tree) : tree_(std::move(tree)) {
 }
 
 Result<TreePlayer> TreePlayer::start(const std::string& xml, const std::string& file, const std::string& tree,
-                                     const bt::Palette& palette, const std::map<std::string, bt::Status>& answers) {
+                                     const bt::Palette& palette, const std::map<std::string, bt::Status>& answers,
+                                     std::vector<bt::StartEntry> entries) {
   bt::LoadOptions options;
+  options.entries = std::move(entries);
   options.palette = &palette;
   options.partial = true;
   options.main_tree = tree;

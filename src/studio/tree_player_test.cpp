@@ -79,6 +79,17 @@ TEST(TreePlayer, NamesANodeThatNobodyKnows) {
   EXPECT_EQ(player.error().code, "bt.unknown-node");
 }
 
+TEST(TreePlayer, BeginsWithTheEntriesOfTheMission) {
+  const std::string xml =
+      "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><ScriptCondition code=\"battery &gt; 0.5\"/></BehaviorTree>"
+      "</root>";
+  for (const auto& [charge, result] : {std::pair(0.8, Status::kSuccess), std::pair(0.3, Status::kFailure)}) {
+    const auto player = TreePlayer::start(xml, "m.xml", "Main", bt::Palette(), {}, {{"battery", Value(charge), {}}});
+    ASSERT_TRUE(player) << player.error().message;
+    EXPECT_EQ(player->result(), result);
+  }
+}
+
 TEST(TreePlayer, KeepsTheAnswersOfLeavesThatAreStillThere) {
   TreePlayer player = playing(kTree);
   ASSERT_TRUE(player.answer("Charged", Status::kSuccess));

@@ -8,6 +8,7 @@
 
 #include "sentree/base/result.h"
 #include "sentree/base/time.h"
+#include "sentree/bt/load.h"
 #include "sentree/bt/palette.h"
 #include "sentree/bt/state.h"
 #include "sentree/bt/step.h"
@@ -26,10 +27,12 @@ class TreePlayer {
   static constexpr std::size_t kStepsMax = 100'000;
 
   /// Ticks the tree once. `answers` by `Tree::event_name`; those of leaves that are not there are ignored.
+  /// `entries` are on its blackboard before.
   /// Errors: those of `bt::load`; bt.unknown-node (nodes of which nobody says what they do).
   [[nodiscard]] static Result<TreePlayer> start(const std::string& xml, const std::string& file,
                                                 const std::string& tree, const bt::Palette& palette,
-                                                const std::map<std::string, bt::Status>& answers);
+                                                const std::map<std::string, bt::Status>& answers,
+                                                std::vector<bt::StartEntry> entries = {});
 
   /// What the leaf says from now on, and a tick. Errors: simulate.no-such-leaf, simulate.bad-answer (a condition does
   /// not run), and those of `tick`.
