@@ -180,6 +180,7 @@ class Explorer {
 
     void reach(std::uint32_t first) {
       is.resize(graph.nodes.size());
+      if (is[first]) return;
       std::vector<std::uint32_t> open{first};
       while (!open.empty()) {
         const std::uint32_t at = open.back();

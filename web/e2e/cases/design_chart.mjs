@@ -6,23 +6,8 @@ import { join } from "node:path";
 import { test } from "node:test";
 
 import { until } from "../harness/browser.mjs";
-import { carry_state, choose_in_menu, click_transition, floor, place_of_transition, state_at } from "../harness/chart.mjs";
+import { kOwnChart as kChart, carry_state, choose_in_menu, click_transition, floor, place_of_transition, state_at } from "../harness/chart.mjs";
 import { copy_of, drag, middle, open_design, serve_design, settled, undo_name } from "../harness/design.mjs";
-
-const kChart = `<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Own" initial="moving">
-  <!-- on the way -->
-  <state id="moving" xmlns:qt="http://www.qt.io" qt:editorinfo="geometry:1;2">
-    <transition event='tick' target='idle'/> <!-- stops -->
-    <transition event="halt" target="halted"/>
-  </state>
-  <state id="idle"><transition event="go" target="moving"/></state>
-  <state id="trip">
-    <state id="out"/>
-    <state id="back"/>
-  </state>
-  <final id="halted"/>
-</scxml>
-`;
 
 async function open_chart() {
   const folder = copy_of("recharge");

@@ -6,7 +6,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 
 import { operate, sticks_out, until } from "../harness/browser.mjs";
-import { carry_state, choose_in_menu, state_at } from "../harness/chart.mjs";
+import { kOwnChart, carry_state, choose_in_menu, state_at } from "../harness/chart.mjs";
 import { contents, design_of_recharge, drag, middle, node, serious, settled, undo_name } from "../harness/design.mjs";
 
 const pictures = process.env.SENTREE_PICTURES;
@@ -131,20 +131,9 @@ test("what is chosen with Shift, Ctrl or a band is deleted, wrapped, moved, copi
   await program.stop();
 });
 
-const kChart = `<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Own" initial="moving">
-  <!-- on the way -->
-  <state id="moving">
-    <transition event='tick' target='idle'/> <!-- stops -->
-    <transition event="halt" target="halted"/>
-  </state>
-  <state id="idle"><transition event="go" cond="In('moving')" target="moving"/></state>
-  <state id="trip">
-    <state id="out"/>
-    <state id="back"/>
-  </state>
-  <final id="halted"/>
-</scxml>
-`;
+const kChart = kOwnChart
+  .replace(' xmlns:qt="http://www.qt.io" qt:editorinfo="geometry:1;2"', "")
+  .replace('event="go"', `event="go" cond="In('moving')"`);
 const kFile = "skills/Own.scxml";
 
 test("states of a chart are chosen with Shift, Ctrl or a band, and deleted, moved, copied and put into a new one as one", async () => {

@@ -4,6 +4,22 @@ import assert from "node:assert/strict";
 import { until } from "./browser.mjs";
 import { drag, middle } from "./design.mjs";
 
+/** A chart with what an edit is to keep: comments, quotes of both kinds, what an editor has written. */
+export const kOwnChart = `<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Own" initial="moving">
+  <!-- on the way -->
+  <state id="moving" xmlns:qt="http://www.qt.io" qt:editorinfo="geometry:1;2">
+    <transition event='tick' target='idle'/> <!-- stops -->
+    <transition event="halt" target="halted"/>
+  </state>
+  <state id="idle"><transition event="go" target="moving"/></state>
+  <state id="trip">
+    <state id="out"/>
+    <state id="back"/>
+  </state>
+  <final id="halted"/>
+</scxml>
+`;
+
 /** Where the floor of a chart's picture is bare. */
 export const floor = (page) =>
   page.getByTestId("design-chart").evaluate((svg) => {

@@ -2,7 +2,7 @@ import { cpSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
-import { browser, until, keep_picture } from "./browser.mjs";
+import { browser, keep_picture, until } from "./browser.mjs";
 import { example, kPatience_ms, scratch, serve } from "./program.mjs";
 
 /** A copy of an example that may be changed. */
